@@ -1,0 +1,52 @@
+"""The one door to numba: compiled kernels and where they are cached.
+
+numba's disk cache notices an edit of the file a kernel is in, but not of the files it calls
+into. hydrosim therefore keeps its cache in a folder named after a hash of all its sources: any
+edit gives a new folder, and no kernel can be stale.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import njit
+
+
+def cache_root() -> Path:
+    """Folder of everything hydrosim may recompute: ``HYDROSIM_CACHE_DIR`` or the user's cache."""
+    chosen = os.environ.get("HYDROSIM_CACHE_DIR")
+    if chosen:
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "hydrosim"
+
+
+@lru_cache
+def kernel_cache() -> Path:
+    """Folder of the compiled kernels of exactly these sources, interpreter and numba."""
+    digest = hashlib.sha256(f"{sys.version}{numba.__version__}".encode())
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
+
+
+def compiled_before() -> bool:
+    """True if a run has already left its time loop in the cache (so no compile is ahead)."""
+    return any(kernel_cache().rglob("run.advance-*.nbi"))
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """``numba.njit`` with hydrosim's cache folder; numpy's rules for division, no fast-math."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(kernel_cache())
+    try:
+        return njit(cache=True, error_model="numpy", nogil=True)(function)
+    finally:
+        numba.config.CACHE_DIR = before

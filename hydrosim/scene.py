@@ -1,0 +1,160 @@
+"""The scene: what is simulated, as frozen dataclasses in SI units and radians.
+
+A scene comes from a case file (`hydrosim.case`) or is written in Python; `hydrosim.model`
+compiles it to arrays. Nothing here computes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hydrosim.database import HydroDatabase
+
+DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+class RadiationModel(StrEnum):
+    """How the memory of the radiated waves is computed."""
+
+    STATE_SPACE = "state_space"
+    CONVOLUTION = "convolution"
+    NONE = "none"
+
+
+class SecondOrder(StrEnum):
+    """Approximation of the slow second-order wave loads."""
+
+    NONE = "none"
+    MEAN_DRIFT = "mean_drift"
+    NEWMAN = "newman"
+
+
+class Method(StrEnum):
+    """Time integration method."""
+
+    RK2 = "rk2"
+    HEUN = "heun"
+    RK4 = "rk4"
+
+
+class Kinematics(StrEnum):
+    """Rigid-body kinematics: rotation matrices, or small angles throughout."""
+
+    EXACT = "exact"
+    LINEAR = "linear"
+
+
+@dataclass(frozen=True)
+class Jonswap:
+    """JONSWAP spectrum (Hasselmann et al. 1973), scaled to the significant height [m], period [s]."""
+
+    significant_height: float
+    peak_period: float
+    peak_enhancement: float = 3.3
+
+
+@dataclass(frozen=True)
+class RegularWave:
+    """One Airy wave: elevation at the earth's origin is amplitude * cos(2 pi t / period + phase)."""
+
+    amplitude: float
+    period: float
+    phase: float = 0.0
+
+
+Spectrum = Jonswap | RegularWave
+
+
+@dataclass(frozen=True)
+class WaveTrain:
+    """Waves from one direction.
+
+    ``heading`` [rad] is where they go to, counter-clockwise from +x; ``ramp`` [s] is the time over
+    which the elevation grows from zero; ``repeat_period`` [s] sets the spacing of the components
+    of an irregular sea, 2 pi / repeat_period, so that the sea does not depend on the duration.
+    """
+
+    spectrum: Spectrum
+    heading: float = 0.0
+    seed: int = 1
+    ramp: float = 0.0
+    repeat_period: float = 10800.0
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``."""
+
+    water_depth: float = np.inf
+    water_density: float = 1025.0
+    gravity: float = 9.81
+    waves: tuple[WaveTrain, ...] = ()
+
+
+@dataclass(frozen=True)
+class WaveForces:
+    """Which wave loads act on a body."""
+
+    first_order: bool = True
+    second_order: SecondOrder = SecondOrder.NONE
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
+
+    ``hydrodynamics`` is a database or its file; None makes a dry body. ``centre_of_gravity`` (3,)
+    is in the database's frame and is the body frame's origin. ``location`` (2,) places the origin
+    of the database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial
+    offsets from the place at rest and their rates; ``dofs`` not named are locked.
+    """
+
+    name: str
+    mass: float
+    inertia: np.ndarray
+    hydrodynamics: HydroDatabase | Path | None = None
+    centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
+    location: tuple[float, ...] = (0.0, 0.0)
+    dofs: tuple[str, ...] = DOFS
+    position: tuple[float, ...] = (0.0,) * 6
+    velocity: tuple[float, ...] = (0.0,) * 6
+    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    wave_forces: WaveForces = field(default_factory=WaveForces)
+
+
+@dataclass(frozen=True)
+class ForceElement:
+    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on."""
+
+    body: str
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Integration method and fixed step [s]; ``events`` false is for comparison only."""
+
+    method: Method = Method.RK4
+    step: float = 0.1
+    kinematics: Kinematics = Kinematics.EXACT
+    events: bool = True
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a run needs; ``output_step`` [s] is a multiple of the solver's step."""
+
+    title: str
+    duration: float
+    bodies: tuple[Body, ...]
+    environment: Environment = field(default_factory=Environment)
+    forces: Mapping[str, ForceElement] = field(default_factory=dict)
+    solver: Solver = field(default_factory=Solver)
+    output_step: float = 0.5
+    source: Mapping[str, Any] = field(default_factory=dict)
