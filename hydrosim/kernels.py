@@ -43,10 +43,28 @@ def compiled_before() -> bool:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """``numba.njit`` with hydrosim's cache folder; numpy's rules for division, no fast-math."""
+    """``numba.njit`` with hydrosim's cache folder; numpy's rules for division, no fast-math.
+
+    Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
+    the many arrays of a model are handed from call to call without counting references.
+    """
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(kernel_cache())
     try:
-        return njit(cache=True, error_model="numpy", nogil=True)(function)
+        return njit(cache=True, error_model="numpy", nogil=True, _nrt=False)(function)
     finally:
         numba.config.CACHE_DIR = before
+
+
+@kernel
+def assign(target, source):
+    """target[:] = source for flat arrays, without the temporary that numba would make."""
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+@kernel
+def clear(target):
+    """target[:] = 0 for a flat array."""
+    for i in range(target.size):
+        target[i] = 0.0

@@ -1,0 +1,171 @@
+"""A parametric launch barge: plane faces, vertical sides, raked ends; its hydrostatics and panels.
+
+Frame: x forward from the stern, y to port, z up from the waterline. The hull is symmetric about
+y = 0. Half-breadth and bottom are piecewise linear in x, so that every face is plane and the
+hydrostatic integrals are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+Panels = np.ndarray  # (number of panels, 4 corners, 3 coordinates)
+
+
+@dataclass(frozen=True)
+class Barge:
+    """Main dimensions [m].
+
+    The beam is full over ``stern_length`` from the stern and ``bow_beam`` over ``bow_length`` from
+    the bow, with a linear taper between. Both ends are vertical down to ``wall_depth`` below the
+    waterline and run from there to the keel over ``rake_length``.
+    """
+
+    length: float
+    beam: float
+    draught: float
+    bow_beam: float
+    bow_length: float
+    stern_length: float
+    wall_depth: float
+    rake_length: float
+
+    def half_breadth(self, x: np.ndarray) -> np.ndarray:
+        """Half the breadth [m] at ``x`` [m], the same at all depths."""
+        taper = [self.stern_length, self.length - self.bow_length]
+        return np.interp(x, taper, [self.beam / 2, self.bow_beam / 2])
+
+    def bottom(self, x: np.ndarray) -> np.ndarray:
+        """Height of the bottom [m], negative, at ``x`` [m]."""
+        corners = [0.0, self.rake_length, self.length - self.rake_length, self.length]
+        wall, keel = -self.wall_depth, -self.draught
+        return np.interp(x, corners, [wall, keel, keel, wall])
+
+    def corners(self) -> list[float]:
+        """Stations [m] where the breadth or the bottom has a corner, ends included."""
+        ends = [0.0, self.rake_length, self.length - self.rake_length, self.length]
+        return sorted({*ends, self.stern_length, self.length - self.bow_length})
+
+
+@dataclass(frozen=True)
+class Hydrostatics:
+    """Integrals over the hull [m]: waterplane area, its first moment in x and its second moments
+    about the axes of the frame, the volume, and the centre of buoyancy (3,)."""
+
+    area: float
+    moment_x: float
+    second_xx: float
+    second_yy: float
+    volume: float
+    centre_of_buoyancy: np.ndarray
+
+    def stiffness(self, height: float, density: float, gravity: float) -> np.ndarray:
+        """Stiffness (6, 6) about a centre of gravity at ``height`` [m] over the centre of buoyancy,
+        weight and buoyancy being equal (Newman 1977, Marine Hydrodynamics, chapter 6)."""
+        x, _, z = self.centre_of_buoyancy
+        lever = self.volume * (z - height)
+        C = np.zeros((6, 6))
+        C[2, 2] = self.area
+        C[2, 4] = C[4, 2] = self.area * x - self.moment_x
+        C[3, 3] = self.second_yy + lever
+        C[4, 4] = self.second_xx - 2 * x * self.moment_x + x**2 * self.area + lever
+        return density * gravity * C
+
+
+def hydrostatics(hull: Barge) -> Hydrostatics:
+    """Closed form: Gauss's rule with four points is exact for the cubics between the corners."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    knots = np.array(hull.corners())
+    half = np.diff(knots)[:, None] / 2
+    x = ((knots[:-1] + knots[1:])[:, None] / 2 + half * nodes).ravel()
+    dx = (half * weights).ravel()
+    breadth, depth = 2 * hull.half_breadth(x), -hull.bottom(x)
+    volume = np.sum(dx * breadth * depth)
+    moments = [np.sum(dx * breadth * depth * x), 0.0, -np.sum(dx * breadth * depth**2 / 2)]
+    return Hydrostatics(
+        area=float(np.sum(dx * breadth)),
+        moment_x=float(np.sum(dx * breadth * x)),
+        second_xx=float(np.sum(dx * breadth * x**2)),
+        second_yy=float(np.sum(dx * breadth**3 / 12)),
+        volume=float(volume),
+        centre_of_buoyancy=np.array(moments) / volume,
+    )
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Numbers of panels of the half hull: ``along`` between the hull's corners, first and last on
+    the rakes; ``across`` the half bottom; ``down`` the side; ``wall_across`` and ``wall_down`` on
+    each end wall; and of the half lid, ``lid_along`` between the corners of the waterline."""
+
+    along: tuple[int, ...] = (10, 8, 24, 17, 10)
+    across: int = 9
+    down: int = 7
+    wall_across: int = 10
+    wall_down: int = 4
+    lid_along: tuple[int, ...] = (11, 24, 22)
+    lid_across: int = 8
+
+
+def half_hull(hull: Barge, mesh: Resolution) -> Panels:
+    """Panels of the hull at y >= 0, normals into the water.
+
+    They shrink towards the bilge, the keel and both edges of the rakes, where the flow turns round
+    a corner, and towards the waterline, because short waves fade with depth.
+    """
+    x = _stations(hull, mesh)
+    uniform = np.linspace(0, 1, mesh.across + 1)
+    to_bilge = (uniform + np.sin(uniform * np.pi / 2)) / 2
+    breadth, bottom = hull.half_breadth(x), hull.bottom(x)
+    below = _patch(x[:, None], breadth[:, None] * to_bilge, bottom[:, None])
+    side = _patch(x[:, None], breadth[:, None], bottom[:, None] * _cosine(mesh.down))
+    across = np.linspace(0, 1, mesh.wall_across + 1)[:, None]
+    down = np.linspace(-hull.wall_depth, 0, mesh.wall_down + 1)
+    stern = _patch(0.0, breadth[0] * across, down)
+    bow = _patch(hull.length, breadth[-1] * across, down)
+    return np.concatenate([below[:, ::-1], side, stern[:, ::-1], bow])
+
+
+def half_lid(hull: Barge, mesh: Resolution) -> Panels:
+    """Panels of the waterplane inside the hull at y >= 0, normals down."""
+    knots = [0.0, hull.stern_length, hull.length - hull.bow_length, hull.length]
+    x = _joined(_uniform(knots, mesh.lid_along))
+    across = np.linspace(0, 1, mesh.lid_across + 1)
+    return _patch(x[:, None], hull.half_breadth(x)[:, None] * across, 0.0)[:, ::-1]
+
+
+def mirrored(panels: Panels) -> Panels:
+    """The panels and their mirror image in y = 0."""
+    return np.concatenate([panels, panels[:, ::-1] * [1, -1, 1]])
+
+
+def _stations(hull: Barge, mesh: Resolution) -> np.ndarray:
+    pieces = _uniform(hull.corners(), mesh.along)
+    pieces[0] = _cosine(mesh.along[0]) * hull.rake_length
+    pieces[-1] = hull.length - hull.rake_length * _cosine(mesh.along[-1])[::-1]
+    return _joined(pieces)
+
+
+def _cosine(count: int) -> np.ndarray:
+    """0 to 1 in ``count`` steps that are small at both ends."""
+    return (1 - np.cos(np.linspace(0, np.pi, count + 1))) / 2
+
+
+def _uniform(knots: Sequence[float], counts: Sequence[int]) -> list[np.ndarray]:
+    spans = zip(pairwise(knots), counts, strict=True)
+    return [np.linspace(a, b, count + 1) for (a, b), count in spans]
+
+
+def _joined(pieces: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([piece[:-1] for piece in pieces[:-1]] + [pieces[-1]])
+
+
+def _patch(x: np.ndarray | float, y: np.ndarray, z: np.ndarray | float) -> Panels:
+    """Quadrilaterals of a grid of points given by broadcast coordinates."""
+    grid = np.stack(np.broadcast_arrays(x, y, z), axis=-1)
+    rings = [grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]]
+    return np.stack(rings, axis=2).reshape(-1, 4, 3)

@@ -1,0 +1,79 @@
+"""A page about a database: the panels and the main coefficients."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from hydrosim.database import HydroDatabase
+from hydrosim.scene import DOFS
+
+TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
+
+
+def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
+    """Write the picture of ``db`` and its hull ``panels`` (n, 4, 3) to ``path``."""
+    figure = Figure(figsize=(12, 15), layout="constrained")
+    grid = figure.add_gridspec(5, 2, height_ratios=[1, 0.35, 1, 1, 1])
+    _draw_panels(figure.add_subplot(grid[0, :]), panels, (0, 1), "bottom")
+    _draw_panels(figure.add_subplot(grid[1, :]), panels, (0, 2), "side")
+    axes = [[figure.add_subplot(grid[row, column]) for column in (0, 1)] for row in (2, 3, 4)]
+    for column, dofs in enumerate((TRANSLATIONS, ROTATIONS)):
+        _draw_matrix(axes[0][column], db, db.added_mass, dofs, "added mass", "kg")
+        _draw_matrix(axes[1][column], db, db.radiation_damping, dofs, "radiation damping", "kg/s")
+    _draw_excitation(axes[2][0], db)
+    _draw_drift(axes[2][1], db)
+    for axis in (axis for row in axes for axis in row):
+        axis.set(xlabel="wave frequency [rad/s]", xlim=(0, db.frequency[-1]))
+        axis.grid(alpha=0.3)
+        axis.legend(fontsize="small")
+    figure.suptitle(db.attributes["title"])
+    figure.savefig(path, dpi=100)
+
+
+def _draw_panels(axis: Axes, panels: np.ndarray, plane: tuple[int, int], name: str) -> None:
+    """The panels seen along the third axis."""
+    across, up = plane
+    shape = PolyCollection(panels[:, :, plane], facecolor="lightsteelblue", edgecolor="black")
+    shape.set_linewidth(0.3)
+    axis.add_collection(shape)
+    axis.autoscale_view()
+    axis.set_aspect("equal")
+    axis.set(xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]")
+    axis.set_title(f"{name} of the wetted hull", fontsize="medium")
+
+
+def _draw_matrix(
+    axis: Axes, db: HydroDatabase, matrices: np.ndarray, dofs: tuple[int, ...], name: str, unit: str
+) -> None:
+    """Diagonals over three decades, in thousands, millions... that suit the largest."""
+    values = matrices[:, dofs, dofs]
+    power = 3 * int(np.log10(values.max()) // 3)
+    for dof, line in zip(dofs, values.T, strict=True):
+        axis.plot(db.frequency, line / 10.0**power, label=DOFS[dof])
+    unit = unit.replace("kg", "kg m²") if dofs == ROTATIONS else unit
+    axis.set_ylabel(f"{name} [10$^{{{power}}}$ {unit}]")
+    axis.set_yscale("log")
+    axis.set_ylim(bottom=values.max() / 10.0**power / 1e3)
+
+
+def _draw_excitation(axis: Axes, db: HydroDatabase) -> None:
+    for dof, degrees in ((0, 0), (2, 0), (0, 180), (1, 90), (2, 90)):
+        load = np.abs(db.excitation[:, _nearest(db, degrees), dof])
+        axis.plot(db.frequency, load / 1e6, label=f"{DOFS[dof]}, waves to {degrees}°")
+    axis.set(ylabel="excitation [MN/m]", ylim=(0, None))
+
+
+def _draw_drift(axis: Axes, db: HydroDatabase) -> None:
+    for dof, degrees in ((0, 0), (0, 180), (1, 90)):
+        load = db.mean_drift[:, _nearest(db, degrees), dof]
+        axis.plot(db.frequency, load / 1e3, label=f"{DOFS[dof]}, waves to {degrees}°")
+    axis.set_ylabel("mean drift, floating free [kN/m²]")
+
+
+def _nearest(db: HydroDatabase, degrees: float) -> int:
+    return int(np.argmin(np.abs(np.degrees(db.heading) - degrees)))

@@ -1,0 +1,140 @@
+"""From a validated case to the scene's dataclasses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from hydrosim import forces, scene
+from hydrosim.case import schema
+from hydrosim.case.quantities import as_matrix
+
+OUTPUT_STEP = 0.5  # s, about: if the case does not say
+
+
+def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
+    """The scene of a case; relative paths begin at the folder of ``path``."""
+    step = data.solver.step
+    return scene.Scene(
+        title=data.title,
+        duration=data.duration,
+        bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
+        environment=_environment(data.environment or schema.Environment()),
+        forces={name: _element(element) for name, element in data.forces.items()},
+        solver=scene.Solver(**dict(data.solver)),
+        output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
+        source={"case_file": str(path), "case": text},
+    )
+
+
+def _environment(water: schema.Environment) -> scene.Environment:
+    trains = (_wave_train(waves) for waves in water.waves if not isinstance(waves, schema.NoWaves))
+    return scene.Environment(
+        water.water_depth, water.water_density, water.gravity, waves=tuple(trains)
+    )
+
+
+def _wave_train(waves: schema.Irregular | schema.Regular) -> scene.WaveTrain:
+    if isinstance(waves, schema.Regular):
+        regular = scene.RegularWave(waves.amplitude, waves.period, waves.phase)
+        return scene.WaveTrain(regular, heading=waves.heading, ramp=waves.ramp)
+    peak = waves.peak_enhancement if isinstance(waves, schema.Jonswap) else 1.0
+    return scene.WaveTrain(
+        scene.Jonswap(waves.significant_height, waves.peak_period, peak),
+        *(waves.heading, waves.seed, waves.ramp, waves.repeat_period),
+    )
+
+
+def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
+    return scene.Body(
+        name=name,
+        mass=body.mass,
+        inertia=_inertia(body),
+        hydrodynamics=folder / body.hydrodynamics if body.hydrodynamics is not None else None,
+        centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
+        location=body.location,
+        dofs=body.dofs,
+        position=body.initial.position,
+        velocity=body.initial.velocity,
+        radiation=body.radiation,
+        wave_forces=scene.WaveForces(**dict(body.wave_forces)),
+    )
+
+
+def _inertia(body: schema.Body) -> np.ndarray:
+    if body.inertia is not None:
+        return np.array(body.inertia)
+    if body.mass_matrix is not None:
+        return np.array(body.mass_matrix)[3:, 3:]
+    # Without free rotations any inertia will do.
+    return body.mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))
+
+
+def _element(element: schema.Element) -> scene.ForceElement:
+    match element:
+        case schema.LinearMooring():
+            return _mooring(element)
+        case schema.AppliedForce():
+            return _applied_force(element)
+        case schema.Fender():
+            return _fender(element)
+
+
+def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
+    damping, ratio = element.damping, element.damping_ratio
+    return forces.LinearMooring(
+        element.body,
+        stiffness=as_matrix(element.stiffness),
+        damping=None if damping is None else as_matrix(damping),
+        damping_ratio=None if ratio is None else np.array(ratio.values()),
+    )
+
+
+def _applied_force(element: schema.AppliedForce) -> forces.AppliedForce:
+    zero = (0.0,) * len(element.time)
+    return forces.AppliedForce(
+        element.body,
+        point=element.point,
+        time=np.array(element.time),
+        force=np.array(element.force.values(absent=zero)).T.copy(),
+        body_fixed=element.frame == "body",
+    )
+
+
+def _fender(element: schema.Fender) -> forces.Fender:
+    count = len(element.points)
+    return forces.Fender(
+        element.body,
+        points=np.array(element.points),
+        plane=forces.Plane(**dict(element.plane)),
+        normal=_normal(element.normal, count),
+        friction=_friction(element.friction, count),
+    )
+
+
+def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve:
+    share = 1.0 / count if normal.total else 1.0
+    if normal.stiffness is not None:
+        table = np.array([0.0, 1.0]), np.array([0.0, normal.stiffness])
+    else:
+        table = np.array(normal.compression), np.array(normal.force)
+    compression, force = table
+    return forces.NormalCurve(compression, share * force, share * normal.damping)
+
+
+def _friction(
+    friction: schema.Friction, count: int
+) -> forces.StickSlip | forces.FrictionSlope | forces.Frictionless:
+    if isinstance(friction, schema.Frictionless):
+        return forces.Frictionless()
+    share = 1.0 / count if friction.total else 1.0
+    if isinstance(friction, schema.FrictionSlope):
+        return forces.FrictionSlope(friction.coefficient, share * friction.slope)
+    return forces.StickSlip(
+        friction.static,
+        friction.kinetic,
+        share * friction.stiffness,
+        share * friction.damping,
+        share * friction.slip_damping,
+    )

@@ -1,0 +1,91 @@
+"""What must agree between parts of a case that each are right by themselves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from hydrosim.case.nodes import joined, suggestion
+from hydrosim.case.schema import CaseFile, Fender, Irregular
+from hydrosim.case.units import shown
+
+RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+
+
+class Problem(NamedTuple):
+    """Keys to where it is, and what: "found X; expected Y; remedy"."""
+
+    keys: tuple[str | int, ...]
+    text: str
+
+
+def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
+    """All contradictions in ``case``; relative paths in it are relative to ``folder``."""
+    yield from _check_names(case)
+    yield from _check_bodies(case)
+    yield from _check_waves(case)
+    yield from _check_databases(case, folder)
+    yield from _check_steps(case)
+
+
+def _check_names(case: CaseFile) -> Iterator[Problem]:
+    for name in case.forces:
+        if name in RESERVED:
+            text = f'found the name "{name}"; expected another; the output has a force of that name'
+            yield Problem(("forces", name), text)
+
+
+def _check_bodies(case: CaseFile) -> Iterator[Problem]:
+    for name, element in case.forces.items():
+        yield from _check_body(case, ("forces", name, "body"), element.body)
+        if isinstance(element, Fender) and element.plane.body is not None:
+            keys = ("forces", name, "plane", "body")
+            yield from _check_body(case, keys, element.plane.body)
+            if element.plane.body == element.body:
+                text = f"found {shown(element.body)} on both sides; expected another body, or none"
+                yield Problem(keys, f"{text}; a plane without body is fixed to the earth")
+
+
+def _check_body(case: CaseFile, keys: tuple[str, ...], body: str) -> Iterator[Problem]:
+    if body not in case.bodies:
+        text = f"found {shown(body)}; expected a body of this case: {', '.join(case.bodies)}"
+        yield Problem(keys, joined(text, suggestion(body, case.bodies)))
+
+
+def _check_waves(case: CaseFile) -> Iterator[Problem]:
+    wet = [name for name, body in case.bodies.items() if body.hydrodynamics is not None]
+    if wet and case.environment is None:
+        text = f"found no environment; expected one, because {wet[0]} has hydrodynamics"
+        yield Problem((), f'{text}; add "environment: {{water_depth: infinite}}"')
+    for i, waves in enumerate(case.environment.waves if case.environment else ()):
+        if isinstance(waves, Irregular) and waves.repeat_period < case.duration:
+            text = f"found {waves.repeat_period:g} s; expected the duration or more"
+            keys = ("environment", "waves", i, "repeat_period")
+            yield Problem(keys, f"{text}, {case.duration:g} s; a shorter sea would repeat itself")
+
+
+def _check_databases(case: CaseFile, folder: Path) -> Iterator[Problem]:
+    for name, body in case.bodies.items():
+        if body.hydrodynamics is None:
+            continue
+        path = os.path.normpath(folder / body.hydrodynamics)
+        if not os.path.isfile(path):
+            found = "a directory" if os.path.isdir(path) else "no such file"
+            text = f"found {found} at {path}; expected a hydrodynamic database"
+            remedy = "relative paths begin at the case file's folder"
+            yield Problem(("bodies", name, "hydrodynamics"), f"{text}; {remedy}")
+
+
+def _check_steps(case: CaseFile) -> Iterator[Problem]:
+    step = case.solver.step
+    if step > case.duration:
+        text = f"found {step:g} s; expected no more than the duration, {case.duration:g} s"
+        yield Problem(("solver", "step"), text)
+    if case.output.step is not None:
+        steps = case.output.step / step
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+            near = max(1, round(steps)) * step
+            text = f"found {case.output.step:g} s; expected a multiple of solver.step, {step:g} s"
+            yield Problem(("output", "step"), f'{text}; "{near:g} s" is one')

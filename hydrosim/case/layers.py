@@ -1,0 +1,156 @@
+"""What a case file is laid over: the file that it `extends`; and what is laid over it: settings.
+
+Nodes are not changed in place: an anchor may stand for the same node elsewhere.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from hydrosim.case.nodes import SETTING, compose, entries, joined, plain, suggestion, wrong
+from hydrosim.errors import InputError
+
+EXTENDS = "extends"
+MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
+KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
+NAMED = {"bodies", "forces"}  # mappings with names that the user gives
+
+
+def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, MappingNode]:
+    """Text and nodes of a case file, laid over the file that its key `extends` names, if any.
+
+    Mappings are laid over each other key by key, except one with a `type`, `law` or `spectrum` of
+    its own, which replaces; null removes. ``above`` are the files that led here. The text is the
+    file's own, or that of the whole if it extends another. InputError says what cannot be read.
+    """
+    text = _read_text(path)
+    node = compose(text, str(path))
+    if not isinstance(node, MappingNode):
+        raise InputError(f"{path}:1: found no keys; expected a case file with lines `key: value`")
+    over = entries(node)
+    if EXTENDS not in over:
+        return text, node
+    _, named = over.pop(EXTENDS)
+    base = path.parent / str(plain(named))
+    chain = (*above, path.resolve())
+    if not base.is_file():
+        raise wrong(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
+    if base.resolve() in chain:
+        raise wrong(named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file")
+    whole = _overlay(read_case(base, chain)[1], _mapping(over, node))
+    return f"# {path.name} over {base.name}\n{written(whole)}", whole
+
+
+def apply_setting(node: MappingNode, setting: str) -> MappingNode:
+    """``node`` with ``KEY=VALUE`` laid over it: a dotted key, where a number is an entry of a list,
+    and a value in YAML; null removes. InputError names what there is instead of an unknown key."""
+    key, equals, text = setting.partition("=")
+    name = SETTING + setting
+    if not equals or not key.strip():
+        raise InputError(f"{name}: found no key or no value; expected KEY=VALUE")
+    value = compose(text, name) or compose("null", name)
+    return _assigned(node, key.strip().split("."), value)
+
+
+def settings_of(values: Mapping[str, Any]) -> list[str]:
+    """``KEY=VALUE`` of each entry; values are numbers, texts, lists, mappings, arrays or None."""
+    return [
+        f"{key}={json.dumps(value, default=_simple, ensure_ascii=False)}"
+        for key, value in values.items()
+    ]
+
+
+def _simple(value: Any) -> Any:
+    """numpy's numbers and arrays as Python's, anything else (a path) as text."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+def written(node: Node) -> str:
+    """The nodes as YAML text."""
+    return str(yaml.serialize(node, Dumper=yaml.SafeDumper, allow_unicode=True, width=100))
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except IsADirectoryError:
+        raise InputError(f"{path}: found a directory; expected a case file (YAML)") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None
+
+
+def _overlay(base: MappingNode, over: MappingNode) -> MappingNode:
+    result = entries(base)
+    for key, (name, value) in entries(over).items():
+        _, under = result.get(key, (name, None))
+        if _is_null(value):
+            _require(key, result, name)
+            del result[key]
+        elif _mergeable(under, value):
+            result[key] = name, _overlay(under, value)
+        else:
+            result[key] = name, value
+    return _mapping(result, base)
+
+
+def _mergeable(under: Node | None, over: Node) -> bool:
+    both = isinstance(under, MappingNode) and isinstance(over, MappingNode)
+    return both and not KINDS & entries(over).keys()
+
+
+def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
+    """``node``, or a new mapping, with ``value`` at ``keys``; list entries, bodies and forces must
+    be there."""
+    if not keys:
+        return value
+    key, rest = keys[0], keys[1:]
+    if isinstance(node, SequenceNode):
+        return _assigned_item(node, key, rest, value)
+    if isinstance(node, ScalarNode) and not _is_null(node):
+        text = f'found the value "{node.value}" there; expected no key "{key}" below it'
+        raise wrong(value.start_mark, text)
+    inside = entries(node)
+    new = ScalarNode(TEXT, key, *_marks(value))
+    name, under = inside.get(key, (new, None))
+    if key in NAMED and len(rest) > 1:
+        _require(rest[0], entries(under), value)
+    inside[key] = name if rest else new, _assigned(under, rest, value)
+    if not rest and _is_null(value):
+        _require(key, entries(node), value)
+        del inside[key]
+    return _mapping(inside, node or value)
+
+
+def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Node) -> SequenceNode:
+    items = {str(i): item for i, item in enumerate(node.value)}
+    _require(key, items, value)
+    items[key] = _assigned(items[key], rest, value)
+    return SequenceNode(node.tag, list(items.values()), *_marks(node), node.flow_style)
+
+
+def _require(key: str, known: Collection[str], at: Node) -> None:
+    if key not in known:
+        text = f'found no "{key}" there; expected one of: {", ".join(known) or "nothing"}'
+        raise wrong(at.start_mark, joined(text, suggestion(key, known)))
+
+
+def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:
+    flow = like.flow_style if isinstance(like, MappingNode) else False
+    return MappingNode(MAP, list(inside.values()), *_marks(like), flow)
+
+
+def _marks(node: Node) -> tuple[yaml.Mark, yaml.Mark]:
+    return node.start_mark, node.end_mark
+
+
+def _is_null(node: Node) -> bool:
+    return plain(node) is None

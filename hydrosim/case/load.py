@@ -1,0 +1,81 @@
+"""`load_case`: from a case file to a validated case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from yaml.nodes import MappingNode
+
+from hydrosim.case.checks import Problem, check
+from hydrosim.case.layers import apply_setting, read_case, settings_of, written
+from hydrosim.case.messages import explain
+from hydrosim.case.nodes import SETTING, empty_keys, locate, plain, where
+from hydrosim.case.schema import CaseFile
+from hydrosim.errors import InputError
+from hydrosim.scene import Scene
+
+
+@dataclass(frozen=True)
+class Case:
+    """A validated case: the file's ``path``, its whole ``text`` in YAML (with what it extends and
+    the settings laid over it), its ``data`` in SI and radians."""
+
+    path: Path
+    text: str
+    data: CaseFile
+
+    def scene(self) -> Scene:
+        """The scene to simulate; databases are files in it, not yet read."""
+        from hydrosim.case.build import build_scene  # the force elements load numba
+
+        return build_scene(self.data, self.path, self.text)
+
+
+def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()) -> Case:
+    """The case in the YAML file ``path``, validated, with ``settings`` laid over it.
+
+    Settings are texts ``KEY=VALUE`` or a mapping; a key is dotted ("solver.step",
+    "environment.waves.seed", "forces.interface.points.0"), a value is as in the file, None removes.
+    Raises InputError with a line for each problem: file and line, key, what was found, what was
+    expected, what to do.
+    """
+    path = Path(path)
+    text, document = read_case(path)
+    texts = settings_of(settings) if isinstance(settings, Mapping) else settings
+    for setting in texts:
+        document = apply_setting(document, setting)
+    if texts:
+        remarks = "".join(f"# {SETTING}{' '.join(setting.split())}\n" for setting in texts)
+        text = f"# {path.name}\n{remarks}{written(document)}"
+    return Case(path, text, _validated(document, path))
+
+
+def _validated(document: MappingNode, path: Path) -> CaseFile:
+    raw = plain(document)
+    readers: dict[int, Any] = {}
+    try:
+        data = CaseFile.model_validate(raw, context=readers)
+    except ValidationError as error:
+        _report([*explain(error, raw, readers), *_empty(document)], document)
+        raise
+    _report([*_empty(document), *check(data, path.parent)], document)
+    return data
+
+
+def _empty(document: MappingNode) -> Iterator[Problem]:
+    for keys in empty_keys(document):
+        yield Problem(keys, "found nothing; expected a value; give one or remove the key")
+
+
+def _report(problems: Sequence[Problem], document: MappingNode) -> None:
+    """Raises one InputError with the first problem of each key; passes if there is none."""
+    lines: dict[str, str] = {}
+    for problem in problems:
+        key, mark = locate(document, problem.keys)
+        lines.setdefault(key, ": ".join(part for part in (where(mark), key, problem.text) if part))
+    if lines:
+        raise InputError("\n".join(lines.values()))

@@ -1,0 +1,139 @@
+"""YAML as nodes that know their line, and the values they stand for.
+
+PyYAML's own values are not used, because YAML 1.1 has traps: `1e6` is a text, `off` is false, `010`
+is eight, `1:30` is ninety, and of two equal keys the last one wins in silence. Here a plain scalar
+is a number if it looks like one, `true` and `false` are the only switches, `null`, `~` and an empty
+value are nothing, all else and everything in quotes is text; equal keys are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
+from typing import Any
+
+import yaml
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from hydrosim.case.units import NUMBER
+from hydrosim.errors import InputError
+
+WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
+WHOLE = re.compile(r"[-+]?\d{1,18}", re.ASCII)
+SETTING = "--set "  # begins the name of a text that came from the command line
+
+
+def compose(text: str, name: str) -> Node | None:
+    """Nodes of a YAML text that messages call ``name``; None if there is nothing in it.
+
+    Raises InputError with the line of what is not YAML, or of a key that is there twice.
+    """
+    try:
+        loader = yaml.SafeLoader(text)
+        loader.name = name
+        node = loader.get_single_node()
+        _refuse_bad_keys(node)
+    except yaml.MarkedYAMLError as error:
+        what = ", ".join(part for part in (error.context, error.problem) if part)
+        raise wrong(error.problem_mark or error.context_mark, f"not valid YAML: {what}") from None
+    except yaml.YAMLError as error:
+        raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
+    except RecursionError:
+        raise InputError(f"{name}: not valid YAML: nested too deeply, or in itself") from None
+    return node
+
+
+def plain(node: Node) -> Any:
+    """The values of a node: dict, list, str, int, float, bool or None."""
+    if isinstance(node, MappingNode):
+        return {key: plain(value) for key, (_, value) in entries(node).items()}
+    if isinstance(node, SequenceNode):
+        return [plain(item) for item in node.value]
+    if node.style is not None:
+        return node.value
+    if node.value in WORDS:
+        return WORDS[node.value]
+    if WHOLE.fullmatch(node.value):
+        return int(node.value)
+    return float(node.value) if NUMBER.fullmatch(node.value) else node.value
+
+
+def entries(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:
+    """Key node and value node of each entry of a mapping; of nothing, none."""
+    return {key.value: (key, value) for key, value in _pairs(node)}
+
+
+def _pairs(node: Node | None) -> list[tuple[ScalarNode, Node]]:
+    return node.value if isinstance(node, MappingNode) else []
+
+
+def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
+    """Dotted key and mark of what is at ``keys``; keys that are not there are passed over
+    (pydantic puts the names of union members between)."""
+    names, mark = [], node.start_mark
+    for key in keys:
+        if isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
+            node = node.value[key]
+            mark = node.start_mark
+        elif key in (inside := entries(node)):
+            name, node = inside[str(key)]
+            mark = name.start_mark
+        else:
+            continue
+        names.append(str(key))
+    return ".".join(names), mark
+
+
+def where(mark: yaml.Mark) -> str:
+    """``file:line``; a setting of the command line has no lines."""
+    return mark.name if mark.name.startswith(SETTING) else f"{mark.name}:{mark.line + 1}"
+
+
+def wrong(mark: yaml.Mark, text: str) -> InputError:
+    """An error about the place ``mark``."""
+    return InputError(f"{where(mark)}: {text}")
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Asks for the word of ``known`` that may have been meant; empty if none is near."""
+    close = get_close_matches(word, list(known), n=1)
+    return f'did you mean "{close[0]}"?' if close else ""
+
+
+def joined(text: str, remedy: str) -> str:
+    """A message with its remedy, if there is one."""
+    return f"{text}; {remedy}" if remedy else text
+
+
+def empty_keys(node: Node, above: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """The keys to each entry of a mapping that has no value."""
+    for key, (_, value) in entries(node).items():
+        if plain(value) is None:
+            yield (*above, key)
+        yield from empty_keys(value, (*above, key))
+    for i, item in enumerate(node.value if isinstance(node, SequenceNode) else ()):
+        yield from empty_keys(item, (*above, i))
+
+
+def _refuse_bad_keys(node: Node | None) -> None:
+    for mapping in _mappings(node):
+        seen: dict[str, int] = {}
+        for key, _ in mapping.value:
+            if not isinstance(key, ScalarNode):
+                raise wrong(key.start_mark, "found a list or mapping as key; expected a word")
+            line = key.start_mark.line + 1
+            if key.value in seen:
+                first = f'found the key "{key.value}" twice, first in line {seen[key.value]}'
+                raise wrong(key.start_mark, f"{first}; expected it once; remove one")
+            seen[key.value] = line
+
+
+def _mappings(node: Node | None) -> Iterator[MappingNode]:
+    if isinstance(node, MappingNode):
+        yield node
+        for _, value in node.value:
+            yield from _mappings(value)
+    elif isinstance(node, SequenceNode):
+        for value in node.value:
+            yield from _mappings(value)

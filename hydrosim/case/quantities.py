@@ -1,0 +1,204 @@
+"""Types that the case file's models are made of: quantities, and their vectors and matrices."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Annotated, Any, Generic, TypeVar
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
+
+from hydrosim.case.units import Quantity, problem
+from hydrosim.scene import DOFS
+
+Length = Annotated[float, Quantity("length", "m", "12.4 m")]
+Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
+Speed = Annotated[float, Quantity("velocity", "m/s", "0.5 m/s")]
+TurnRate = Annotated[float, Quantity("angular velocity", "rad/s", "1 deg/s")]
+Instant = Annotated[float, Quantity("time", "s", "500 s")]
+Span = Annotated[float, Quantity("time", "s", "200 s", at_least=0)]
+Period = Annotated[float, Quantity("time", "s", "8 s", above=0)]
+Height = Annotated[float, Quantity("wave height", "m", "1.5 m", at_least=0)]
+Depth = Annotated[float, Quantity("depth", "m", "100 m", above=0, infinite=True)]
+Density = Annotated[float, Quantity("density", "kg/m^3", "1.025 tonne/m^3", above=0)]
+Gravity = Annotated[float, Quantity("acceleration", "m/s^2", "9.81 m/s^2", above=0)]
+Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
+Radius = Annotated[float, Quantity("radius of gyration", "m", "20 m", above=0)]
+Factor = Annotated[float, Quantity("number", "", "20 %", at_least=0)]
+Peak = Annotated[float, Quantity("peak enhancement factor", "", "3.3", at_least=1)]
+Component = Annotated[float, Quantity("number", "", "-1")]
+Compression = Annotated[float, Quantity("compression", "m", "0.5 m", at_least=0)]
+Force = Annotated[float, Quantity("force", "N", "100 kN")]
+Moment = Annotated[float, Quantity("moment", "N*m", "100 kN*m")]
+Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m", at_least=0)]
+Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m", at_least=0)]
+
+_Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne")]
+_MassMoment = Annotated[float, Quantity("first moment of mass", "kg*m", "1 tonne*m")]
+_Inertia = Annotated[float, Quantity("moment of inertia", "kg*m^2", "1e6 tonne*m^2")]
+_Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m")]
+_CrossStiffness = Annotated[float, Quantity("force per angle", "N/rad", "40 kN/deg")]
+_TurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1 MN*m/deg")]
+_Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m")]
+_CrossDamping = Annotated[float, Quantity("damping coefficient", "N*s/rad", "100 kN*s/rad")]
+_TurnDamping = Annotated[float, Quantity("damping coefficient", "N*m*s/rad", "1 MN*m*s/rad")]
+
+T = TypeVar("T")  # of surge, sway, heave
+C = TypeVar("C")  # of couplings between them
+R = TypeVar("R")  # of roll, pitch, yaw
+
+Vector = tuple[T, T, T]
+Six = tuple[T, T, T, R, R, R]
+SixBySix = Six[Six[T, C], Six[C, R]]
+
+
+class Strict(BaseModel):
+    """A mapping in a case file. Unknown keys are errors; the keys that a mapping could have had are
+    found in the context, a dict from ``id`` of the mapping to the model that read it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tell_who_reads(cls, value: Any, info: ValidationInfo) -> Any:
+        if info.context is not None:
+            info.context[id(value)] = cls
+        return value
+
+    def given(self, *keys: str) -> list[str]:
+        """Those of ``keys`` that have a value."""
+        return [key for key in keys if getattr(self, key) is not None]
+
+
+class PerDof(Strict, Generic[T, R]):
+    """A value for each DOF that is named."""
+
+    surge: T | None = None
+    sway: T | None = None
+    heave: T | None = None
+    roll: R | None = None
+    pitch: R | None = None
+    yaw: R | None = None
+
+    def values(self, absent: Any = 0.0) -> list[Any]:
+        """Six values, ``absent`` where none is given."""
+        return [absent if (x := getattr(self, dof)) is None else x for dof in DOFS]
+
+
+def as_matrix(value: Any) -> np.ndarray:
+    """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`."""
+    return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value)
+
+
+def _form(value: object) -> str:
+    return "matrix" if isinstance(value, list | tuple) else "diagonal"
+
+
+def _symmetric(value: Any) -> Any:
+    matrix = as_matrix(value)
+    gap = np.abs(matrix - matrix.T)
+    i, j = np.unravel_index(gap.argmax(), gap.shape)
+    if gap[i, j] > 1e-6 * max(abs(matrix[i, j]), abs(matrix[j, i])):
+        found = f"{matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} opposite it"
+        raise problem(found, "a symmetric matrix")
+    return value
+
+
+def _least_eigenvalue(matrix: np.ndarray) -> float:
+    """Of the matrix scaled to a unit diagonal, so that metres and radians weigh the same."""
+    diagonal = np.diag(matrix)
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return float(np.linalg.eigvalsh(matrix / np.outer(size, size))[0])
+
+
+def _semidefinite(value: Any) -> Any:
+    matrix = as_matrix(value)
+    negative = [f"{x:g} for {dof}" for x, dof in zip(np.diag(matrix), DOFS, strict=True) if x < 0.0]
+    if negative:
+        raise problem(", ".join(negative), "0 or more")
+    if _least_eigenvalue(matrix) < -1e-9:
+        raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
+    return value
+
+
+def _definite(value: Any) -> Any:
+    if _least_eigenvalue(as_matrix(value)) <= 0.0:
+        raise problem("a matrix that is not positive definite", "one of a body with mass")
+    return value
+
+
+def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidator:
+    """Validator of a list in which ``holds(next, this)`` for all neighbours."""
+
+    def check(values: tuple[float, ...]) -> tuple[float, ...]:
+        for this, after in pairwise(values):
+            if not holds(after, this):
+                raise problem(f"{after:g} after {this:g}", expected)
+        return values
+
+    return AfterValidator(check)
+
+
+def _from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+    if len(values) < 2 or values[0] != 0.0:
+        found = "[" + ", ".join(f"{x:g}" for x in values) + "]"
+        raise problem(found, "a table of at least two points, the first at 0")
+    return values
+
+
+def some(value: Any) -> Any:
+    """Refuses an empty list or mapping."""
+    if not value:
+        raise problem("nothing in it", "one or more")
+    return value
+
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+RISING = _steps(operator.gt, "values that rise")
+NOT_FALLING = _steps(operator.ge, "values that do not fall")
+
+StiffnessMatrix = Annotated[
+    Annotated[PerDof[_Stiffness, _TurnStiffness], Tag("diagonal")]
+    | Annotated[SixBySix[_Stiffness, _CrossStiffness, _TurnStiffness], Tag("matrix")],
+    Discriminator(_form),
+    AfterValidator(_symmetric),
+    AfterValidator(_semidefinite),
+]
+DampingMatrix = Annotated[
+    Annotated[PerDof[_Damping, _TurnDamping], Tag("diagonal")]
+    | Annotated[SixBySix[_Damping, _CrossDamping, _TurnDamping], Tag("matrix")],
+    Discriminator(_form),
+    AfterValidator(_symmetric),
+    AfterValidator(_semidefinite),
+]
+MassMatrix = Annotated[
+    SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
+]
+InertiaMatrix = Annotated[
+    Vector[Vector[_Inertia]], AfterValidator(_symmetric), AfterValidator(_definite)
+]
+Offsets = Six[Length, Angle]
+Velocities = Six[Speed, TurnRate]
+Point = Vector[Length]
+Direction = Vector[Component]
+Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
+Compressions = Annotated[tuple[Compression, ...], RISING, AfterValidator(_from_zero)]
+NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]
+Forces = PerDof[
+    Annotated[tuple[Force, ...], BeforeValidator(_listed)],
+    Annotated[tuple[Moment, ...], BeforeValidator(_listed)],
+]

@@ -1,0 +1,315 @@
+"""The case file as pydantic models: which keys there are, what they hold, what must agree.
+
+All values are in SI and radians once validated. What concerns several parts of a case at a time is
+in `hydrosim.case.checks`.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    StrictBool,
+    StrictStr,
+    model_validator,
+)
+
+from hydrosim.case import quantities as of
+from hydrosim.case.quantities import Strict, as_matrix
+from hydrosim.case.units import problem
+from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+TURNS = frozenset(DOFS[3:])
+
+
+def _named(name: str) -> str:
+    if not NAME.fullmatch(name):
+        raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
+    return name
+
+
+def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
+    if not dofs or len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
+        raise problem(f"[{', '.join(dofs)}]", f"one or more of {', '.join(DOFS)}, each once")
+    return tuple(sorted(dofs, key=DOFS.index))
+
+
+def _listed(value: Any) -> Any:
+    return [value] if isinstance(value, dict) else value
+
+
+Name = Annotated[str, AfterValidator(_named)]
+Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
+
+
+class Directed(Strict):
+    """What all waves have: where they go to, and the time they take to grow."""
+
+    heading: of.Angle = 0.0
+    ramp: of.Span = 0.0
+
+
+class Irregular(Directed):
+    """What all random seas have."""
+
+    significant_height: of.Height
+    peak_period: of.Period
+    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    repeat_period: of.Period = 10800.0
+
+
+class Jonswap(Irregular):
+    spectrum: Literal["jonswap"]
+    peak_enhancement: of.Peak = 3.3
+
+
+class PiersonMoskowitz(Irregular):
+    """JONSWAP without peak enhancement."""
+
+    spectrum: Literal["pierson_moskowitz"]
+
+
+class Regular(Directed):
+    spectrum: Literal["regular"]
+    amplitude: of.Height
+    period: of.Period
+    phase: of.Angle = 0.0
+
+
+class NoWaves(Strict):
+    """No waves; the other keys may stay, so that one word turns the waves of a case off."""
+
+    model_config = ConfigDict(extra="ignore")
+    spectrum: Literal["none"]
+
+
+Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | NoWaves, Discriminator("spectrum")]
+
+
+class Environment(Strict):
+    """Water, and the waves on it: one mapping, or a list of them."""
+
+    water_depth: of.Depth = np.inf
+    water_density: of.Density = 1025.0
+    gravity: of.Gravity = 9.81
+    waves: Annotated[tuple[Waves, ...], BeforeValidator(_listed)] = ()
+
+
+class Initial(Strict):
+    """Offsets from the place at rest, and velocities, at the start."""
+
+    position: of.Offsets = (0.0,) * 6
+    velocity: of.Velocities = (0.0,) * 6
+
+
+class WaveForces(Strict):
+    first_order: StrictBool = True
+    second_order: SecondOrder = SecondOrder.NONE
+
+
+class Body(Strict):
+    """A rigid body; dry if it has no hydrodynamics."""
+
+    mass: of.Mass
+    hydrodynamics: StrictStr | None = None
+    centre_of_gravity: of.Point | None = None
+    location: tuple[of.Length, of.Length] = (0.0, 0.0)
+    radii_of_gyration: of.Vector[of.Radius] | None = None
+    inertia: of.InertiaMatrix | None = None
+    mass_matrix: of.MassMatrix | None = None
+    dofs: Dofs = DOFS
+    initial: Initial = Initial()
+    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    wave_forces: WaveForces = WaveForces()
+
+    @model_validator(mode="after")
+    def _check_mass(self) -> Self:
+        keys = ("radii_of_gyration", "inertia", "mass_matrix")
+        given = self.given(*keys)
+        if len(given) > 1 or (not given and TURNS & set(self.dofs)):
+            raise problem(" and ".join(given) or "none", f"one of {', '.join(keys)}")
+        if self.mass_matrix is not None:
+            self._check_mass_matrix(np.array(self.mass_matrix))
+        return self
+
+    def _check_mass_matrix(self, matrix: np.ndarray) -> None:
+        wanted = np.zeros((6, 6))
+        wanted[:3, :3] = self.mass * np.eye(3)
+        wanted[3:, 3:] = matrix[3:, 3:]
+        if not np.allclose(matrix, wanted, rtol=1e-6, atol=1e-6 * self.mass):
+            raise problem(
+                "a mass_matrix that is not of this mass about its centre of gravity",
+                f"{self.mass:g} kg in surge, sway and heave, not coupled to the rotations",
+                "refer it to centre_of_gravity, or give inertia instead",
+            )
+
+    @model_validator(mode="after")
+    def _check_place(self) -> Self:
+        if self.hydrodynamics is not None and self.centre_of_gravity is None:
+            raise problem("no centre_of_gravity", "one, in the database's frame")
+        return self
+
+    @model_validator(mode="after")
+    def _check_start(self) -> Self:
+        speeds = zip(DOFS, self.initial.velocity, strict=True)
+        moving = [dof for dof, speed in speeds if speed and dof not in self.dofs]
+        if moving:
+            raise problem(f"an initial velocity in {', '.join(moving)}", "0 where `dofs` has none")
+        return self
+
+
+class LinearMooring(Strict):
+    type: Literal["linear_mooring"]
+    body: StrictStr
+    stiffness: of.StiffnessMatrix
+    damping: of.DampingMatrix | None = None
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        if self.damping is not None and self.damping_ratio is not None:
+            raise problem("damping and damping_ratio", "one of them, or none", "remove one")
+        if self.damping_ratio is not None:
+            stiffness = np.diag(as_matrix(self.stiffness))
+            ratios = zip(DOFS, self.damping_ratio.values(), stiffness, strict=True)
+            without = [dof for dof, ratio, k in ratios if ratio and not k]
+            if without:
+                raise problem(
+                    f"a damping_ratio in {', '.join(without)} where stiffness is 0",
+                    "stiffness there (the ratio is to critical damping on it)",
+                    "give damping instead",
+                )
+        return self
+
+
+class AppliedForce(Strict):
+    type: Literal["applied_force"]
+    body: StrictStr
+    frame: Literal["earth", "body"] = "earth"
+    point: of.Point = (0.0, 0.0, 0.0)
+    time: of.Times = (0.0,)
+    force: of.Forces
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        for dof, values in zip(DOFS, self.force.values(), strict=True):
+            if values and len(values) != len(self.time):
+                raise problem(
+                    f"{len(values)} values in force.{dof} and {len(self.time)} in time",
+                    "a value at each time, or one value and no time",
+                )
+        return self
+
+
+class Plane(Strict):
+    point: of.Point
+    normal: of.Direction
+    body: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _check_normal(self) -> Self:
+        if not any(self.normal):
+            raise problem("the normal [0, 0, 0]", "a direction", "point it to the free side")
+        return self
+
+
+class Normal(Strict):
+    """Normal force of a fender: a stiffness or a table; and damping."""
+
+    stiffness: of.Stiffness | None = None
+    compression: of.Compressions | None = None
+    force: of.NormalForces | None = None
+    damping: of.Damping = 0.0
+    total: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        given = self.given("stiffness", "compression", "force")
+        if given not in (["stiffness"], ["compression", "force"]):
+            raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
+        if self.compression and self.force and len(self.compression) != len(self.force):
+            found = f"{len(self.compression)} values in compression and {len(self.force)} in force"
+            raise problem(found, "a force for each compression")
+        if not (self.stiffness or (self.force and self.force[-1])):
+            raise problem("no force at any compression", "one that rises")
+        return self
+
+
+class StickSlip(Strict):
+    law: Literal["stick_slip"]
+    static: of.Factor
+    kinetic: of.Factor
+    stiffness: of.Stiffness
+    damping: of.Damping = 0.0
+    slip_damping: of.Damping = 0.0
+    total: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if self.static < self.kinetic:
+            raise problem(f"static {self.static:g}, kinetic {self.kinetic:g}", "static >= kinetic")
+        if not self.stiffness:
+            raise problem("the stiffness 0", "above 0", "for no friction use law: none")
+        if not self.damping + self.slip_damping:
+            raise problem("damping 0 and slip_damping 0", "one of them above 0")
+        return self
+
+
+class FrictionSlope(Strict):
+    law: Literal["friction_slope"]
+    coefficient: of.Factor
+    slope: of.Damping
+    total: StrictBool = False
+
+
+class Frictionless(Strict):
+    """No friction; the other keys may stay, so that one word turns the friction of a case off."""
+
+    model_config = ConfigDict(extra="ignore")
+    law: Literal["none"]
+
+
+Friction = Annotated[StickSlip | FrictionSlope | Frictionless, Discriminator("law")]
+
+
+class Fender(Strict):
+    type: Literal["fender"]
+    body: StrictStr
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    plane: Plane
+    normal: Normal
+    friction: Friction
+
+
+Element = Annotated[LinearMooring | AppliedForce | Fender, Discriminator("type")]
+
+
+class Solver(Strict):
+    method: Method = Method.RK4
+    step: of.Period = 0.1
+    kinematics: Kinematics = Kinematics.EXACT
+    events: StrictBool = True
+
+
+class Output(Strict):
+    step: of.Period | None = None
+
+
+class CaseFile(Strict):
+    """A whole case file."""
+
+    title: StrictStr
+    duration: of.Period
+    environment: Environment | None = None
+    bodies: Annotated[dict[Name, Body], AfterValidator(of.some)]
+    forces: dict[Name, Element] = Field(default_factory=dict)
+    solver: Solver = Solver()
+    output: Output = Output()

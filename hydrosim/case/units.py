@@ -1,0 +1,155 @@
+"""Quantities of a case file: numbers in SI, or texts with a unit, checked and converted to SI.
+
+    Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
+
+makes a type for pydantic models. pint is loaded when the first unit is met.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from dataclasses import dataclass
+from functools import lru_cache
+from math import inf, isfinite
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
+
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+# Products and quotients of names with small powers: pint computes whatever else it is given.
+_FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
+UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
+VAGUE = re.compile(r"\b(?:force_)?tons?(?:_force)?\b")
+# pint takes rad for a plain number: a percentage is no angle, and a frequency in Hz no rad/s.
+STRICT = ("", "rad", "rad/s")
+
+
+def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
+    """A validation error in this package's own words."""
+    text = f"found {found}; expected {expected}" + (f"; {remedy}" if remedy else "")
+    return PydanticCustomError("hydrosim", "{text}", {"text": text})
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of a float that a case file may give with a unit.
+
+    ``what`` it is and an ``example`` go into messages; ``unit`` is its SI unit, "rad" for angles
+    and "" for plain ratios; the value must be ``above`` or ``at_least`` a bound, if given;
+    ``infinite`` admits the word "infinite".
+    """
+
+    what: str
+    unit: str
+    example: str
+    above: float | None = None
+    at_least: float | None = None
+    infinite: bool = False
+
+    def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def read(self, value: object) -> float:
+        """The value in SI; raises PydanticCustomError where it is not such a quantity."""
+        if self.infinite and value == "infinite":
+            return inf
+        number = self._convert(value) if isinstance(value, str) else self._plain(value)
+        if not isfinite(number):
+            raise self._wrong(value, "give a finite number")
+        if self.above is not None and not number > self.above:
+            raise self._wrong(value, f"it must be above {self.above:g}")
+        if self.at_least is not None and not number >= self.at_least:
+            raise self._wrong(value, f"it must be {self.at_least:g} or more")
+        return number
+
+    def _plain(self, value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._wrong(value)
+        return float(value)
+
+    def _convert(self, text: str) -> float:
+        number = NUMBER.match(text.strip())
+        if number is None:
+            raise self._wrong(text)
+        unit = text.strip()[number.end() :].strip()
+        return float(number.group()) * (self._factor(text, unit) if unit else 1.0)
+
+    def _factor(self, text: str, unit: str) -> float:
+        try:
+            return factor(unit, self.unit)
+        except ValueError as error:
+            raise self._wrong(text, str(error)) from None
+
+    def _wrong(self, value: object, remedy: str = "") -> PydanticCustomError:
+        return problem(shown(value), self.expected, remedy)
+
+    @property
+    def expected(self) -> str:
+        """What a message asks for."""
+        article = "an" if self.what[0] in "aeiou" else "a"
+        unit = f" in {self.unit}, or with a unit" if self.unit else ""
+        other = ', or "infinite"' if self.infinite else ""
+        return f'{article} {self.what}{unit}, such as "{self.example}"{other}'
+
+
+def shown(value: object) -> str:
+    """A value as a message shows it."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return str(value).lower()
+        case dict():
+            return "a mapping" if value else "an empty mapping"
+        case list():
+            return f"a list of {len(value)}" if value else "an empty list"
+        case str():
+            return f'"{textwrap.shorten(value, 60)}"'
+    return str(value)
+
+
+@lru_cache(maxsize=1024)
+def factor(unit: str, si: str) -> float:
+    """What a number in ``unit`` is multiplied with to be in ``si``; ValueError says why not."""
+    if not UNIT.fullmatch(unit):
+        raise ValueError(f'"{unit}" cannot be read as a unit')
+    if VAGUE.search(unit):
+        raise ValueError("tons differ: write tonne (1000 kg) or tonne_force (9810 N)")
+    import pint
+
+    units = registry()
+    try:
+        source, target = units.parse_units(unit), units.parse_units(si)
+    except pint.PintError:
+        raise ValueError(f'"{unit}" has a unit that is not known') from None
+    if not _same_kind(source, target, si in STRICT):
+        raise ValueError(_why_not(unit, source, target))
+    return float(units.convert(1.0, source, target))
+
+
+def _same_kind(source: Any, target: Any, strict: bool) -> bool:
+    if strict:
+        root = registry().get_root_units
+        return bool(root(source)[1] == root(target)[1])
+    return bool(source.dimensionality == target.dimensionality)
+
+
+def _why_not(unit: str, source: Any, target: Any) -> str:
+    acceleration = registry().parse_units("m/s^2")
+    if _same_kind(source * acceleration, target, strict=False):
+        return f'"{unit}" has a mass where a force belongs: weights are in tonne_force'
+    return f'"{unit}" is another kind of quantity'
+
+
+@lru_cache(maxsize=1)
+def registry() -> Any:
+    """pint's units and ours. Loading pint takes a quarter of a second, so not before it is used."""
+    import pint
+
+    units: Any = pint.UnitRegistry(on_redefinition="ignore")
+    units.define(f"tonne_force = {TONNE_FORCE} newton = tf")
+    return units

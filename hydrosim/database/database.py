@@ -1,0 +1,163 @@
+"""The hydrodynamic database: frequency-domain coefficients of one or more floating bodies.
+
+Frame: the database's own, origin on the still waterline, x forward, y to port, z up. Coefficients
+refer to ``reference_point``. Phases refer to the wave elevation at the frame's origin and to the
+time factor exp(+i w t). Headings are where the waves go to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrosim.errors import InputError
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# +1 where a mirror image in y = 0 keeps the sign of a load or motion: surge, heave, pitch.
+MIRROR_SIGN = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+
+TURN = 2 * np.pi
+SAME_HEADING = 1e-9  # rad: headings closer than this are one
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HydroDatabase:
+    """Coefficients in SI units and radians, n = 6 x number of bodies (nb), DOFs body by body.
+
+    ``frequency`` (nw,) [rad/s] and ``heading`` (nh,) [rad] ascend. ``added_mass`` and
+    ``radiation_damping`` (nw, n, n) give the force on the row's DOF by motion of the column's;
+    ``added_mass_zero`` and ``added_mass_infinite`` (n, n) are their limits. ``excitation`` and its
+    part ``froude_krylov`` (nw, nh, n) are loads per unit wave amplitude; ``mean_drift`` (nw, nh, n)
+    is the mean second-order load per amplitude squared [N/m^2, N m/m^2] and ``drift_imbalance``
+    (nw, nh) its relative energy error. ``hydrostatic_stiffness`` (n, n) includes gravity about
+    ``centre_of_gravity``. ``inertia_matrix`` (n, n) is about ``reference_point``. Points are
+    (nb, 3), ``volume`` is (nb,). An infinite ``water_depth`` is ``math.inf``.
+
+    ``port_starboard_symmetric``: each body is its own mirror image in y = 0. ``attributes`` say
+    what the hull is and what computed it. Raises `InputError` where a shape does not fit or a
+    number is NaN.
+    """
+
+    source: str
+    frequency: Real
+    heading: Real
+    added_mass: Real
+    radiation_damping: Real
+    excitation: Complex
+    hydrostatic_stiffness: Real
+    volume: Real
+    centre_of_buoyancy: Real
+    centre_of_gravity: Real
+    reference_point: Real
+    water_depth: float
+    water_density: float
+    gravity: float
+    port_starboard_symmetric: bool
+    added_mass_zero: Real | None = None
+    added_mass_infinite: Real | None = None
+    froude_krylov: Complex | None = None
+    mean_drift: Real | None = None
+    drift_imbalance: Real | None = None
+    inertia_matrix: Real | None = None
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, expected in self._shapes().items():
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if value.shape != expected:
+                raise InputError(
+                    f"{self.source}: {name} has shape {value.shape}, expected {expected} for"
+                    f" {self.bodies} bodies, {self.frequency.size} frequencies and"
+                    f" {self.heading.size} headings. Mend the file or the recipe that wrote it."
+                )
+            if not np.isfinite(value).all():
+                raise InputError(
+                    f"{self.source}: {name} has {np.count_nonzero(~np.isfinite(value))} values of"
+                    f" {value.size} that are not numbers. The solver probably failed there:"
+                    " compute them again."
+                )
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        bodies, n = self.bodies, 6 * self.bodies
+        nw, nh = self.frequency.size, self.heading.size
+        point, square, loads = (bodies, 3), (n, n), (nw, nh, n)
+        return {
+            "frequency": (nw,),
+            "heading": (nh,),
+            "added_mass": (nw, *square),
+            "radiation_damping": (nw, *square),
+            "added_mass_zero": square,
+            "added_mass_infinite": square,
+            "excitation": loads,
+            "froude_krylov": loads,
+            "mean_drift": loads,
+            "drift_imbalance": (nw, nh),
+            "hydrostatic_stiffness": square,
+            "inertia_matrix": square,
+            "volume": (bodies,),
+            "centre_of_buoyancy": point,
+            "centre_of_gravity": point,
+            "reference_point": point,
+        }
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies."""
+        return self.volume.size
+
+    @cached_property
+    def checksum(self) -> str:
+        """SHA-256 (hex) over all numbers: two databases with the same one give the same results."""
+        digest = hashlib.sha256()
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray | float):
+                array = np.ascontiguousarray(value)
+                digest.update(f"{item.name} {array.shape} {array.dtype.str}".encode())
+                digest.update(array.tobytes())
+        digest.update(f"symmetric {self.port_starboard_symmetric}".encode())
+        return digest.hexdigest()
+
+
+def all_headings(db: HydroDatabase) -> HydroDatabase:
+    """The database with the full circle of headings, ascending in [0, 2 pi).
+
+    Waves towards -b on a hull that is its own mirror image load it as waves towards b do, with
+    sway, roll and yaw reversed; headings that the database lacks come from such images. The
+    headings of a hull without symmetry are only brought into the range.
+    """
+    rows, mirror = np.arange(db.heading.size), np.zeros(db.heading.size, dtype=bool)
+    angle = db.heading
+    if db.port_starboard_symmetric:
+        angle, rows = np.concatenate([angle, -angle]), np.tile(rows, 2)
+        mirror = np.concatenate([mirror, ~mirror])
+    angle = np.mod(angle, TURN)
+    angle[TURN - angle < SAME_HEADING] = 0.0
+    keep = _first_of_each(angle)
+    rows, sign = rows[keep], np.where(mirror[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
+    return replace(
+        db,
+        heading=angle[keep],
+        excitation=db.excitation[:, rows] * sign,
+        froude_krylov=None if db.froude_krylov is None else db.froude_krylov[:, rows] * sign,
+        mean_drift=None if db.mean_drift is None else db.mean_drift[:, rows] * sign,
+        drift_imbalance=None if db.drift_imbalance is None else db.drift_imbalance[:, rows],
+    )
+
+
+def _first_of_each(angle: Real) -> NDArray[np.intp]:
+    """Indices that sort the angles, each direction once: the one that comes first."""
+    order = np.argsort(angle, kind="stable")
+    steps = np.diff(angle[order], prepend=-TURN)
+    groups = np.cumsum(steps > SAME_HEADING)
+    firsts = [order[groups == g].min() for g in np.unique(groups)]
+    return np.array(firsts)

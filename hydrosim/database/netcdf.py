@@ -1,0 +1,164 @@
+"""hydrosim's own database file: one netCDF-4 layout, dimensions by name, everything in SI.
+
+Variables are those of `HydroDatabase`; a complex one has a last dimension ``complex`` (re, im).
+DOFs are ``surge`` to ``yaw``, with several bodies ``body1__surge`` and so on. Optional variables
+are absent where the database has none. netCDF4 is used rather than xarray because importing
+xarray takes longer than everything else; the files open in xarray all the same.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import netCDF4
+import numpy as np
+
+from hydrosim.database.database import HydroDatabase
+from hydrosim.errors import InputError
+from hydrosim.scene import DOFS
+
+FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"
+PHASE = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
+
+
+class Variable(NamedTuple):
+    """How one array is stored; a row of loads has the unit of a force and of a moment."""
+
+    dimensions: tuple[str, ...]
+    units: str
+    long_name: str
+    optional: bool = False
+    is_complex: bool = False
+
+
+_MATRIX = ("influenced_dof", "radiating_dof")
+_LOADS = ("frequency", "heading", "influenced_dof")
+_POINT = ("body", "axis")
+
+# Matrices and loads mix translations and rotations: with metres and radians every entry is in
+# coherent SI, and the unit given is that of the translations.
+VARIABLES = {
+    "frequency": Variable(("frequency",), "rad s-1", "wave frequency"),
+    "heading": Variable(("heading",), "rad", "direction the waves go to, counter-clockwise from x"),
+    "added_mass": Variable(("frequency", *_MATRIX), "kg", "added mass"),
+    "radiation_damping": Variable(("frequency", *_MATRIX), "kg s-1", "radiation damping"),
+    "added_mass_zero": Variable(_MATRIX, "kg", "added mass at zero frequency", True),
+    "added_mass_infinite": Variable(_MATRIX, "kg", "added mass at infinite frequency", True),
+    "excitation": Variable(_LOADS, "N m-1", "wave excitation per wave amplitude", False, True),
+    "froude_krylov": Variable(_LOADS, "N m-1", "Froude-Krylov part of the excitation", True, True),
+    "mean_drift": Variable(_LOADS, "N m-2", "mean drift load per wave amplitude squared", True),
+    "drift_imbalance": Variable(
+        ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", True
+    ),
+    "hydrostatic_stiffness": Variable(_MATRIX, "N m-1", "hydrostatic and gravity stiffness"),
+    "inertia_matrix": Variable(_MATRIX, "kg", "inertia matrix of the body", True),
+    "volume": Variable(("body",), "m3", "displaced volume"),
+    "centre_of_buoyancy": Variable(_POINT, "m", "centre of buoyancy"),
+    "centre_of_gravity": Variable(_POINT, "m", "centre of gravity"),
+    "reference_point": Variable(_POINT, "m", "point the coefficients refer to"),
+    "water_depth": Variable((), "m", "water depth, inf for deep water"),
+    "water_density": Variable((), "kg m-3", "density of the water"),
+    "gravity": Variable((), "m s-2", "gravitational acceleration"),
+}
+
+
+def read(path: Path) -> HydroDatabase:
+    """The database in a netCDF file of this layout; raises `InputError` for what is missing."""
+    try:
+        file = netCDF4.Dataset(path)
+    except OSError as error:
+        raise InputError(
+            f"{path}: not a netCDF-4/HDF5 file ({error}); expected a hydrosim database."
+        ) from error
+    with file:
+        file.set_auto_mask(False)
+        missing = [n for n, v in VARIABLES.items() if not v.optional and n not in file.variables]
+        if missing:
+            raise InputError(
+                f"{path}: variable {', '.join(missing)} is missing; expected a hydrosim database"
+                " with the layout of hydrosim.database.netcdf. Is it another program's file?"
+            )
+        arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+        texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
+    symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
+    return HydroDatabase(
+        source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
+    )
+
+
+def write(db: HydroDatabase, path: Path) -> None:
+    """Write the database; ``read`` gives the same numbers back bit for bit."""
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        file.setncatts(_attributes(db))
+        _dimensions(file, db)
+        for name, variable in VARIABLES.items():
+            value = getattr(db, name)
+            if value is not None:
+                _store(file, name, variable, value)
+
+
+def dof_names(bodies: int) -> list[str]:
+    """``surge`` to ``yaw``, prefixed by ``body1__`` and so on where there are several bodies."""
+    if bodies == 1:
+        return list(DOFS)
+    return [f"{body}__{dof}" for body in body_names(bodies) for dof in DOFS]
+
+
+def body_names(bodies: int) -> list[str]:
+    """``body1``, ``body2`` and so on."""
+    return [f"body{number + 1}" for number in range(bodies)]
+
+
+def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
+    stored = file.variables[name]
+    expected = variable.dimensions + (("complex",) if variable.is_complex else ())
+    if stored.dimensions != expected:
+        raise InputError(
+            f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
+            f" {expected}."
+        )
+    value = np.array(stored[...], dtype=np.float64, order="C")
+    if variable.is_complex:
+        return value.view(np.complex128)[..., 0]
+    return value if expected else float(value)
+
+
+def _attributes(db: HydroDatabase) -> dict[str, str]:
+    standard = {
+        "Conventions": "CF-1.11",
+        "title": "Hydrodynamic database",
+        "frame": FRAME,
+        "phase_convention": PHASE,
+        "port_starboard_symmetric": "yes" if db.port_starboard_symmetric else "no",
+    }
+    return {**standard, **db.attributes}
+
+
+def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
+    """Dimensions, and the labels of those that are not numbers."""
+    file.createDimension("frequency", db.frequency.size)
+    file.createDimension("heading", db.heading.size)
+    labels = {
+        "influenced_dof": (dof_names(db.bodies), "degree of freedom of the load"),
+        "radiating_dof": (dof_names(db.bodies), "degree of freedom of the motion"),
+        "body": (body_names(db.bodies), "body"),
+        "axis": (["x", "y", "z"], "axis of the database's frame"),
+        "complex": (["re", "im"], "real and imaginary part"),
+    }
+    for name, (values, long_name) in labels.items():
+        file.createDimension(name, len(values))
+        variable = file.createVariable(name, str, (name,))
+        variable.long_name = long_name
+        variable[:] = np.array(values, dtype=object)
+
+
+def _store(file: netCDF4.Dataset, name: str, variable: Variable, value: Any) -> None:
+    numbers = np.asarray(value)
+    dimensions = variable.dimensions
+    if variable.is_complex:
+        numbers = np.stack([numbers.real, numbers.imag], axis=-1)
+        dimensions = (*dimensions, "complex")
+    stored = file.createVariable(name, "f8", dimensions, zlib=bool(dimensions))
+    stored.units, stored.long_name = variable.units, variable.long_name
+    stored[...] = numbers

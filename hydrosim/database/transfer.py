@@ -1,0 +1,66 @@
+"""Moving a database to other centres of gravity."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrosim.database.database import HydroDatabase, Real
+
+
+def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
+    """The database with its coefficients about new centres of gravity (nb, 3), database frame.
+
+    With v_ref = T v the velocity of the reference points for the velocity v of the new ones, equal
+    power gives loads T^T X and matrices T^T A T (Newman 1977, Marine Hydrodynamics, chapter 4).
+    Phases still refer to the elevation at the frame's origin.
+
+    The stiffness moves in the same way, for it is the second derivative of an energy that is
+    stationary at rest. A centre of gravity that rises by dz, with the weight equal to the
+    buoyancy, moreover takes rho g V dz from roll and pitch (GM falls by dz; Newman 1977, chapter
+    6). A sideways shift of the centre of gravity must be balanced by other means: the body is
+    at rest in the position of the database.
+
+    ``inertia_matrix`` is dropped when a centre of gravity moves, since it is that of another
+    distribution of mass. Returns ``db`` itself if nothing moves.
+    """
+    new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
+    if np.array_equal(new, db.reference_point) and np.array_equal(new, db.centre_of_gravity):
+        return db
+    T = velocity_transfer(db.reference_point - new)
+    stiffness = T.T @ db.hydrostatic_stiffness @ T
+    weight = db.water_density * db.gravity * db.volume
+    for body, loss in enumerate(weight * (new - db.centre_of_gravity)[:, 2]):
+        for dof in (6 * body + 3, 6 * body + 4):
+            stiffness[dof, dof] -= loss
+    same_mass = np.array_equal(new, db.centre_of_gravity)
+    return replace(
+        db,
+        reference_point=new,
+        centre_of_gravity=new,
+        hydrostatic_stiffness=stiffness,
+        added_mass=T.T @ db.added_mass @ T,
+        radiation_damping=T.T @ db.radiation_damping @ T,
+        added_mass_zero=_matrix(db.added_mass_zero, T),
+        added_mass_infinite=_matrix(db.added_mass_infinite, T),
+        inertia_matrix=_matrix(db.inertia_matrix, T) if same_mass else None,
+        excitation=db.excitation @ T,
+        froude_krylov=None if db.froude_krylov is None else db.froude_krylov @ T,
+        mean_drift=None if db.mean_drift is None else db.mean_drift @ T,
+    )
+
+
+def velocity_transfer(offset: Real) -> Real:
+    """T (n, n): the velocity at points ``offset`` (nb, 3) from the centres is T times theirs."""
+    T = np.eye(6 * len(offset))
+    for body, (x, y, z) in enumerate(offset):
+        rows = slice(6 * body, 6 * body + 3)
+        columns = slice(6 * body + 3, 6 * body + 6)
+        T[rows, columns] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return T
+
+
+def _matrix(value: Real | None, T: Real) -> Real | None:
+    return None if value is None else T.T @ value @ T

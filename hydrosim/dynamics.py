@@ -1,0 +1,178 @@
+"""The equation of motion.
+
+    v = S q',   S^T (M + A_inf) S q'' = S^T (F - F_gyroscopic - (M + A_inf) S' q')
+
+    F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements
+
+q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
+the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency; F_gyroscopic =
+omega x (R I R^T omega). A_inf, the retardation functions and the wave loads belong to the mean
+position: they stay in axes parallel to the body's at rest and do not turn with yaw. (Cummins 1962;
+Ogilvie 1964.)
+
+The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
+that ride along: of every row of forces its work (waves, applied forces) or its dissipation (all
+others), and of |wave power|.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydrosim.forces import add_element_energies, add_elements
+from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.kernels import assign, clear, kernel
+from hydrosim.radiation.memory import (
+    ConvolutionKernel,
+    RadiationStates,
+    radiation_memory,
+    radiation_states,
+)
+from hydrosim.rigid import (
+    Bodies,
+    Motion,
+    acceleration_map,
+    cholesky,
+    cholesky_solve,
+    generalised_force,
+    kinetic_energy,
+    mass_matrix,
+    new_motion,
+    place_bodies,
+)
+from hydrosim.rigid.vectors import cross, matvec, vector
+from hydrosim.waves.loads import WaveLoads, wave_loads
+
+
+class Model(NamedTuple):
+    """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
+
+    ``radiation`` and ``energy`` are the first entries of those parts in y, of length ``size``.
+    """
+
+    bodies: Bodies
+    added_mass: np.ndarray  # (6 nb, 6 nb), A_inf
+    stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
+    states: RadiationStates
+    convolution: ConvolutionKernel
+    waves: WaveLoads
+    elements: Any
+    rows: int
+    radiation: int
+    energy: int
+    size: int
+
+
+class Work(NamedTuple):
+    """Scratch of one evaluation of `rhs`: nothing in it outlives the call."""
+
+    motion: Motion
+    wrench: np.ndarray  # (nr, 6 nb), force of every row
+    rate: np.ndarray  # (nr,), work or dissipation of every row
+    total: np.ndarray  # (6 nb,)
+    mass: np.ndarray  # (6 nb, 6 nb)
+    inertia: np.ndarray  # (n, n)
+
+
+def new_work(model: Model) -> Work:
+    """Scratch for this model."""
+    m, n = 6 * model.bodies.mass.size, model.bodies.active.size
+    return Work(
+        new_motion(model.bodies),
+        np.zeros((model.rows, m)),
+        np.zeros(model.rows),
+        np.zeros(m),
+        np.zeros((m, m)),
+        np.zeros((n, n)),
+    )
+
+
+@kernel
+def rhs(t, y, modes, history, model, work, dy):
+    """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Pure: it changes
+    scratch and ``dy`` only."""
+    n, motion = model.bodies.active.size, work.motion
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    forces(t, y, modes, history, model, work, dy)
+
+    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
+    total_force(work.wrench, work.total)
+    subtract_inertial(model.bodies, motion, work.mass, work.total)
+
+    assign(dy[:n], y[n : 2 * n])
+    acceleration = dy[n : 2 * n]
+    generalised_force(model.bodies, motion, work.total, acceleration)
+    acceleration_map(model.bodies, motion, work.mass, work.inertia)
+    cholesky(work.inertia)
+    cholesky_solve(work.inertia, acceleration)
+
+
+@kernel
+def forces(t, y, modes, history, model, work, dy):
+    """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
+    motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
+    clear(wrench.reshape(wrench.size))
+    clear(rate)
+    x, dx = y[model.radiation :], dy[model.radiation :]
+    add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
+    radiation_states(x, v, model.states, dx, wrench[RADIATION])
+    radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+    add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
+
+    rate[RADIATION] = -power(wrench[RADIATION], v)
+    rate[WAVE_FIRST_ORDER] = power(wrench[WAVE_FIRST_ORDER], v)
+    rate[WAVE_SECOND_ORDER] = power(wrench[WAVE_SECOND_ORDER], v)
+    assign(dy[model.energy :], rate)
+    dy[model.energy + model.rows] = abs(rate[WAVE_FIRST_ORDER] + rate[WAVE_SECOND_ORDER])
+
+
+@kernel
+def total_force(wrench, total):
+    """Sum over the rows of ``wrench`` (nr, 6 nb) into ``total``."""
+    clear(total)
+    for row in range(wrench.shape[0]):
+        for i in range(total.size):
+            total[i] += wrench[row, i]
+
+
+@kernel
+def power(force, v):
+    """F v."""
+    total = 0.0
+    for i in range(v.size):
+        total += force[i] * v[i]
+    return total
+
+
+@kernel
+def subtract_inertial(bodies, motion, mass, total):
+    """total -= omega x (R I R^T omega) + (M + A_inf) S' q'; both vanish for small angles."""
+    if not bodies.exact:
+        return
+    for b in range(bodies.mass.size):
+        k, R = 6 * b + 3, motion.rotation[b]
+        omega = vector(motion.velocity, k)
+        body_omega = matvec(R.T, omega)
+        gyroscopic = cross(omega, matvec(R, matvec(bodies.inertia[b], body_omega)))
+        for i in range(3):
+            total[k + i] -= gyroscopic[i]
+            if motion.bias[k + i] != 0.0:
+                for j in range(total.size):
+                    total[j] -= mass[j, k + i] * motion.bias[k + i]
+
+
+@kernel
+def stored_energies(t, y, modes, model, work, stored):
+    """Energy stored in every row of forces into ``stored`` (nr,); returns the kinetic energy
+    v (M + A_inf) v / 2."""
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    clear(stored)
+    add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
+    add_element_energies(t, y, modes, work.motion, model.bodies, model.elements, stored)
+    mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
+    return kinetic_energy(work.motion.velocity, work.mass)

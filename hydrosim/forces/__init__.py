@@ -1,0 +1,47 @@
+"""Force elements, one file each, and their sum.
+
+A new element is one file with the functions of its neighbours (a frozen dataclass, `Params`,
+`compile_elements`, `add_force`, `add_energy`) and two adjacent lines here: in the catalogue, and
+its call in the sum (with the same index).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hydrosim.forces import applied_force, linear_mooring
+from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.contact import fender
+from hydrosim.forces.contact.fender import Fender, Frictionless, Plane
+from hydrosim.forces.contact.friction_slope import FrictionSlope
+from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.stick_slip import StickSlip
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.kernels import kernel
+from hydrosim.scene import ForceElement
+
+CATALOGUE = (linear_mooring, applied_force, fender)
+FENDER = CATALOGUE.index(fender)
+
+
+@kernel
+def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
+    """Forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the elements."""
+    linear_mooring.add_force(t, y, modes, motion, bodies, elements[0], wrench, rate, dy)
+    applied_force.add_force(t, y, modes, motion, bodies, elements[1], wrench, rate, dy)
+    fender.add_force(t, y, modes, motion, bodies, elements[2], wrench, rate, dy)
+
+
+@kernel
+def add_element_energies(t, y, modes, motion, bodies, elements, stored):
+    """Stored energies of all elements, each into its row of ``stored`` (rows,)."""
+    linear_mooring.add_energy(t, y, modes, motion, bodies, elements[0], stored)
+    applied_force.add_energy(t, y, modes, motion, bodies, elements[1], stored)
+    fender.add_energy(t, y, modes, motion, bodies, elements[2], stored)
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
+    """Constants of all elements, one `Params` per kind in the order of the catalogue."""
+    return tuple(kind.compile_elements(elements, layout) for kind in CATALOGUE)

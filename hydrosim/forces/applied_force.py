@@ -1,0 +1,94 @@
+"""Applied force: a table in time on a point of a body, earth-fixed or body-fixed.
+
+    F = f(t)  or  R f(t),   M = m(t) + arm x F  (m turned as F is)
+
+f, m: force and moment between the table's points on straight lines, constant before the first and
+after the last; arm: from the centre of gravity to the point. Work is F v. The corners of the table
+are breakpoints of the integration. A deballasting ramp is an earth-fixed force; fixed to the body
+it would push sideways through pitch and roll.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.layout import Layout
+from hydrosim.kernels import kernel
+from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
+from hydrosim.scene import ForceElement
+
+
+@dataclass(frozen=True)
+class AppliedForce(ForceElement):
+    """``force`` (n, 6) [N, N m] at ``time`` (n,) [s] on ``point`` of the body frame."""
+
+    point: tuple[float, ...]
+    time: np.ndarray
+    force: np.ndarray
+    body_fixed: bool = False
+
+
+class Params(NamedTuple):
+    """Arrays of all applied forces; the table of force e is ``time[first[e]:first[e + 1]]``."""
+
+    body: np.ndarray
+    row: np.ndarray
+    point: np.ndarray
+    body_fixed: np.ndarray
+    first: np.ndarray
+    time: np.ndarray
+    force: np.ndarray
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the applied forces among ``elements``."""
+    chosen = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
+    tables = list(chosen.values())
+    return Params(
+        np.array([layout.body[e.body] for e in tables], dtype=np.int64),
+        np.array([layout.row[name] for name in chosen], dtype=np.int64),
+        np.array([e.point for e in tables], dtype=float).reshape(-1, 3),
+        np.array([e.body_fixed for e in tables], dtype=np.bool_),
+        np.cumsum([0, *(len(e.time) for e in tables)]),
+        np.concatenate([np.zeros(0), *(e.time for e in tables)]),
+        np.concatenate([np.zeros((0, 6)), *(e.force for e in tables)]),
+    )
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Every applied force into its row of ``wrench``, its power into ``rate``."""
+    for e in range(p.body.size):
+        b, row = p.body[e], p.row[e]
+        force, moment = table_value(t, p.time, p.force, p.first[e], p.first[e + 1])
+        if p.body_fixed[e]:
+            force, moment = matvec(motion.rotation[b], force), matvec(motion.rotation[b], moment)
+        _, arm = attachment(b, vector(p.point[e], 0), bodies, motion)
+        add_wrench(b, force, add(moment, cross(arm, force)), wrench[row])
+        omega = vector(motion.velocity, 6 * b + 3)
+        rate[row] += dot(force, point_velocity(b, arm, motion)) + dot(moment, omega)
+
+
+@kernel
+def table_value(t, time, force, first, last):
+    """Force and moment at ``t`` from rows ``first`` to ``last`` of a table, linear between."""
+    k = first + np.searchsorted(time[first:last], t)
+    if k == first or k == last:
+        k = min(k, last - 1)
+        return vector(force[k], 0), vector(force[k], 3)
+    x = (t - time[k - 1]) / (time[k] - time[k - 1])
+    before, after = force[k - 1], force[k]
+    return (
+        add(scale(1.0 - x, vector(before, 0)), scale(x, vector(after, 0))),
+        add(scale(1.0 - x, vector(before, 3)), scale(x, vector(after, 3))),
+    )
+
+
+@kernel
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """An applied force stores nothing."""

@@ -1,0 +1,43 @@
+"""Friction by a slope: viscous at small velocity, saturated at large, as aNySIM's fender has it.
+
+    f = -min(mu N, b |v|) v / |v|
+
+v: velocity of the body's point relative to the plane; b: friction slope [N s/m]. Below |v| = mu N/b
+("stick") the point creeps; above it ("slip") mu N opposes the velocity. The corner between is an
+event. Dissipation f v; nothing is stored. Source: Plasterk (2017), section 4.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.kernels import kernel
+
+
+@dataclass(frozen=True)
+class FrictionSlope:
+    """Per contact point: ``coefficient`` mu and ``slope`` b [N s/m]."""
+
+    coefficient: float
+    slope: float
+
+
+@kernel
+def friction(mode, N, v1, s, p, i):
+    """Friction of contact point ``i`` in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
+    speed = hypot(v1[0], v1[1])
+    if mode == OPEN or speed == 0.0:
+        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+    size = p.damping[i] * speed if mode == STICK else p.kinetic[i] * N
+    force = (-size * v1[0] / speed, -size * v1[1] / speed)
+    return Friction(force, (0.0, 0.0), speed, size * speed)
+
+
+@kernel
+def margin(mode, N, v1, s, p, i):
+    """How far the point is from the corner mu N = b |v| [N]; negative past it."""
+    viscous = p.damping[i] * hypot(v1[0], v1[1])
+    return p.kinetic[i] * N - viscous if mode == STICK else viscous - p.kinetic[i] * N

@@ -1,0 +1,91 @@
+"""Stick-slip friction with a contact node, in the plane of contact.
+
+A node u2 without mass sits between a spring K2 with damper C2 (to the body's point u1) and the
+plane; s = u1 - u2 is the stretch, v1 = u1' relative to the plane, N the normal force.
+
+    T = K2 s + C2 v1          the traction that the node would carry at rest
+    stick   v2 = 0                                            until |T| = mu_s N
+    slip    v2 = (|T| - mu_k N) / (C2 + C3) d,  d = T / |T|   until |T| = mu_k N
+    open    K2 s + C2 s' = 0                                  while N = 0
+    s' = v1 - v2,    force on the body  f = -(K2 s + C2 s')
+
+so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy K2 s^2 / 2; dissipation
+C2 s'^2 + (mu_k N + C3 |v2|) |v2|. Needs C2 + C3 > 0. After Plasterk (2017), chapters 5 and 6,
+extended from one axis to the plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.kernels import kernel
+
+
+@dataclass(frozen=True)
+class StickSlip:
+    """Per contact point: ``static`` mu_s >= ``kinetic`` mu_k, ``stiffness`` K2 [N/m], ``damping``
+    C2 and ``slip_damping`` C3 [N s/m]."""
+
+    static: float
+    kinetic: float
+    stiffness: float
+    damping: float
+    slip_damping: float = 0.0
+
+
+class Friction(NamedTuple):
+    """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
+    ``slip_speed`` |v2|, the ``dissipation`` [W]."""
+
+    force: tuple[float, float]
+    stretch_rate: tuple[float, float]
+    slip_speed: float
+    dissipation: float
+
+
+@kernel
+def friction(mode, N, v1, s, p, i):
+    """Stick-slip friction of contact point ``i`` in ``mode``."""
+    K2, C2, C3 = p.stiffness[i], p.damping[i], p.slip_damping[i]
+    if mode == STICK:
+        ds, v2 = v1, 0.0
+    elif mode == SLIP:
+        T = traction(v1, s, p, i)
+        size = hypot(T[0], T[1])
+        v2 = (size - p.kinetic[i] * N) / (C2 + C3)
+        d = (T[0] / size, T[1] / size) if size > 0.0 else (0.0, 0.0)
+        ds = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
+    else:
+        relaxation = K2 / C2 if C2 > 0.0 else 0.0
+        ds, v2 = (-relaxation * s[0], -relaxation * s[1]), 0.0
+    lost = C2 * (ds[0] * ds[0] + ds[1] * ds[1]) + (p.kinetic[i] * N + C3 * v2) * v2
+    if mode == OPEN:
+        return Friction((0.0, 0.0), ds, 0.0, lost)
+    force = (-(K2 * s[0] + C2 * ds[0]), -(K2 * s[1] + C2 * ds[1]))
+    return Friction(force, ds, v2, lost)
+
+
+@kernel
+def traction(v1, s, p, i):
+    """T = K2 s + C2 v1."""
+    K2, C2 = p.stiffness[i], p.damping[i]
+    return (K2 * s[0] + C2 * v1[0], K2 * s[1] + C2 * v1[1])
+
+
+@kernel
+def margin(mode, N, v1, s, p, i):
+    """How far the traction is from ending the ``mode`` [N]; negative past its end."""
+    T = traction(v1, s, p, i)
+    size = hypot(T[0], T[1])
+    return p.static[i] * N - size if mode == STICK else size - p.kinetic[i] * N
+
+
+@kernel
+def stored_energy(s, p, i):
+    """K2 s^2 / 2."""
+    return 0.5 * p.stiffness[i] * (s[0] * s[0] + s[1] * s[1])

@@ -1,0 +1,29 @@
+"""Hydrostatic restoring force, linear about the place at rest.
+
+    Q = -C q,   F = S^-T Q
+
+q: displacements and angles from rest; C: hydrostatic stiffness (6, 6) of each body, weight
+included (Newman 1977, sec. 6.16). Conjugate to the coordinates, so that its power is -d/dt of the
+stored energy q^T C q / 2 at any angle. Limits: small changes of the waterplane.
+"""
+
+from __future__ import annotations
+
+from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.kernels import kernel
+from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
+
+
+@kernel
+def add_hydrostatics(motion, bodies, stiffness, wrench):
+    """Force of every body's ``stiffness`` (nb, 6, 6) into the hydrostatic row of ``wrench``."""
+    for b in range(bodies.mass.size):
+        Q = spring_force(6 * b, motion.coordinates, stiffness[b])
+        wrench_of_coordinates(b, Q, bodies, motion, wrench[HYDROSTATIC])
+
+
+@kernel
+def add_hydrostatic_energy(motion, bodies, stiffness, stored):
+    """Energy stored in the restoring forces, into the hydrostatic row of ``stored``."""
+    for b in range(bodies.mass.size):
+        stored[HYDROSTATIC] += spring_energy(6 * b, motion.coordinates, stiffness[b])

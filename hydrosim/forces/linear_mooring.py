@@ -1,0 +1,84 @@
+"""Linear mooring: a spring and damper at a body's centre of gravity, in all its DOFs.
+
+    Q = -K q,   F = S^-T Q - C v
+
+q: displacements and angles from rest [m, rad]; v: earth-frame velocity; K: stiffness (6, 6),
+symmetric; C: damping (6, 6). Stored energy q^T K q / 2, dissipation v^T C v. Limits: the spring is
+conjugate to the angles' rates, so that it has a potential at any angle; no slack, no table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.layout import Layout
+from hydrosim.kernels import kernel
+from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
+from hydrosim.scene import ForceElement
+
+
+@dataclass(frozen=True)
+class LinearMooring(ForceElement):
+    """``stiffness`` (6, 6) [N/m ... N m/rad]; ``damping`` (6, 6) or ``damping_ratio`` (6,) of
+    critical per DOF, with the added mass at that DOF's natural frequency; or neither."""
+
+    stiffness: np.ndarray
+    damping: np.ndarray | None = None
+    damping_ratio: np.ndarray | None = None
+
+
+class Params(NamedTuple):
+    """Arrays of all moorings: ``body``, ``row`` (ne,), ``stiffness``, ``damping`` (ne, 6, 6)."""
+
+    body: np.ndarray
+    row: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the moorings among ``elements``."""
+    chosen = {name: e for name, e in elements.items() if isinstance(e, LinearMooring)}
+    body = [layout.body[e.body] for e in chosen.values()]
+    dampings = [_damping(e, b, layout) for e, b in zip(chosen.values(), body, strict=True)]
+    return Params(
+        np.array(body, dtype=np.int64),
+        np.array([layout.row[name] for name in chosen], dtype=np.int64),
+        np.array([e.stiffness for e in chosen.values()], dtype=float).reshape(-1, 6, 6),
+        np.array(dampings, dtype=float).reshape(-1, 6, 6),
+    )
+
+
+def _damping(element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
+    if element.damping is not None:
+        return element.damping
+    if element.damping_ratio is None:
+        return np.zeros((6, 6))
+    critical = layout.critical_damping(body, np.diag(element.stiffness))
+    return np.diag(element.damping_ratio * critical)
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
+    for e in range(p.body.size):
+        b, row = p.body[e], p.row[e]
+        Q = spring_force(6 * b, motion.coordinates, p.stiffness[e])
+        wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
+        v = motion.velocity
+        for i in range(6):
+            for j in range(6):
+                damping = p.damping[e, i, j] * v[6 * b + j]
+                wrench[row, 6 * b + i] -= damping
+                rate[row] += v[6 * b + i] * damping
+
+
+@kernel
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Energy stored in every mooring, into its row of ``stored``."""
+    for e in range(p.body.size):
+        stored[p.row[e]] += spring_energy(6 * p.body[e], motion.coordinates, p.stiffness[e])

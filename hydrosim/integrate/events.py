@@ -1,0 +1,44 @@
+"""Locating the end of a mode inside a step, by the margins that are positive while it holds.
+
+Margins are physics to their owner; here they are numbers. All that were negative at the end of a
+step are watched, each in units of the larger of its values at the two ends, and the smallest of
+them, phi, is what has to be brought to zero: its first zero is the first event.
+"""
+
+from __future__ import annotations
+
+from hydrosim.kernels import kernel
+
+
+@kernel
+def left_behind(after):
+    """True if any margin is negative."""
+    for i in range(after.size):
+        if after[i] < 0.0:
+            return True
+    return False
+
+
+@kernel
+def phi(now, before, after):
+    """Smallest watched margin of ``now`` in units of its own range over the step."""
+    smallest = 1.0
+    for i in range(now.size):
+        if after[i] < 0.0:
+            smallest = min(smallest, scaled(i, now, before, after))
+    return smallest
+
+
+@kernel
+def scaled(i, now, before, after):
+    """Margin ``i`` in units of the larger of its values at the ends of the step."""
+    return now[i] / max(abs(before[i]), abs(after[i]))
+
+
+@kernel
+def between(lo, f_lo, hi, f_hi):
+    """Next guess for a zero in [lo, hi], where f_lo >= 0 > f_hi: where the chord crosses, kept off
+    the ends of the bracket so that it always shrinks."""
+    x = lo + (hi - lo) * f_lo / (f_lo - f_hi)
+    guard = 0.01 * (hi - lo)
+    return min(max(x, lo + guard), hi - guard)

@@ -1,0 +1,72 @@
+"""Explicit Runge-Kutta steps and the cubic that joins them.
+
+A method is a `Tableau`; a step of length h from (t, y) is
+
+    Y_i = y + h sum_{j<i} a_ij k_j,   k_i = f(t + c_i h, Y_i),   y_new = y + h sum_i b_i k_i
+
+The caller evaluates f: kernels that take functions cannot be cached on disk, so the loop over the
+stages stands beside the equation it integrates (`hydrosim.run`, or a test's own loop):
+
+    for i in range(1, c.size):
+        stage_state(i, tableau, h, y, k, Y)
+        k[i] = f(t + c[i] * h, Y)
+    advance_state(tableau, h, y, k, y_new)
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.kernels import assign, kernel
+
+
+class Tableau(NamedTuple):
+    """Butcher tableau of an explicit method: ``a`` (s, s) strictly lower, ``b``, ``c`` (s,)."""
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    order: int
+
+
+def tableau(a: list[list[float]], b: list[float], order: int) -> Tableau:
+    """Tableau from the rows of ``a`` below the first; ``c`` are the row sums."""
+    matrix = np.zeros((len(b), len(b)))
+    for i, row in enumerate(a, start=1):
+        matrix[i, : len(row)] = row
+    return Tableau(matrix, np.array(b), matrix.sum(axis=1), order)
+
+
+@kernel
+def stage_state(i, method, h, y, k, out):
+    """State of stage ``i`` from the derivatives ``k`` (s, ny) of the stages before it."""
+    assign(out, y)
+    for j in range(i):
+        weight = h * method.a[i, j]
+        if weight != 0.0:
+            for m in range(y.size):
+                out[m] += weight * k[j, m]
+
+
+@kernel
+def advance_state(method, h, y, k, out):
+    """State at the end of the step from all stage derivatives ``k`` (s, ny)."""
+    assign(out, y)
+    for j in range(method.b.size):
+        weight = h * method.b[j]
+        if weight != 0.0:
+            for m in range(y.size):
+                out[m] += weight * k[j, m]
+
+
+@kernel
+def hermite(theta, h, y0, f0, y1, f1, out):
+    """Cubic through both ends of a step with their derivatives, at ``theta`` in [0, 1]; its error
+    is h^4/384 max |y''''| (Hairer, Norsett & Wanner 1993, II.6)."""
+    c = theta - 1.0
+    a0, a1 = 1.0 - theta * theta * (3.0 - 2.0 * theta), theta * theta * (3.0 - 2.0 * theta)
+    b0, b1 = h * theta * c * c, h * theta * theta * c
+    for m in range(y0.size):
+        out[m] = a0 * y0[m] + a1 * y1[m] + b0 * f0[m] + b1 * f1[m]

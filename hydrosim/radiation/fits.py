@@ -1,0 +1,87 @@
+"""State-space models of a database, kept on disk so that each is fitted once."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import astuple, fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from hydrosim.kernels import cache_root
+from hydrosim.radiation.retardation import Retardation
+from hydrosim.radiation.state_space import (
+    TOLERANCE,
+    FitReport,
+    StateSpace,
+    coupled_groups,
+    fit_group,
+)
+
+ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
+
+
+def fit(
+    checksum: str, memory: Retardation, frequency: np.ndarray, tolerance: float = TOLERANCE
+) -> tuple[StateSpace, ...]:
+    """State-space models of all coupled groups of DOFs of a database, see `fit_group`.
+
+    They are kept in the cache folder by the database's ``checksum``, the table of K, the band of
+    ``frequency`` [rad/s], the tolerance and this package's sources. A file that cannot be read is
+    made again; a folder that cannot be written costs only the time of the next fit.
+    """
+    band = float(frequency[-1])
+    settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance, _version())
+    key = hashlib.sha256(repr(settings).encode()).hexdigest()[:24]
+    path = cache_root() / "fits" / f"{key}.npz"
+    with suppress(OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return _read(path)
+    groups = coupled_groups(memory.kernel, tolerance)
+    models = tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
+    with suppress(OSError):
+        _write(path, models)
+    return models
+
+
+@lru_cache
+def _version() -> str:
+    """Hash of this package's sources: another way of fitting is another file."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _read(path: Path) -> tuple[StateSpace, ...]:
+    with np.load(path, allow_pickle=False) as data:
+        return tuple(
+            StateSpace(
+                **{name: data[f"{name}_{k}"] for name in ARRAYS},
+                report=FitReport(*map(float, data[f"report_{k}"])),
+            )
+            for k in range(int(data["groups"]))
+        )
+
+
+def _write(path: Path, models: Sequence[StateSpace]) -> None:
+    """All or nothing, also when several processes fit the same database at once."""
+    arrays: dict[str, Any] = {"groups": np.array(len(models))}
+    for k, model in enumerate(models):
+        arrays |= {f"{name}_{k}": getattr(model, name) for name in ARRAYS}
+        arrays[f"report_{k}"] = np.array(astuple(model.report))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, **arrays)
+        os.replace(partial, path)
+    finally:
+        with suppress(FileNotFoundError):
+            os.remove(partial)

@@ -1,0 +1,230 @@
+"""Retardation functions K(t) from radiation damping, and added mass at infinite frequency.
+
+K(t) = 2/pi int_0^inf B(w) cos(w t) dw. With K^(w) = int_0^inf K(t) exp(-i w t) dt,
+K^(w) = B(w) + i w (A(w) - A_inf) (Cummins 1962; Ogilvie 1964). Matrices are (n, n), the row is the
+DOF of the force; SI, rad/s, s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import spherical_jn
+
+from hydrosim.errors import InputError
+
+TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
+TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
+NO_RADIATION = 1e-9  # of the largest diagonal entry of the same kind: rounding
+OGILVIE_BAND = 0.75  # part of the band, from its start, over which A_inf is averaged
+
+
+@dataclass(frozen=True, eq=False)
+class KernelReport:
+    """How much of the memory the data, the frequency band and the length leave out.
+
+    The ratios are the largest over the entries ij, each divided by the geometric mean of the
+    largest |.| of the diagonal entries ii and jj, so that forces and moments compare.
+    """
+
+    end_ratio: float  # |K| at the end of the table
+    band_ratio: float  # |B| at the highest frequency: what is left to the tail
+    ogilvie_residual: float  # |A(w) - A_inf + 1/w int K sin(w t) dt|, over the band
+    smallest_eigenvalue: float  # of B(w), see `smallest_eigenvalue`; negative feeds energy in
+    tail_exponent: np.ndarray  # (n, n), q of the tail
+
+
+@dataclass(frozen=True, eq=False)
+class Retardation:
+    """Radiation in the time domain: K (nt, n, n) at the lags ``time`` (nt,), and A_inf (n, n)."""
+
+    time: np.ndarray
+    kernel: np.ndarray
+    added_mass_infinite: np.ndarray
+    report: KernelReport
+
+
+def retardation(
+    frequency: np.ndarray,
+    added_mass: np.ndarray,
+    damping: np.ndarray,
+    *,
+    length: float = 80.0,
+    step: float = 0.1,
+) -> Retardation:
+    """K up to ``length`` [s] and A_inf, from added mass and damping (nw, n, n) at ``frequency``.
+
+    Raises `InputError` for data that cannot be transformed, see `retardation_function`.
+    """
+    _check(frequency, damping)
+    _check(frequency, added_mass)
+    time = np.linspace(0.0, length, round(length / step) + 1)
+    kernel = retardation_function(frequency, damping, time)
+    infinite, residual = infinite_added_mass(frequency, added_mass, time, kernel)
+    active = radiating(damping)
+    K, A, B, left = (
+        matrices[:, active[:, None], active] for matrices in (kernel, added_mass, damping, residual)
+    )
+    report = KernelReport(
+        end_ratio=relative_size(K[-1:], K),
+        band_ratio=relative_size(B[-1:], B),
+        ogilvie_residual=relative_size(left, A),
+        smallest_eigenvalue=smallest_eigenvalue(B),
+        tail_exponent=tail_exponent(frequency, damping),
+    )
+    return Retardation(time, kernel, infinite, report)
+
+
+def retardation_function(
+    frequency: np.ndarray, damping: np.ndarray, time: np.ndarray
+) -> np.ndarray:
+    """K (nt, n, n) at ``time`` (nt,) from B (nw, n, n) at ``frequency`` (nw,).
+
+    B is taken as linear between the frequencies, from B = 0 at w = 0, and as B(w_max)
+    (w / w_max)^-q beyond them, with q by `tail_exponent`. Both parts are integrated exactly (the
+    tail to 1e-9 of its value at t = 0), so what errs is the spacing of the database and the shape
+    of the tail.
+
+    Raises `InputError` if the shapes do not agree, the frequencies are not finite, non-negative
+    and increasing, or B has a value that is not finite.
+    """
+    _check(frequency, damping)
+    tail = _power_integral(frequency[-1] * time, tail_exponent(frequency, damping))
+    if frequency[0] > 0.0:
+        band = fourier_integral(
+            np.append(0.0, frequency), np.append(np.zeros_like(damping[:1]), damping, axis=0), time
+        )
+    else:
+        band = fourier_integral(frequency, damping, time)
+    return 2.0 / np.pi * (band.real + frequency[-1] * damping[-1] * tail)
+
+
+def tail_exponent(frequency: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """(n, n) exponents q of B ~ w^-q, by least squares of log|B| on the last 15 % of the band.
+
+    An entry that changes sign there, or falls slower than w^-1.2 (K(0) would be the guess alone),
+    has no tail that the data speak for. It gets the steepest, w^-12, which closes the step at the
+    band's end without adding much; steeper fits are held at 12 as well. Off the diagonal q is at
+    least the mean of the two diagonal exponents: a coupling that outlives the damping of the modes
+    it couples would feed energy in.
+    """
+    end = frequency >= (1.0 - TAIL_BAND) * frequency[-1]
+    B = damping[end]
+    x = np.log(frequency[end])
+    x = x - x.mean()
+    least, steepest = TAIL_EXPONENTS
+    one_sign = np.all(B * B[-1] > 0.0, axis=0) & (x.size > 1)
+    y = np.log(np.where(one_sign, np.abs(B), 1.0))
+    q = -np.tensordot(x, y, 1) / max(x @ x, np.finfo(float).tiny)
+    q = np.where(q >= least, np.minimum(q, steepest), steepest)
+    own = np.diagonal(q)
+    return np.maximum(q, 0.5 * (own[:, None] + own))
+
+
+def infinite_added_mass(
+    frequency: np.ndarray, added_mass: np.ndarray, time: np.ndarray, kernel: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A_inf (n, n) = mean over w of A(w) + 1/w int K sin(w t) dt (Ogilvie 1964), K linear in time.
+
+    The mean is over the lower three quarters of the band, where the guessed tail of B weighs
+    little. The second result (nw, n, n) is what the relation leaves at each frequency of the whole
+    band, zero for exact data; w = 0 says nothing and is left out (zero).
+    """
+    positive = frequency > 0.0
+    w = frequency[positive]
+    A_inf = added_mass[positive] - transfer_function(time, kernel, w).imag / w[:, None, None]
+    mean = A_inf[w <= OGILVIE_BAND * w[-1]].mean(axis=0)
+    residual = np.zeros_like(added_mass)
+    residual[positive] = A_inf - mean
+    return mean, residual
+
+
+def transfer_function(time: np.ndarray, kernel: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """K^(w) = int K(t) exp(-i w t) dt, (nw, n, n), with K linear in time and zero after its end."""
+    return fourier_integral(time, kernel, frequency).conj()
+
+
+def smallest_eigenvalue(damping: np.ndarray) -> float:
+    """Smallest over largest eigenvalue of the symmetric part of B(w), over all w.
+
+    The matrices are scaled first, so that the largest |B_ii| is 1 for every DOF. Negative where
+    motion at some frequency would gain energy from the waves it makes.
+    """
+    scale = diagonal_scale(damping)
+    scaled = damping / (scale[:, None] * scale)
+    eigenvalues = np.linalg.eigvalsh(0.5 * (scaled + np.swapaxes(scaled, -1, -2)))
+    largest = np.abs(eigenvalues).max(initial=0.0)
+    return float(eigenvalues.min() / largest) if largest > 0.0 else 0.0
+
+
+def fourier_integral(x: np.ndarray, f: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """int f(x) exp(i x y) dx for f (nx, ...) linear between the x (nx,): (ny, ...), exact.
+
+    On a piece of width h about x_m this is h exp(i x_m y) (f_m j0(z) + i df/2 j1(z)), z = h y / 2,
+    with spherical Bessel functions: without cancellation at small z (Filon 1928 in other words).
+    """
+    h = np.diff(x)
+    wave = h * np.exp(1j * np.multiply.outer(y, 0.5 * (x[1:] + x[:-1])))
+    z = 0.5 * np.multiply.outer(y, h)
+    mean, rise = 0.5 * (f[1:] + f[:-1]), 0.5 * np.diff(f, axis=0)
+    even = np.tensordot(wave * spherical_jn(0, z), mean, 1)
+    return even + 1j * np.tensordot(wave * spherical_jn(1, z), rise, 1)
+
+
+def _power_integral(x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """int_1^inf u^-q cos(x u) du for x (nx,) >= 0 and q (...) > 1: (nx, ...).
+
+    Along u = 1 + i s the integrand decays without oscillating; the trapezoidal rule in y with
+    s = exp(pi/2 sinh y) then converges exponentially (Takahasi and Mori 1974).
+    """
+    y, dy = np.linspace(-4.0, 5.0, 136, retstep=True)
+    s = np.exp(0.5 * np.pi * np.sinh(y))
+    ds = s * 0.5 * np.pi * np.cosh(y) * dy
+    wave = 1j * np.exp(1j * x)[:, None] * np.exp(-np.multiply.outer(x, s)) * ds
+    return np.tensordot(wave, np.exp(-np.multiply.outer(np.log1p(1j * s), q)), 1).real
+
+
+def radiating(matrices: np.ndarray) -> np.ndarray:
+    """The DOFs with radiation, ascending, from B or K (..., n, n), n = 6 per body.
+
+    DOFs whose largest |M_ii| is below 1e-9 of the largest of their kind (translations or rotations
+    of one body) have none but rounding errors, as yaw of a body of revolution.
+    """
+    largest = np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0)
+    triples = np.arange(0, largest.size, 3)
+    of_kind = np.repeat(np.maximum.reduceat(largest, triples), 3)[: largest.size]
+    return np.flatnonzero(largest > NO_RADIATION * of_kind)
+
+
+def diagonal_scale(matrices: np.ndarray) -> np.ndarray:
+    """sqrt(max |M_ii|) per DOF (n,) of (..., n, n), 1 where the diagonal is zero throughout."""
+    largest = np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0)
+    return np.sqrt(np.where(largest > 0.0, largest, 1.0))
+
+
+def relative_size(part: np.ndarray, whole: np.ndarray) -> float:
+    """Largest |part_ij| / sqrt(max |whole_ii| max |whole_jj|), for (..., n, n)."""
+    scale = diagonal_scale(whole)
+    return float(np.max(np.abs(part) / (scale[:, None] * scale), initial=0.0))
+
+
+def _check(frequency: np.ndarray, matrices: np.ndarray) -> None:
+    if matrices.ndim != 3 or matrices.shape != (frequency.size, *matrices.shape[1:2] * 2):
+        raise InputError(
+            f"radiation: {frequency.size} frequencies with coefficients of shape {matrices.shape};"
+            f" expected ({frequency.size}, n, n). Check what the database's reader returns."
+        )
+    if not np.all(np.isfinite(frequency)) or frequency[0] < 0 or np.any(np.diff(frequency) <= 0):
+        raise InputError(
+            "radiation: frequencies must be finite, not negative and increasing; found"
+            f" {np.array2string(frequency, threshold=8)} rad/s. Put limits at w = 0 and infinity in"
+            " their own arrays and sort the rest."
+        )
+    bad = ~np.isfinite(matrices)
+    if np.any(bad):
+        k, i, j = np.argwhere(bad)[0]
+        raise InputError(
+            f"radiation: entry ({i}, {j}) at {frequency[k]:g} rad/s is {matrices[k, i, j]},"
+            " expected a finite number. Solve that frequency again or leave it out of the database."
+        )

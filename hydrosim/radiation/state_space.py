@@ -1,0 +1,198 @@
+"""Retardation functions as the impulse response of a linear system: K(t) = C exp(Lambda t) B.
+
+The fit is made in the frequency domain, on K^(i w) = B(w) + i w (A(w) - A_inf), by `rational`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from hydrosim.radiation.rational import (
+    Modes,
+    balanced,
+    modes,
+    partial_fractions,
+    realisation,
+    vector_fit,
+)
+from hydrosim.radiation.retardation import (
+    Retardation,
+    diagonal_scale,
+    radiating,
+    relative_size,
+    smallest_eigenvalue,
+    transfer_function,
+)
+
+TOLERANCE = 1e-3
+MAX_ORDER = 60  # poles in vector fitting
+BEYOND = 3.0  # the fit and its passivity are looked at up to this multiple of the band
+
+
+@dataclass(frozen=True)
+class FitReport:
+    """How far a state-space model is from its retardation functions.
+
+    Errors are the largest over the entries ij, each divided by the geometric mean of the largest
+    |.| of the diagonal entries ii and jj.
+    """
+
+    tolerance: float  # asked of `frequency_error`
+    frequency_error: float  # of K^(i w) over the database's band
+    time_error: float  # of K(t) over its table
+    passivity_margin: float  # smallest over largest eigenvalue of Re K^(i w), to 3 w_max
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """x' = Lambda x + B v, F = -C x for one group of coupled DOFs, in real modal form.
+
+    The states are: one per real pole, then the first states of all pairs of complex poles, then
+    their second states. Real pole: x' = a x + B v. Pair a +- i w: x1' = a x1 + w x2 + B1 v and
+    x2' = a x2 - w x1 + B2 v. Rows of B and columns of C of one pole have the same norm.
+    """
+
+    dofs: np.ndarray  # (m,) int64, the group's DOFs
+    decay: np.ndarray  # (poles,) real parts a [1/s], all negative; real poles first
+    frequency: np.ndarray  # (poles,) imaginary parts w [rad/s], 0 for the real poles
+    B: np.ndarray  # (states, m)
+    C: np.ndarray  # (m, states)
+    report: FitReport
+
+    @property
+    def real(self) -> int:
+        """Number of real poles."""
+        return int(np.count_nonzero(self.frequency == 0.0))
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Lambda, (states, states)."""
+        pairs = self.decay.size - self.real
+        result = np.diag(np.concatenate([self.decay, self.decay[self.real :]]))
+        first = self.real + np.arange(pairs)
+        result[first, first + pairs] = self.frequency[self.real :]
+        result[first + pairs, first] = -self.frequency[self.real :]
+        return result
+
+    def on_dofs(self, dofs: np.ndarray) -> StateSpace:
+        """The same model acting on other DOFs (m,), as on those of a body in a scene."""
+        return replace(self, dofs=np.asarray(dofs, dtype=np.int64))
+
+    @property
+    def modes(self) -> Modes:
+        """The system with each pole of a pair written out; has the transfer function."""
+        n, half = self.real, self.decay.size
+        upper = self.decay[n:] + 1j * self.frequency[n:]
+        c = (self.C[:, n:half] + 1j * self.C[:, half:]) / np.sqrt(2.0)
+        b = (self.B[n:half] - 1j * self.B[half:]) / np.sqrt(2.0)
+        return Modes(
+            np.concatenate([self.decay[:n], upper, upper.conj()]),
+            np.hstack([self.C[:, :n], c, c.conj()]),
+            np.vstack([self.B[:n], b, b.conj()]),
+        )
+
+
+def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.ndarray]:
+    """Groups of DOFs that drive each other, from K (nt, n, n) or B (nw, n, n), n = 6 per body.
+
+    i and j are coupled where max |K_ij| or max |K_ji| exceeds ``tolerance`` times the geometric
+    mean of max |K_ii| and max |K_jj|; smaller couplings are taken for rounding. DOFs that do not
+    radiate are in no group, see `radiating`.
+    """
+    active = radiating(kernel)
+    block = kernel[:, active[:, None], active]
+    scale = diagonal_scale(block)
+    coupled = np.abs(block).max(axis=0) > tolerance * scale[:, None] * scale
+    count, label = connected_components(coupled, directed=False)
+    return [active[label == k] for k in range(count)]
+
+
+def fit_group(
+    memory: Retardation, dofs: np.ndarray, band: float, tolerance: float = TOLERANCE
+) -> StateSpace:
+    """State-space model of K between the ``dofs`` (m,), with few states.
+
+    Poles are added until vector fitting is within half the tolerance; then the smallest balanced
+    truncation is taken whose `FitReport.frequency_error` is within ``tolerance``. ``band`` [rad/s]
+    is the database's highest frequency. All poles are stable by construction; passivity is
+    reported, not enforced. If 60 poles do not reach the tolerance, the fit with 60 is returned:
+    compare the report's error with its tolerance.
+    """
+    kernel = memory.kernel[:, dofs[:, None], dofs]
+    w, inside = _frequencies(memory.time[-1], band)
+    target = transfer_function(memory.time, kernel, w)
+    scale = diagonal_scale(target[:inside])
+    target = target / (scale[:, None] * scale)
+    system = balanced(*_vector_fit(1j * w, target, inside, 0.5 * tolerance))
+    found = _smallest(system, 1j * w[:inside], target[:inside], tolerance)
+    found = Modes(found.poles, scale[:, None] * found.c, found.b * scale)
+    return _real_form(dofs, found, _report(found, memory.time, kernel, band, tolerance))
+
+
+def _frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
+    """Twice as dense as a memory of this length needs (pi / T) in the band, coarse above it."""
+    inside = int(np.ceil(2.0 * band * length / np.pi)) + 1
+    above = np.geomspace(band, BEYOND * band, inside // 3 + 2)[1:]
+    return np.append(np.linspace(0.0, band, inside), above), inside
+
+
+def _vector_fit(
+    s: np.ndarray, target: np.ndarray, inside: int, tolerance: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    m = target.shape[1]
+    values = target.reshape(s.size, m * m)
+    for order in range(4, MAX_ORDER + 1, 4):
+        poles, residues = vector_fit(s, values, order)
+        error = partial_fractions(s, poles) @ residues - values
+        if np.abs(error[:inside]).max() <= tolerance:
+            break
+    return realisation(poles, residues.reshape(-1, m, m))
+
+
+def _smallest(
+    system: tuple[np.ndarray, np.ndarray, np.ndarray],
+    s: np.ndarray,
+    target: np.ndarray,
+    tolerance: float,
+) -> Modes:
+    """The first stable balanced truncation within the tolerance; the largest if there is none."""
+    A, B, C = system
+    best = modes(A, B, C)
+    for k in range(1, len(A) + 1):
+        candidate = modes(A[:k, :k], B[:k], C[:, :k])
+        if np.any(candidate.poles.real >= 0.0):
+            continue
+        best = candidate
+        if np.abs(best.transfer_function(s) - target).max() <= tolerance:
+            break
+    return best
+
+
+def _real_form(dofs: np.ndarray, modes: Modes, report: FitReport) -> StateSpace:
+    real, upper = modes.poles.imag == 0.0, modes.poles.imag > 0.0
+    poles = np.append(modes.poles[real], modes.poles[upper])
+    b, c = np.sqrt(2.0) * modes.b[upper], np.sqrt(2.0) * modes.c[:, upper]
+    return StateSpace(
+        dofs=np.asarray(dofs, dtype=np.int64),
+        decay=poles.real,
+        frequency=poles.imag,
+        B=np.vstack([modes.b[real].real, b.real, -b.imag]),
+        C=np.hstack([modes.c[:, real].real, c.real, c.imag]),
+        report=report,
+    )
+
+
+def _report(
+    modes: Modes, time: np.ndarray, kernel: np.ndarray, band: float, tolerance: float
+) -> FitReport:
+    w, inside = _frequencies(time[-1], band)
+    target, found = transfer_function(time, kernel, w), modes.transfer_function(1j * w)
+    return FitReport(
+        tolerance=tolerance,
+        frequency_error=relative_size((found - target)[:inside], target[:inside]),
+        time_error=relative_size(modes.impulse_response(time) - kernel, kernel),
+        passivity_margin=smallest_eigenvalue(found.real),
+    )

@@ -1,0 +1,16 @@
+"""Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
+
+from hydrosim.rigid.kinematics import (
+    Bodies,
+    Motion,
+    acceleration_map,
+    add_wrench,
+    attachment,
+    generalised_force,
+    new_motion,
+    place_bodies,
+    point_velocity,
+    wrench_of_coordinates,
+)
+from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.rigid.stiffness import spring_energy, spring_force

@@ -1,0 +1,212 @@
+"""Rigid-body kinematics: from coordinates q and rates q' to places, rotations and velocities.
+
+Coordinates of a body are the displacement of its centre of gravity (surge, sway, heave) and roll
+phi, pitch theta, yaw psi, intrinsic z-y'-x'': R = Rz(psi) Ry(theta) Rx(phi) turns body vectors
+into earth vectors. The velocity is v = (velocity of the centre of gravity, angular velocity
+omega), both in the earth frame; omega = E (phi', theta', psi') with
+
+    E = [ Rz Ry ex | Rz ey | ez ],   det E = cos(theta),
+
+singular at a pitch of 90 deg. All bodies together: v = S q', v' = S q'' + S' q', where S is the
+identity but for the blocks E. A wrench F does the generalised force S^T F on the coordinates.
+
+With small angles (`Bodies.exact` false) E is the identity, points move by u + theta x r and lever
+arms stay as they are at rest.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.kernels import assign, kernel
+from hydrosim.rigid.vectors import add, cross, matvec, vector
+
+
+class Bodies(NamedTuple):
+    """Constants of all rigid bodies.
+
+    ``mass`` (nb,), ``inertia`` (nb, 3, 3) about the centre of gravity in the body frame,
+    ``origin`` (nb, 3) place of the centres of gravity at rest in the earth frame, ``active`` (n,)
+    indices of the free coordinates among 6 nb, ``locked`` (6 nb,) the values of the others.
+    """
+
+    mass: np.ndarray
+    inertia: np.ndarray
+    origin: np.ndarray
+    active: np.ndarray
+    locked: np.ndarray
+    exact: bool
+
+
+class Motion(NamedTuple):
+    """Scratch: ``coordinates`` q and their ``rate`` q' (6 nb,), ``rotation`` R and ``rate_map`` E
+    (nb, 3, 3), ``velocity`` v (6 nb,), ``bias`` S' q' (6 nb,)."""
+
+    coordinates: np.ndarray
+    rate: np.ndarray
+    rotation: np.ndarray
+    rate_map: np.ndarray
+    velocity: np.ndarray
+    bias: np.ndarray
+
+
+def new_motion(bodies: Bodies) -> Motion:
+    """Scratch for these bodies, at rest."""
+    nb = bodies.mass.size
+    unit = np.tile(np.eye(3), (nb, 1, 1))
+    zero = np.zeros(6 * nb)
+    return Motion(
+        bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy()
+    )
+
+
+@kernel
+def place_bodies(q, u, bodies, motion):
+    """Fill ``motion`` from the free coordinates ``q`` (n,) and their rates ``u`` (n,)."""
+    for j in range(bodies.active.size):
+        motion.coordinates[bodies.active[j]] = q[j]
+        motion.rate[bodies.active[j]] = u[j]
+    assign(motion.velocity, motion.rate)
+    for b in range(bodies.mass.size):
+        angles = vector(motion.coordinates, 6 * b + 3)
+        if bodies.exact:
+            _rotate(angles, motion.rotation[b])
+            _rate_map(angles, motion.rate_map[b])
+            _turn(b, angles, motion)
+        else:
+            _rotate_little(angles, motion.rotation[b])
+
+
+@kernel
+def _turn(b, angles, motion):
+    """Angular velocity E a' and its bias E' a' of body b from the rates a' of its angles."""
+    rate = vector(motion.rate, 6 * b + 3)
+    omega = matvec(motion.rate_map[b], rate)
+    bias = _rate_map_bias(angles, rate)
+    for i in range(3):
+        motion.velocity[6 * b + 3 + i] = omega[i]
+        motion.bias[6 * b + 3 + i] = bias[i]
+
+
+@kernel
+def _rotate(angles, R):
+    """R = Rz(psi) Ry(theta) Rx(phi)."""
+    cf, sf = cos(angles[0]), sin(angles[0])
+    ct, st = cos(angles[1]), sin(angles[1])
+    cp, sp = cos(angles[2]), sin(angles[2])
+    R[0, 0], R[0, 1], R[0, 2] = cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf
+    R[1, 0], R[1, 1], R[1, 2] = sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf
+    R[2, 0], R[2, 1], R[2, 2] = -st, ct * sf, ct * cf
+
+
+@kernel
+def _rotate_little(angles, R):
+    """I + angles x, the first order of R."""
+    R[0, 0], R[0, 1], R[0, 2] = 1.0, -angles[2], angles[1]
+    R[1, 0], R[1, 1], R[1, 2] = angles[2], 1.0, -angles[0]
+    R[2, 0], R[2, 1], R[2, 2] = -angles[1], angles[0], 1.0
+
+
+@kernel
+def _rate_map(angles, E):
+    ct, st = cos(angles[1]), sin(angles[1])
+    cp, sp = cos(angles[2]), sin(angles[2])
+    E[0, 0], E[0, 1], E[0, 2] = cp * ct, -sp, 0.0
+    E[1, 0], E[1, 1], E[1, 2] = sp * ct, cp, 0.0
+    E[2, 0], E[2, 1], E[2, 2] = -st, 0.0, 1.0
+
+
+@kernel
+def _rate_map_bias(angles, rate):
+    """E' a': the angular acceleration that is there when the angles' rates a' are constant."""
+    ct, st = cos(angles[1]), sin(angles[1])
+    cp, sp = cos(angles[2]), sin(angles[2])
+    dphi, dtheta, dpsi = rate
+    return (
+        -dphi * (dtheta * cp * st + dpsi * sp * ct) - dtheta * dpsi * cp,
+        -dphi * (dtheta * sp * st - dpsi * cp * ct) - dtheta * dpsi * sp,
+        -dphi * dtheta * ct,
+    )
+
+
+@kernel
+def attachment(b, r, bodies, motion):
+    """Place in the earth frame of point ``r`` of body ``b``, and its lever arm."""
+    arm = matvec(motion.rotation[b], r)
+    centre = add(vector(bodies.origin[b], 0), vector(motion.coordinates, 6 * b))
+    return add(centre, arm), arm if bodies.exact else r
+
+
+@kernel
+def point_velocity(b, arm, motion):
+    """Velocity v + omega x arm of a point of body ``b``."""
+    v = vector(motion.velocity, 6 * b)
+    return add(v, cross(vector(motion.velocity, 6 * b + 3), arm))
+
+
+@kernel
+def add_wrench(b, force, moment, wrench):
+    """Add a force and a moment about the centre of gravity of body ``b`` to ``wrench`` (6 nb,)."""
+    for i in range(3):
+        wrench[6 * b + i] += force[i]
+        wrench[6 * b + 3 + i] += moment[i]
+
+
+@kernel
+def generalised_force(bodies, motion, wrench, Q):
+    """Q = S^T F on the free coordinates; ``wrench`` (6 nb,) is overwritten by S^T F."""
+    if bodies.exact:
+        for b in range(bodies.mass.size):
+            _transposed_map(motion.rate_map[b], wrench, 6 * b + 3)
+    for j in range(bodies.active.size):
+        Q[j] = wrench[bodies.active[j]]
+
+
+@kernel
+def _transposed_map(E, wrench, k):
+    m = vector(wrench, k)
+    for i in range(3):
+        wrench[k + i] = E[0, i] * m[0] + E[1, i] * m[1] + E[2, i] * m[2]
+
+
+@kernel
+def wrench_of_coordinates(b, Q, bodies, motion, wrench):
+    """Add to ``wrench`` the wrench S^-T Q whose power is Q q' for body ``b``'s Q (6,).
+
+    Solves E^T m = Q_angles; E^T is [Rz Ry ex; Rz ey; ez] by rows.
+    """
+    for i in range(3):
+        wrench[6 * b + i] += Q[i]
+    if not bodies.exact:
+        for i in range(3, 6):
+            wrench[6 * b + i] += Q[i]
+        return
+    E = motion.rate_map[b]
+    ct = E[1, 1] * E[0, 0] - E[0, 1] * E[1, 0]
+    along = (Q[3] - E[2, 0] * Q[5]) / ct
+    wrench[6 * b + 3] += E[1, 1] * along + E[0, 1] * Q[4]
+    wrench[6 * b + 4] += -E[0, 1] * along + E[1, 1] * Q[4]
+    wrench[6 * b + 5] += Q[5]
+
+@kernel
+def acceleration_map(bodies, motion, M, H):
+    """H = S^T M S over the free coordinates; ``M`` (6 nb, 6 nb) is overwritten."""
+    n = M.shape[0]
+    if bodies.exact:
+        for b in range(bodies.mass.size):
+            E, k = motion.rate_map[b], 6 * b + 3
+            for i in range(n):
+                row = vector(M[i], k)
+                for j in range(3):
+                    M[i, k + j] = row[0] * E[0, j] + row[1] * E[1, j] + row[2] * E[2, j]
+            for i in range(n):
+                col = (M[k, i], M[k + 1, i], M[k + 2, i])
+                for j in range(3):
+                    M[k + j, i] = E[0, j] * col[0] + E[1, j] * col[1] + E[2, j] * col[2]
+    active = bodies.active
+    for i in range(active.size):
+        for j in range(active.size):
+            H[i, j] = M[active[i], active[j]]

@@ -1,0 +1,46 @@
+"""Vectors of three as tuples: no allocation, and formulas that read like formulas."""
+
+from __future__ import annotations
+
+from hydrosim.kernels import kernel
+
+
+@kernel
+def add(a, b):
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@kernel
+def sub(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@kernel
+def scale(c, a):
+    return (c * a[0], c * a[1], c * a[2])
+
+
+@kernel
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@kernel
+def vector(array, k):
+    """The three entries of a flat array from index k."""
+    return (array[k], array[k + 1], array[k + 2])
+
+
+@kernel
+def matvec(A, a):
+    """Product of a (3, 3) array and a vector."""
+    return (
+        A[0, 0] * a[0] + A[0, 1] * a[1] + A[0, 2] * a[2],
+        A[1, 0] * a[0] + A[1, 1] * a[1] + A[1, 2] * a[2],
+        A[2, 0] * a[0] + A[2, 1] * a[1] + A[2, 2] * a[2],
+    )

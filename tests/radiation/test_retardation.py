@@ -1,0 +1,176 @@
+"""Retardation functions and A_inf against closed forms, scipy quadrature and other programs."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from closed_forms import INFINITE, VALIDATION, added_mass, kernel, transfer
+from scipy.integrate import quad
+
+from hydrosim.errors import InputError
+from hydrosim.radiation.retardation import (
+    fourier_integral,
+    infinite_added_mass,
+    radiating,
+    retardation,
+    retardation_function,
+    smallest_eigenvalue,
+    tail_exponent,
+    transfer_function,
+)
+
+
+def band(step: float, end: float) -> np.ndarray:
+    return step * np.arange(1, round(end / step) + 1)
+
+
+def test_fourier_integral_is_exact_for_piecewise_linear_functions():
+    x, f = np.array([0.0, 0.3, 1.0, 2.5]), np.array([1.0, -2.0, 0.5, 3.0])
+    y = np.array([0.0, 1e-9, 1e-3, 0.7, 40.0])
+    for value, yi in zip(fourier_integral(x, f, y), y, strict=True):
+        for part, wave in ((value.real, np.cos), (value.imag, np.sin)):
+            exact = sum(
+                quad(lambda u, w=wave, k=yi: np.interp(u, x, f) * w(k * u), a, b, epsabs=1e-13)[0]
+                for a, b in zip(x[:-1], x[1:], strict=True)
+            )
+            assert part == pytest.approx(exact, abs=1e-12)
+
+
+def test_retardation_function_converges_with_the_square_of_the_spacing():
+    time = np.linspace(0.0, 15.0, 76)
+    errors = []
+    for step in (0.08, 0.04, 0.02):
+        w = band(step, 40.0)
+        errors.append(np.abs(retardation_function(w, transfer(w).real, time) - kernel(time)).max())
+    assert errors[-1] < 1e-4  # of K(0) = 1
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.15)
+
+
+@pytest.mark.parametrize("q", [1.3, 2.0, 3.7, 8.0])
+def test_power_law_tail(q):
+    end = 2.0
+    w = band(0.1, end)
+    B = np.where(w < 0.8 * end, w * 1.6 ** (-q - 1), w**-q)
+    expected_exponent = tail_exponent(w, B[:, None, None])[0, 0]
+    assert expected_exponent == pytest.approx(q, rel=1e-12)
+    x, f = np.append(0.0, w), np.append(0.0, B)
+    for t in (0.0, 0.05, 1.0, 30.0):
+        inside = quad(lambda u, t=t: np.interp(u, x, f) * np.cos(u * t), 0.0, end, points=x, limit=400)
+        if t == 0.0:
+            beyond = end ** (1.0 - q) / (q - 1.0)
+        else:
+            beyond = quad(lambda u: u**-q, end, np.inf, weight="cos", wvar=t, limlst=300)[0]
+        K = retardation_function(w, B[:, None, None], np.array([t]))[0, 0, 0]
+        assert K == pytest.approx(2.0 / np.pi * (inside[0] + beyond), abs=2e-7)
+
+
+def test_entries_without_a_sound_tail_get_the_steepest():
+    w = band(0.1, 4.0)
+    rising, slow, crossing = w, w**-0.5, np.cos(np.pi * w / 4.0 * 0.55)
+    for B in (rising, slow, crossing, 0.0 * w):
+        assert tail_exponent(w, B[:, None, None])[0, 0] == 12.0
+
+
+def test_coupling_never_outlives_the_damping_it_couples():
+    w = band(0.1, 4.0)
+    B = np.empty((w.size, 2, 2))
+    B[:, 0, 0], B[:, 1, 1], B[:, 0, 1], B[:, 1, 0] = w**-2.0, w**-4.0, w**-1.4, w**-3.5
+    q = tail_exponent(w, B)
+    assert q[0, 1] == pytest.approx(3.0)
+    assert q[1, 0] == pytest.approx(3.5)
+
+
+def test_ogilvie_gives_added_mass_at_infinite_frequency():
+    w, errors = band(0.05, 4.0), []
+    for step in (0.2, 0.1):
+        time = np.arange(0.0, 80.0, step)
+        mean, residual = infinite_added_mass(w, added_mass(w), time, kernel(time))
+        errors.append(abs(mean[0, 0] - INFINITE))
+        assert np.abs(residual).max() < 3.0 * step**2  # K linear in time: second order
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_transfer_function_is_the_transform_of_the_kernel():
+    time = np.arange(0.0, 80.0, 0.02)
+    w = np.array([0.0, 0.1, 0.8, 3.0])
+    # linear interpolation: step^2 / 12 of int |K''|
+    assert transfer_function(time, kernel(time), w) == pytest.approx(transfer(w), abs=1e-4)
+
+
+def test_report_of_consistent_data_and_what_it_flags():
+    w = band(0.02, 12.0)
+    A, B = added_mass(w), transfer(w).real
+    good = retardation(w, A, B, length=40.0, step=0.02)
+    assert good.report.ogilvie_residual < 1e-3
+    assert good.report.end_ratio < 1e-4
+    assert good.report.smallest_eigenvalue >= 0.0
+    assert good.report.band_ratio == pytest.approx(B[-1, 0, 0] / B.max())
+    assert good.added_mass_infinite[0, 0] == pytest.approx(INFINITE, abs=1e-3)
+
+    wrong = A.copy()
+    wrong[100] += 0.2
+    report = retardation(w, wrong, B, length=40.0, step=0.02).report
+    assert report.ogilvie_residual == pytest.approx(0.2 / np.abs(wrong).max(), rel=0.02)
+    assert retardation(w, A, B, length=4.0, step=0.02).report.end_ratio > 0.1
+
+
+def test_negative_damping_is_flagged_even_where_the_diagonal_is_positive():
+    B = np.array([[[1.0, 1.5], [1.5, 1.0]], [[2.0, 0.0], [0.0, 2.0]]])
+    # scaled by the largest diagonal, 2: eigenvalues (1 -+ 1.5) / 2 and 1
+    assert smallest_eigenvalue(B) == pytest.approx(-0.25 / 1.25)
+
+
+def test_rounding_is_not_radiation():
+    B = np.zeros((1, 12, 12))
+    np.fill_diagonal(B[0], [1, 1, 1, 5, 5, 1e-12, 1e-13, 0, 0, 0, 1e-15, 0])
+    assert list(radiating(B)) == [0, 1, 2, 3, 4, 6, 10]
+    assert radiating(np.zeros((1, 6, 6))).size == 0
+
+
+def test_wrong_data_are_refused_with_their_place():
+    w, B = np.array([0.5, 1.0, 1.5]), np.ones((3, 2, 2))
+    time = np.array([0.0, 1.0])
+    with pytest.raises(InputError, match=r"3 frequencies .* shape \(2, 2, 2\)"):
+        retardation_function(w, B[:2], time)
+    with pytest.raises(InputError, match="increasing"):
+        retardation_function(w[::-1], B, time)
+    B[1, 0, 1] = np.nan
+    with pytest.raises(InputError, match=r"entry \(0, 1\) at 1 rad/s is nan"):
+        retardation_function(w, B, time)
+
+
+def test_h851_kernel_and_added_mass():
+    path = VALIDATION / "h851_independent.nc"
+    if not path.exists():
+        pytest.skip("validation data h851_independent.nc are not here")
+    with xr.open_dataset(path) as data:
+        w, A, B = (data[k].values for k in ("omega", "added_mass", "radiation_damping"))
+        A_inf = data.added_mass_inf.values
+    found = retardation(w, A, B, length=80.0, step=0.1)
+    # the study that made the data left 0.3 %, and 0.6 % to the solver's own A_inf in surge
+    assert found.report.ogilvie_residual < 0.005
+    assert found.report.end_ratio < 1e-3
+    scale = np.sqrt(np.diag(A_inf))
+    assert np.abs(found.added_mass_infinite - A_inf).max() < np.inf
+    assert np.max(np.abs(found.added_mass_infinite - A_inf) / np.outer(scale, scale)) < 0.012
+
+
+def test_sphere_kernel_equals_that_of_bemio():
+    path = VALIDATION / "sphere" / "sphere.h5"
+    if not path.exists():
+        pytest.skip("validation data sphere.h5 are not here")
+    with h5py.File(path) as file:
+        w = file["simulation_parameters/w"][:].ravel()
+        coefficients = file["body1/hydro_coeffs"]
+        A = coefficients["added_mass/all"][:].transpose(2, 0, 1)
+        B = coefficients["radiation_damping/all"][:].transpose(2, 0, 1) * w[:, None, None]
+        A_inf = coefficients["added_mass/inf_freq"][:]
+        irf = coefficients["radiation_damping/impulse_response_fun"]
+        time, K = irf["t"][:].ravel(), irf["K"][:].transpose(2, 0, 1)
+    found = retardation(w, A, B, length=40.0, step=0.02)
+    assert found.added_mass_infinite[2, 2] == pytest.approx(A_inf[2, 2], rel=2e-3)
+    ours = retardation_function(w, B, time)
+    assert np.abs(ours - K)[:, 2, 2].max() < 0.01 * np.abs(K[:, 2, 2]).max()

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrosim.errors import InputError
+from hydrosim.scene import Environment, Jonswap, RegularWave, WaveTrain
+from hydrosim.waves import components, elevation_at, energy_outside, sea
+from hydrosim.waves.spectra import TAIL_ENERGY, density
+
+JONSWAP = Jonswap(1.5, 8.0, 3.3)
+IRREGULAR = WaveTrain(JONSWAP, heading=0.5, seed=1)
+DEEP = Environment()
+
+
+def test_energy_of_an_irregular_sea_is_that_of_its_height() -> None:
+    # a sum over 1300 lines below the peak is as good as the integral, up to the last line's half
+    waves = components(IRREGULAR, DEEP)
+    line = density(JONSWAP, waves.omega[-1]) * waves.spacing
+    missing = 1.5**2 / 16 - np.sum(waves.amplitude**2) / 2
+    assert abs(missing - TAIL_ENERGY * 1.5**2 / 16) <= 0.51 * line
+
+
+def test_components_are_equally_spaced_multiples() -> None:
+    waves = components(replace(IRREGULAR, repeat_period=600.0), DEEP)
+    np.testing.assert_array_equal(waves.omega, 2 * np.pi / 600 * np.arange(1, waves.omega.size + 1))
+    np.testing.assert_array_equal(waves.index * waves.spacing, waves.omega)
+
+
+def test_same_seed_same_bytes() -> None:
+    assert (
+        components(IRREGULAR, DEEP).phase.tobytes() == components(IRREGULAR, DEEP).phase.tobytes()
+    )
+
+
+def correlation(one: np.ndarray, other: np.ndarray, amplitude: np.ndarray) -> float:
+    """Of two records over the repeat period, from their phases, in units of its standard
+    deviation for independent phases: sum a^2/2 cos(difference) has variance sum a^4/8."""
+    return np.sum(amplitude**2 * np.cos(one - other)) / np.sqrt(np.sum(amplitude**4) / 2)
+
+
+def test_seeds_are_independent() -> None:
+    trains = [components(replace(IRREGULAR, seed=seed), DEEP) for seed in range(1, 9)]
+    pairs = [
+        correlation(one.phase, other.phase, one.amplitude)
+        for i, one in enumerate(trains)
+        for other in trains[:i]
+    ]
+    assert np.max(np.abs(pairs)) < 4.0  # of 28 standard deviations, one in 600 is above
+    assert 0.5 < np.std(pairs) < 1.5
+
+
+def test_trains_of_one_seed_are_independent() -> None:
+    one, other = sea(Environment(waves=(IRREGULAR, IRREGULAR)))
+    assert abs(correlation(one.phase, other.phase, one.amplitude)) < 4.0
+
+
+def test_phases_are_uniform() -> None:
+    phase = components(IRREGULAR, DEEP).phase
+    lowest = np.abs([np.mean(np.exp(1j * m * phase)) for m in (1, 2, 3)])
+    assert np.all((phase >= 0) & (phase < 2 * np.pi))
+    assert np.all(lowest < 4.0 / np.sqrt(phase.size))
+
+
+def test_regular_wave_in_finite_depth() -> None:
+    train = WaveTrain(RegularWave(0.8, 9.0, phase=0.3), heading=np.radians(30))
+    waves = components(train, Environment(water_depth=20.0))
+    omega, k = 2 * np.pi / 9.0, waves.wavenumber[0]
+    assert omega**2 == pytest.approx(9.81 * k * np.tanh(20.0 * k), rel=1e-14)
+    t, x, y = np.linspace(0.0, 30.0, 61), 40.0, -25.0
+    along = x * np.cos(np.radians(30)) + y * np.sin(np.radians(30))
+    expected = 0.8 * np.cos(omega * t - k * along + 0.3)
+    np.testing.assert_allclose(elevation_at(waves, x, y, t), expected, atol=1e-14)
+
+
+def test_elevation_travels_towards_the_heading() -> None:
+    waves = components(WaveTrain(RegularWave(1.0, 10.0), heading=np.pi / 2), DEEP)
+    speed, t = waves.omega[0] / waves.wavenumber[0], np.linspace(100.0, 110.0, 21)
+    later = elevation_at(waves, 0.0, 50.0, t + 50.0 / speed)
+    np.testing.assert_allclose(later, elevation_at(waves, 0.0, 0.0, t), atol=1e-12)
+
+
+def test_ramp_of_the_elevation() -> None:
+    steady = components(IRREGULAR, DEEP)
+    growing = components(replace(IRREGULAR, ramp=200.0), DEEP)
+    t = np.array([-5.0, 0.0, 50.0, 100.0, 150.0, 200.0, 300.0])
+    quarter = 0.5 * (1 - np.sqrt(0.5))
+    rise = [0.0, 0.0, quarter, 0.5, 1.0 - quarter, 1.0, 1.0]
+    expected = rise * elevation_at(steady, 0.0, 0.0, t)
+    np.testing.assert_allclose(elevation_at(growing, 0.0, 0.0, t), expected, atol=1e-14)
+    assert elevation_at(steady, 0.0, 0.0, np.zeros(1)) != 0.0
+
+
+def test_too_short_a_repeat_period_is_refused() -> None:
+    with pytest.raises(InputError, match=r"waves\.repeat_period: 100 s.*160 s"):
+        components(replace(IRREGULAR, repeat_period=100.0), DEEP)
+    for gamma in (1.0, 3.3, 7.0):
+        shortest = replace(IRREGULAR, spectrum=Jonswap(1.5, 8.0, gamma), repeat_period=160.0)
+        energy = np.sum(components(shortest, DEEP).amplitude ** 2) / 2
+        assert energy == pytest.approx((1 - TAIL_ENERGY) * 1.5**2 / 16, rel=1e-3)
+
+
+def test_energy_outside_the_frequencies_of_a_database() -> None:
+    waves = components(WaveTrain(Jonswap(2.0, 8.0, 1.0)), DEEP)
+    peak, low, high = 2 * np.pi / 8, 0.6, 1.2
+    below, above = energy_outside(waves, np.array([low, 1.0, high]))
+    # Pierson-Moskowitz integrated by hand, of which the sea has all but TAIL_ENERGY;
+    # a line on either side of a limit is 0.001
+    assert below == pytest.approx(np.exp(-1.25 * (peak / low) ** 4), abs=2e-3)
+    assert above == pytest.approx(1 - np.exp(-1.25 * (peak / high) ** 4), abs=2e-3)
+    tone = components(WaveTrain(RegularWave(1.0, 2.0)), DEEP)
+    assert energy_outside(tone, np.array([low, high])) == (0.0, 1.0)

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from known_box import Box, box_at, froude_krylov, smooth_drift
+
+from hydrosim.errors import InputError
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+H851 = Path(__file__).parents[2] / ".." / "shared" / "validation" / "h851_independent.nc"
+
+
+def test_exact_at_the_nodes(box: Box) -> None:
+    for node, heading in enumerate(box.heading):
+        for turn in (-2 * np.pi, 0.0, 2 * np.pi):
+            load = excitation_at(box, heading + turn, box.frequency)
+            atol = 1e-12 * np.abs(box.excitation).max()  # what is taken as solver noise
+            np.testing.assert_allclose(load, box.excitation[:, node], rtol=1e-13, atol=atol)
+
+
+def test_error_between_frequencies_falls_with_the_fourth_power(box: Box) -> None:
+    omega, heading = np.linspace(0.2, 1.0, 401), 0.0
+    exact = froude_krylov(omega, np.array([heading]))[:, 0]
+
+    def error(spacing: float) -> np.ndarray:
+        table = box_at(np.arange(1, round(2.2 / spacing) + 1) * spacing, np.array([0.0]))
+        return np.abs(excitation_at(table, heading, omega) - exact).max(axis=0)[[0, 2]]
+
+    coarse, fine = error(0.04), error(0.02)
+    assert np.all(coarse / fine > 2**3.5)
+    assert np.all(fine < 5e-4 * np.abs(exact).max(axis=0)[[0, 2]])
+
+
+def test_frequencies_of_a_real_hull() -> None:
+    """Every second frequency of a solved barge predicts those between, up to 1 rad/s, to 0.3 % of
+    the largest load; with all of them the error of a cubic spline is a sixteenth of that."""
+    if not H851.exists():
+        pytest.skip("the validation data are not beside the project")
+    with xr.open_dataset(H851) as data:
+        omega, heading = data["omega"].values, np.radians(data["heading"].values)
+        load = data["excitation_re"].values - 1j * data["excitation_im"].values
+    half = Box(omega[::2], heading, load[::2], None, "every second frequency")
+    low = omega <= 1.0
+    for j in (0, 3, 6, 12):
+        error = excitation_at(half, heading[j], omega[low]) - load[low, j]
+        assert np.all(np.abs(error) < 3e-3 * np.abs(load).max(axis=(0, 1)))
+
+
+@pytest.mark.parametrize(("omega", "limit"), [(0.4, 5e-4), (0.6, 0.006), (0.8, 0.05)])
+def test_between_headings(box: Box, omega: float, limit: float) -> None:
+    """Root mean square error halfway between headings 15 deg apart, of that over all headings: the
+    figures that the module states. The phase between neighbours turns by up to k L / 2 x 0.26."""
+    halfway = box.heading + np.radians(7.5)
+    frequency = np.array([omega])
+    exact = froude_krylov(frequency, halfway)[0, :, :3]
+    found = np.array([excitation_at(box, heading, frequency)[0, :3] for heading in halfway])
+    rms = np.sqrt(np.mean(np.abs(found - exact) ** 2, axis=0) / np.mean(np.abs(exact) ** 2, axis=0))
+    assert np.all(rms < limit)
+
+
+def test_mirrored_headings_give_mirrored_loads(box: Box) -> None:
+    omega = np.linspace(0.01, 2.5, 100)
+    for heading in np.radians([0.0, 10.0, 15.0, 100.0, 172.0]):
+        for at in (excitation_at, mean_drift_at):
+            port, starboard = at(box, heading, omega), at(box, -heading, omega)
+            atol = 1e-12 * np.abs(port).max()
+            np.testing.assert_allclose(starboard, port * MIRROR, atol=atol)
+
+
+def test_what_is_zero_by_symmetry_is_exactly_zero(box: Box) -> None:
+    noisy = replace(
+        box, excitation=box.excitation + 1e-15 * np.abs(box.excitation).max(), source="noisy"
+    )
+    np.testing.assert_array_equal(excitation_at(noisy, 0.0, box.frequency)[:, 1], 0.0)
+    np.testing.assert_array_equal(mean_drift_at(box, np.pi, box.frequency)[:, [1, 5]], 0.0)
+    assert np.all(excitation_at(noisy, 0.3, box.frequency)[:, 1] != 0.0)
+
+
+def test_outside_the_frequencies(box: Box) -> None:
+    omega, heading = np.array([0.005, 0.02, 2.2, 2.2001, 5.0]), np.radians(30)
+    exact = froude_krylov(omega, np.array([heading]))[:, 0]
+    load = excitation_at(box, heading, omega)
+    np.testing.assert_array_equal(load[0], load[1])
+    np.testing.assert_allclose(load[1:3], exact[1:3], rtol=1e-12)
+    np.testing.assert_array_equal(load[3:], 0.0)
+    drift = mean_drift_at(box, heading, omega)
+    np.testing.assert_allclose(drift[0], drift[1] / 4, rtol=1e-14)
+    np.testing.assert_array_equal(drift[3:], drift[[2, 2]])
+    np.testing.assert_allclose(drift[1:3], smooth_drift(omega, np.array([heading]))[1:3, 0])
+
+
+def test_part_of_the_circle_is_enough_within_it() -> None:
+    part = box_at(np.arange(0.1, 0.65, 0.1), np.array([345.0, 15.0, 0.0, 30.0]))
+    exact = froude_krylov(part.frequency, np.radians([5.0]))[:, 0]
+    found = excitation_at(part, np.radians(5.0), part.frequency)
+    np.testing.assert_allclose(found[:, 0], exact[:, 0], rtol=0.01)
+    excitation_at(part, np.radians(-15.0), part.frequency)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "asked", "range_named"),
+    [
+        ([0.0, 45.0, 90.0, 135.0, 180.0], -10.0, "0 to 180 deg"),
+        ([0.0], 1.0, "0 to 0 deg"),
+        ([0.0, 90.0, 180.0, 270.0], 45.0, "0 to 270 deg"),
+        ([350.0, 0.0, 10.0], 11.0, "0 to 350 deg"),
+    ],
+)
+def test_heading_outside_is_refused(degrees: list[float], asked: float, range_named: str) -> None:
+    table = box_at(np.array([0.5, 1.0]), np.array(degrees))
+    with pytest.raises(InputError) as raised:
+        excitation_at(table, np.radians(asked), table.frequency)
+    message = str(raised.value)
+    for part in ("box.nc", f"{asked:g} deg", range_named, "environment.waves.heading"):
+        assert part in message
+
+
+def test_absent_drift_is_refused(box: Box) -> None:
+    with pytest.raises(InputError, match=r"box\.nc.*second_order"):
+        mean_drift_at(replace(box, mean_drift=None), 0.0, box.frequency)
