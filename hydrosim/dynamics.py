@@ -79,7 +79,7 @@ class Work(NamedTuple):
 
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
-    m, n = 6 * model.bodies.mass.size, model.bodies.active.size
+    m, n = 6 * model.bodies.each.size, model.bodies.active.size
     return Work(
         new_motion(model.bodies),
         np.zeros((model.rows, m)),
@@ -153,11 +153,11 @@ def subtract_inertial(bodies, motion, mass, total):
     """total -= omega x (R I R^T omega) + (M + A_inf) S' q'; both vanish for small angles."""
     if not bodies.exact:
         return
-    for b in range(bodies.mass.size):
+    for b in range(bodies.each.size):
         k, R = 6 * b + 3, motion.rotation[b]
         omega = vector(motion.velocity, k)
         body_omega = matvec(R.T, omega)
-        gyroscopic = cross(omega, matvec(R, matvec(bodies.inertia[b], body_omega)))
+        gyroscopic = cross(omega, matvec(R, matvec(bodies.each[b].inertia, body_omega)))
         for i in range(3):
             total[k + i] -= gyroscopic[i]
             if motion.bias[k + i] != 0.0:

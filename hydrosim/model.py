@@ -16,7 +16,7 @@ from hydrosim.forces import FENDER, AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import ROWS, Layout
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.rigid import Bodies, place_bodies
+from hydrosim.rigid import BODY, Bodies, place_bodies
 from hydrosim.run import Clock, State
 from hydrosim.scene import DOFS, Body, Kinematics, RadiationModel, Scene
 from hydrosim.waves import WaveBody, wave_loads_model
@@ -58,7 +58,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     first = 2 * bodies.active.size
     layout = _layout(scene, first + states.decay.size, notes.wet)
     elements = forces.compile_elements(scene.forces, layout)
-    energy = layout.state + fender.STATES * elements[FENDER].body.size
+    energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
     model = Model(
         bodies=bodies,
@@ -134,11 +134,11 @@ def _bodies(scene: Scene) -> Bodies:
         for i, body in enumerate(scene.bodies)
         for dof in sorted(body.dofs, key=DOFS.index)
     ]
-    places = [np.add(b.centre_of_gravity, (*b.location, 0.0)) for b in scene.bodies]
+    each = [
+        (b.mass, b.inertia, np.add(b.centre_of_gravity, (*b.location, 0.0))) for b in scene.bodies
+    ]
     return Bodies(
-        mass=np.array([b.mass for b in scene.bodies]),
-        inertia=np.array([b.inertia for b in scene.bodies], dtype=float),
-        origin=np.array(places, dtype=float),
+        each=np.array(each, dtype=BODY),
         active=np.array(active, dtype=np.int64),
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics is Kinematics.EXACT,
@@ -223,20 +223,20 @@ def _first_state(scene: Scene, model: Model) -> State:
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
     p = model.elements[FENDER]
-    modes = np.zeros((p.body.size, 2), dtype=np.int64)
+    modes = np.zeros((p.points.size, 2), dtype=np.int64)
     motion = new_work(model).motion
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     fender.settle(y, modes, motion, bodies, p)
-    return State(y, modes, radiation.velocity_history(6 * bodies.mass.size, _nodes(scene, model)))
+    return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
 
 
 def _rates(bodies: Bodies, motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Rates of the free coordinates for given velocities (6 nb,): angles' rates are E^-1 omega."""
     place_bodies(q, np.zeros_like(q), bodies, motion)
     rates = velocity.astype(float).copy()
-    for b in range(bodies.mass.size if bodies.exact else 0):
+    for b in range(bodies.each.size if bodies.exact else 0):
         angles = slice(6 * b + 3, 6 * b + 6)
         rates[angles] = np.linalg.solve(motion.rate_map[b], velocity[angles])
     return rates[bodies.active]

@@ -11,7 +11,7 @@ compiled anew in every process.
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, prod
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +34,11 @@ from hydrosim.radiation.memory import VelocityHistory, push
 from hydrosim.rigid import place_bodies
 from hydrosim.waves.loads import wave_loads
 
+PITCH = 4  # among a body's six coordinates
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING = range(4)
 STEPS, RECORDS, EVENTS, EVALUATIONS, STATUS = range(5)
+END, FULL, SLOPE, STAGE = range(4)
+BEFORE, AFTER, NOW = range(3)
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PIECES = 200  # events in one step, per contact point, after which it is called chattering
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
@@ -64,68 +67,65 @@ class Clock(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), states, slope, margins."""
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (3, nm).
+
+    The states are the end of the step, the end of the uncut step and the slope there, and a stage;
+    the margins are those before and after the uncut step and at the place in question.
+    """
 
     k: np.ndarray
-    stage: np.ndarray
-    end: np.ndarray
-    full: np.ndarray
-    slope: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
-    now: np.ndarray
+    states: np.ndarray
+    margins: np.ndarray
 
 
 class Record(NamedTuple):
-    """What is kept at every output time; see the names in `hydrosim.output`."""
+    """What is kept at every output time: ``channels`` (nt, nc), see `channels`, and the contact
+    ``modes`` (nt, nf, 2)."""
 
-    time: np.ndarray
-    y: np.ndarray
+    channels: np.ndarray
     modes: np.ndarray
-    coordinates: np.ndarray
-    velocity: np.ndarray
-    wrench: np.ndarray
-    stored: np.ndarray
-    kinetic: np.ndarray
-    elevation: np.ndarray
-    contact: np.ndarray
 
 
 def new_scratch(model: Model, method: Tableau) -> Scratch:
     """Scratch for this model and method."""
-    states = [np.zeros(model.size) for _ in range(4)]
-    nm = MARGINS * model.elements[FENDER].body.size
-    return Scratch(np.zeros((method.b.size, model.size)), *states, *(np.zeros((3, nm))))
+    nm = MARGINS * model.elements[FENDER].points.size
+    ny = model.size
+    return Scratch(np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((3, nm)))
+
+
+def channels(model: Model) -> dict[str, tuple[int, ...]]:
+    """Names and shapes of the channels of a record, in their order."""
+    m = 6 * model.bodies.each.size
+    return {
+        "time": (),
+        "elevation": (),
+        "kinetic": (),
+        "y": (model.size,),
+        "coordinates": (m,),
+        "velocity": (m,),
+        "stored": (model.rows,),
+        "wrench": (model.rows, m),
+        "contact": (model.elements[FENDER].points.size, 8),
+    }
 
 
 def new_record(model: Model, clock: Clock) -> Record:
     """Room for all output times, the first included."""
     nt = clock.steps // clock.every + 1
-    m, nf = 6 * model.bodies.mass.size, model.elements[FENDER].body.size
-    return Record(
-        np.zeros(nt),
-        np.zeros((nt, model.size)),
-        np.zeros((nt, nf, 2), dtype=np.int64),
-        np.zeros((nt, m)),
-        np.zeros((nt, m)),
-        np.zeros((nt, model.rows, m)),
-        np.zeros((nt, model.rows)),
-        np.zeros(nt),
-        np.zeros(nt),
-        np.zeros((nt, nf, 8)),
-    )
+    width = sum(prod(shape) for shape in channels(model).values())
+    nf = model.elements[FENDER].points.size
+    return Record(np.zeros((nt, width)), np.zeros((nt, nf, 2), dtype=np.int64))
 
 
 @kernel
 def advance(count, clock, model, method, state, work, scratch, record, counters):
     """Take up to ``count`` steps of the grid; stops early where ``counters[STATUS]`` says why.
 
-    ``state`` is where the last accepted piece ended; ``scratch.now[...]`` is of no meaning after.
-    Returns the time that was reached.
+    ``state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
     t = grid_time(counters[STEPS], clock)
     if counters[RECORDS] == 0:
-        remember(t, model, state, work)
+        remember(t, state, model.bodies, work.motion)
         keep(t, model, state, work, scratch, record, counters)
     for _ in range(min(count, clock.steps - counters[STEPS])):
         t = _cross(t, clock, model, method, state, work, scratch, counters)
@@ -147,37 +147,34 @@ def grid_time(n, clock):
 def _cross(t, clock, model, method, state, work, scratch, counters):
     """Go to the next point of the grid, piece by piece; returns the time reached."""
     goal = grid_time(counters[STEPS] + 1, clock)
-    limit = PIECES * (1 + state.modes.shape[0])
+    fenders, motion, end = model.elements[FENDER], work.motion, scratch.states[END]
+    limit = PIECES * (1 + fenders.points.size)
     events = 0
-    while t < goal:
+    while t < goal and events <= limit and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
-        h = stop - t
-        step(t, h, model, method, state, work, scratch, counters)
-        left = _margins(scratch.end, scratch.after, model, state, work)
+        step(t, stop - t, model, method, state, work, scratch, counters)
+        left = _left(end, state.modes, model.bodies, motion, fenders, scratch.margins[AFTER])
         if left and clock.events:
-            h = _land(t, h, model, method, state, work, scratch, counters)
-            stop = t + h
+            stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
         t = stop
-        assign(state.y, scratch.end)
-        _check(state.y, model, counters)
+        assign(state.y, end)
         if left:
             events += 1
-            _switch(clock.events, model, state, work, scratch)
-        if events > limit:
-            counters[STATUS] = CHATTERING
-        if counters[STATUS] != RUNNING:
-            break
-        remember(t, model, state, work)
+            _switch(clock.events, state, model.bodies, motion, fenders, scratch.margins)
+        _check(state.y, model.bodies, counters)
+        remember(t, state, model.bodies, motion)
+    if events > limit:
+        counters[STATUS] = CHATTERING
     counters[EVENTS] += events
     return t
 
 
 @kernel
-def remember(t, model, state, work):
+def remember(t, state, bodies, motion):
     """Add the velocities at ``t`` to the history, if a convolution needs one."""
     if state.history.time.size > 0:
-        _place(state.y, model, work)
-        push(state.history, t, work.motion.velocity)
+        _place(state.y, bodies, motion)
+        push(state.history, t, motion.velocity)
 
 
 @kernel
@@ -190,50 +187,52 @@ def _breakpoint_after(t, goal, clock):
 
 @kernel
 def step(t, h, model, method, state, work, scratch, counters):
-    """One step of the method from ``state`` into ``scratch.end``."""
-    y, k = state.y, scratch.k
+    """One step of the method from ``state`` into ``scratch.states[END]``."""
+    y, k, stage = state.y, scratch.k, scratch.states[STAGE]
     rhs(t, y, state.modes, state.history, model, work, k[0])
     for i in range(1, method.c.size):
-        stage_state(i, method, h, y, k, scratch.stage)
-        rhs(t + method.c[i] * h, scratch.stage, state.modes, state.history, model, work, k[i])
-    advance_state(method, h, y, k, scratch.end)
+        stage_state(i, method, h, y, k, stage)
+        rhs(t + method.c[i] * h, stage, state.modes, state.history, model, work, k[i])
+    advance_state(method, h, y, k, scratch.states[END])
     counters[EVALUATIONS] += method.c.size
 
 
 @kernel
-def _margins(y, out, model, state, work):
+def _place(y, bodies, motion):
+    n = bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+
+
+@kernel
+def _left(y, modes, bodies, motion, fenders, out):
     """Margins of all contact modes at ``y``; True if any mode has ended."""
     if out.size == 0:
         return False
-    _place(y, model, work)
-    margins(y, state.modes, work.motion, model.bodies, model.elements[FENDER], out)
+    _place(y, bodies, motion)
+    margins(y, modes, motion, bodies, fenders, out)
     return left_behind(out)
 
 
 @kernel
-def _place(y, model, work):
-    n = model.bodies.active.size
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-
-
-@kernel
 def _land(t, h, model, method, state, work, scratch, counters):
-    """Cut the step of length ``h`` at its first event: the state there in ``scratch.end``.
+    """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
     The zero is sought on the cubic through both ends, and the difference between the method's own
     step and the cubic at that place is then taken off (a contraction of order h^3). Returns the
     length of the cut step.
     """
-    rhs(t + h, scratch.end, state.modes, state.history, model, work, scratch.slope)
+    fenders, end = model.elements[FENDER], scratch.states[END]
+    before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
+    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
-    assign(scratch.full, scratch.end)
-    _margins(state.y, scratch.before, model, state, work)
+    assign(scratch.states[FULL], end)
+    _left(state.y, state.modes, model.bodies, work.motion, fenders, before)
     defect, x = 0.0, 0.0
     for _ in range(5):
-        x, on_cubic = _zero_on_cubic(defect, h, model, state, work, scratch)
+        x, on_cubic = _zero_on_cubic(defect, h, state, model.bodies, work.motion, fenders, scratch)
         step(t, x * h, model, method, state, work, scratch, counters)
-        _margins(scratch.end, scratch.now, model, state, work)
-        value = phi(scratch.now, scratch.before, scratch.after)
+        _left(end, state.modes, model.bodies, work.motion, fenders, now)
+        value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED:
             break
         defect = value - on_cubic
@@ -241,14 +240,15 @@ def _land(t, h, model, method, state, work, scratch, counters):
 
 
 @kernel
-def _zero_on_cubic(defect, h, model, state, work, scratch):
+def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
-    lo, f_lo = 0.0, phi(scratch.before, scratch.before, scratch.after) + defect
+    before, after = scratch.margins[BEFORE], scratch.margins[AFTER]
+    lo, f_lo = 0.0, phi(before, before, after) + defect
     hi, f_hi = 0.0, -1.0
     for j in range(1, 9):
         hi = j / 8
-        f_hi = _phi_on_cubic(hi, h, model, state, work, scratch) + defect
+        f_hi = _phi_on_cubic(hi, h, state, bodies, motion, fenders, scratch) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo, f_lo = hi, f_hi
@@ -259,7 +259,7 @@ def _zero_on_cubic(defect, h, model, state, work, scratch):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, h, model, state, work, scratch) + defect
+        f = _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch) + defect
         if f >= 0.0:
             lo, f_lo = x, f
         else:
@@ -268,59 +268,60 @@ def _zero_on_cubic(defect, h, model, state, work, scratch):
 
 
 @kernel
-def _phi_on_cubic(x, h, model, state, work, scratch):
-    hermite(x, h, state.y, scratch.k[0], scratch.full, scratch.slope, scratch.stage)
-    _margins(scratch.stage, scratch.now, model, state, work)
-    return phi(scratch.now, scratch.before, scratch.after)
+def _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch):
+    states, stage = scratch.states, scratch.states[STAGE]
+    hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
+    _left(stage, state.modes, bodies, motion, fenders, scratch.margins[NOW])
+    return phi(scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER])
 
 
 @kernel
-def _switch(located, model, state, work, scratch):
+def _switch(located, state, bodies, motion, fenders, margin):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per point."""
-    p = model.elements[FENDER]
-    _place(state.y, model, work)
-    smallest = phi(scratch.now, scratch.before, scratch.after) if located else 0.0
-    for i in range(p.body.size):
+    _place(state.y, bodies, motion)
+    before, after, now = margin[BEFORE], margin[AFTER], margin[NOW]
+    near = max(phi(now, before, after), 0.0) + SWITCHED
+    for i in range(fenders.points.size):
         for which in range(MARGINS):
             m = MARGINS * i + which
-            if scratch.after[m] >= 0.0:
+            if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
                 continue
-            near = max(smallest, 0.0) + SWITCHED
-            if located and scaled(m, scratch.now, scratch.before, scratch.after) > near:
-                continue
-            switch(i, which, state.y, state.modes, work.motion, model.bodies, p)
+            switch(i, which, state.y, state.modes, motion, bodies, fenders)
             break
 
 
 @kernel
-def _check(y, model, counters):
+def _check(y, bodies, counters):
     """Set the status where a number is not finite or a pitch angle is too steep."""
-    n = model.bodies.active.size
+    n = bodies.active.size
     for j in range(2 * n):
         if not isfinite(y[j]):
             counters[STATUS] = NOT_FINITE
-            return
-        if j < n and model.bodies.active[j] % 6 == 4 and abs(y[j]) > STEEPEST:
-            if model.bodies.exact:
-                counters[STATUS] = CAPSIZED
+        elif j < n and bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST and bodies.exact:
+            counters[STATUS] = CAPSIZED
 
 
 @kernel
 def keep(t, model, state, work, scratch, record, counters):
-    """Record the state and everything that follows from it."""
-    r, y, modes = counters[RECORDS], state.y, state.modes
-    record.time[r] = t
-    assign(record.y[r], y)
-    for i in range(modes.shape[0]):
-        record.modes[r, i, 0], record.modes[r, i, 1] = modes[i, 0], modes[i, 1]
-    record.kinetic[r] = stored_energies(t, y, modes, model, work, record.stored[r])
-    rhs(t, y, modes, state.history, model, work, scratch.stage)
-    assign(record.coordinates[r], work.motion.coordinates)
-    assign(record.velocity[r], work.motion.velocity)
-    for row in range(model.rows):
-        assign(record.wrench[r, row], work.wrench[row])
-    bodies, elements = model.bodies, model.elements
-    observe(y, modes, work.motion, bodies, elements[FENDER], record.contact[r])
-    record.elevation[r] = wave_loads(t, model.waves, work.total, work.total)
+    """Record the state and everything that follows from it, in the order of `channels`."""
+    y, modes, motion = state.y, state.modes, work.motion
+    row, kept = record.channels[counters[RECORDS]], record.modes[counters[RECORDS]]
+    m, points = 6 * model.bodies.each.size, model.elements[FENDER].points.size
+    at = 3 + y.size
+    stored = row[at + 2 * m :]
+    wrench = stored[model.rows :]
+    row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
+    rhs(t, y, modes, state.history, model, work, scratch.states[STAGE])
+    row[0] = t
+    assign(row[3:], y)
+    assign(row[at:], motion.coordinates)
+    assign(row[at + m :], motion.velocity)
+    for r in range(model.rows):
+        assign(wrench[m * r :], work.wrench[r])
+    contact = wrench[m * model.rows :].reshape((points, 8))
+    observe(y, modes, motion, model.bodies, model.elements[FENDER], contact)
+    for i in range(points):
+        assign(kept[i], modes[i])
+    row[1] = wave_loads(t, model.waves, work.total, work.total)
     counters[RECORDS] += 1

@@ -11,6 +11,7 @@ from hydrosim.case.nodes import joined, suggestion
 from hydrosim.case.schema import CaseFile, Fender, Irregular
 from hydrosim.case.units import shown
 
+# The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
 

@@ -22,7 +22,7 @@ KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
 NAMED = {"bodies", "forces"}  # mappings with names that the user gives
 
 
-def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, MappingNode]:
+def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     """Text and nodes of a case file, laid over the file that its key `extends` names, if any.
 
     Mappings are laid over each other key by key, except one with a `type`, `law` or `spectrum` of
@@ -47,14 +47,14 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, MappingNod
     return f"# {path.name} over {base.name}\n{written(whole)}", whole
 
 
-def apply_setting(node: MappingNode, setting: str) -> MappingNode:
+def apply_setting(node: Node, setting: str) -> Node:
     """``node`` with ``KEY=VALUE`` laid over it: a dotted key, where a number is an entry of a list,
     and a value in YAML; null removes. InputError names what there is instead of an unknown key."""
-    key, equals, text = setting.partition("=")
+    key, _, text = setting.partition("=")
     name = SETTING + setting
-    if not equals or not key.strip():
-        raise InputError(f"{name}: found no key or no value; expected KEY=VALUE")
-    value = compose(text, name) or compose("null", name)
+    value = compose(text, name)
+    if not key.strip() or value is None:
+        raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
     return _assigned(node, key.strip().split("."), value)
 
 
@@ -88,23 +88,20 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None
 
 
-def _overlay(base: MappingNode, over: MappingNode) -> MappingNode:
+def _overlay(base: Node | None, over: Node) -> Node:
+    if not isinstance(base, MappingNode) or not isinstance(over, MappingNode):
+        return over
+    if KINDS & entries(over).keys():
+        return over
     result = entries(base)
     for key, (name, value) in entries(over).items():
-        _, under = result.get(key, (name, None))
         if _is_null(value):
             _require(key, result, name)
             del result[key]
-        elif _mergeable(under, value):
-            result[key] = name, _overlay(under, value)
         else:
-            result[key] = name, value
+            _, under = result.get(key, (name, None))
+            result[key] = name, _overlay(under, value)
     return _mapping(result, base)
-
-
-def _mergeable(under: Node | None, over: Node) -> bool:
-    both = isinstance(under, MappingNode) and isinstance(over, MappingNode)
-    return both and not KINDS & entries(over).keys()
 
 
 def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:

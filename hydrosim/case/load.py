@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
-from yaml.nodes import MappingNode
+from yaml.nodes import Node
 
 from hydrosim.case.checks import Problem, check
 from hydrosim.case.layers import apply_setting, read_case, settings_of, written
@@ -54,7 +54,7 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     return Case(path, text, _validated(document, path))
 
 
-def _validated(document: MappingNode, path: Path) -> CaseFile:
+def _validated(document: Node, path: Path) -> CaseFile:
     raw = plain(document)
     readers: dict[int, Any] = {}
     try:
@@ -66,12 +66,12 @@ def _validated(document: MappingNode, path: Path) -> CaseFile:
     return data
 
 
-def _empty(document: MappingNode) -> Iterator[Problem]:
+def _empty(document: Node) -> Iterator[Problem]:
     for keys in empty_keys(document):
         yield Problem(keys, "found nothing; expected a value; give one or remove the key")
 
 
-def _report(problems: Sequence[Problem], document: MappingNode) -> None:
+def _report(problems: Sequence[Problem], document: Node) -> None:
     """Raises one InputError with the first problem of each key; passes if there is none."""
     lines: dict[str, str] = {}
     for problem in problems:

@@ -36,7 +36,8 @@ def compose(text: str, name: str) -> Node | None:
         _refuse_bad_keys(node)
     except yaml.MarkedYAMLError as error:
         what = ", ".join(part for part in (error.context, error.problem) if part)
-        raise wrong(error.problem_mark or error.context_mark, f"not valid YAML: {what}") from None
+        place = where(error.problem_mark) if error.problem_mark else name
+        raise InputError(f"{place}: not valid YAML: {what}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
     except RecursionError:
@@ -48,15 +49,20 @@ def plain(node: Node) -> Any:
     """The values of a node: dict, list, str, int, float, bool or None."""
     if isinstance(node, MappingNode):
         return {key: plain(value) for key, (_, value) in entries(node).items()}
-    if isinstance(node, SequenceNode):
-        return [plain(item) for item in node.value]
+    if isinstance(node, ScalarNode):
+        return _scalar(node)
+    return [plain(item) for item in node.value]
+
+
+def _scalar(node: ScalarNode) -> str | float | bool | None:
+    text = str(node.value)
     if node.style is not None:
-        return node.value
-    if node.value in WORDS:
-        return WORDS[node.value]
-    if WHOLE.fullmatch(node.value):
-        return int(node.value)
-    return float(node.value) if NUMBER.fullmatch(node.value) else node.value
+        return text
+    if text in WORDS:
+        return WORDS[text]
+    if WHOLE.fullmatch(text):
+        return int(text)
+    return float(text) if NUMBER.fullmatch(text) else text
 
 
 def entries(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:

@@ -38,11 +38,11 @@ Radius = Annotated[float, Quantity("radius of gyration", "m", "20 m", above=0)]
 Factor = Annotated[float, Quantity("number", "", "20 %", at_least=0)]
 Peak = Annotated[float, Quantity("peak enhancement factor", "", "3.3", at_least=1)]
 Component = Annotated[float, Quantity("number", "", "-1")]
-Compression = Annotated[float, Quantity("compression", "m", "0.5 m", at_least=0)]
 Force = Annotated[float, Quantity("force", "N", "100 kN")]
 Moment = Annotated[float, Quantity("moment", "N*m", "100 kN*m")]
-Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m", at_least=0)]
+Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m", above=0)]
 Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m", at_least=0)]
+Slope = Annotated[float, Quantity("friction slope", "N*s/m", "1e6 kN*s/m", above=0)]
 
 _Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne")]
 _MassMoment = Annotated[float, Quantity("first moment of mass", "kg*m", "1 tonne*m")]
@@ -105,21 +105,21 @@ def _form(value: object) -> str:
     return "matrix" if isinstance(value, list | tuple) else "diagonal"
 
 
+def _scaled(matrix: np.ndarray) -> np.ndarray:
+    """The matrix scaled to a unit diagonal, so that metres and radians weigh the same."""
+    diagonal = np.diag(matrix)
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return matrix / np.outer(size, size)
+
+
 def _symmetric(value: Any) -> Any:
     matrix = as_matrix(value)
-    gap = np.abs(matrix - matrix.T)
+    gap = np.abs(_scaled(matrix) - _scaled(matrix).T)
     i, j = np.unravel_index(gap.argmax(), gap.shape)
-    if gap[i, j] > 1e-6 * max(abs(matrix[i, j]), abs(matrix[j, i])):
+    if gap[i, j] > 1e-6:
         found = f"{matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} opposite it"
         raise problem(found, "a symmetric matrix")
     return value
-
-
-def _least_eigenvalue(matrix: np.ndarray) -> float:
-    """Of the matrix scaled to a unit diagonal, so that metres and radians weigh the same."""
-    diagonal = np.diag(matrix)
-    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    return float(np.linalg.eigvalsh(matrix / np.outer(size, size))[0])
 
 
 def _semidefinite(value: Any) -> Any:
@@ -127,13 +127,13 @@ def _semidefinite(value: Any) -> Any:
     negative = [f"{x:g} for {dof}" for x, dof in zip(np.diag(matrix), DOFS, strict=True) if x < 0.0]
     if negative:
         raise problem(", ".join(negative), "0 or more")
-    if _least_eigenvalue(matrix) < -1e-9:
+    if np.linalg.eigvalsh(_scaled(matrix))[0] < -1e-9:
         raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
     return value
 
 
 def _definite(value: Any) -> Any:
-    if _least_eigenvalue(as_matrix(value)) <= 0.0:
+    if np.linalg.eigvalsh(_scaled(as_matrix(value)))[0] <= 0.0:
         raise problem("a matrix that is not positive definite", "one of a body with mass")
     return value
 
@@ -196,7 +196,7 @@ Velocities = Six[Speed, TurnRate]
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
-Compressions = Annotated[tuple[Compression, ...], RISING, AfterValidator(_from_zero)]
+Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]
 Forces = PerDof[
     Annotated[tuple[Force, ...], BeforeValidator(_listed)],

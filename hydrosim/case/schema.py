@@ -67,6 +67,8 @@ class Irregular(Directed):
 
 
 class Jonswap(Irregular):
+    """JONSWAP spectrum, scaled to the significant height."""
+
     spectrum: Literal["jonswap"]
     peak_enhancement: of.Peak = 3.3
 
@@ -78,6 +80,8 @@ class PiersonMoskowitz(Irregular):
 
 
 class Regular(Directed):
+    """One regular wave."""
+
     spectrum: Literal["regular"]
     amplitude: of.Height
     period: of.Period
@@ -111,6 +115,8 @@ class Initial(Strict):
 
 
 class WaveForces(Strict):
+    """Which wave loads act."""
+
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
 
@@ -167,6 +173,8 @@ class Body(Strict):
 
 
 class LinearMooring(Strict):
+    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices."""
+
     type: Literal["linear_mooring"]
     body: StrictStr
     stiffness: of.StiffnessMatrix
@@ -191,6 +199,8 @@ class LinearMooring(Strict):
 
 
 class AppliedForce(Strict):
+    """A force and moment on a point of a body: a table in time, or constant."""
+
     type: Literal["applied_force"]
     body: StrictStr
     frame: Literal["earth", "body"] = "earth"
@@ -210,6 +220,8 @@ class AppliedForce(Strict):
 
 
 class Plane(Strict):
+    """The other side of a contact, in the earth frame or in that of a body."""
+
     point: of.Point
     normal: of.Direction
     body: StrictStr | None = None
@@ -222,7 +234,7 @@ class Plane(Strict):
 
 
 class Normal(Strict):
-    """Normal force of a fender: a stiffness or a table; and damping."""
+    """Normal force of a fender; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
     compression: of.Compressions | None = None
@@ -238,12 +250,14 @@ class Normal(Strict):
         if self.compression and self.force and len(self.compression) != len(self.force):
             found = f"{len(self.compression)} values in compression and {len(self.force)} in force"
             raise problem(found, "a force for each compression")
-        if not (self.stiffness or (self.force and self.force[-1])):
+        if self.force and not self.force[-1]:
             raise problem("no force at any compression", "one that rises")
         return self
 
 
 class StickSlip(Strict):
+    """The thesis' new friction model; ``total`` values are shared by the points."""
+
     law: Literal["stick_slip"]
     static: of.Factor
     kinetic: of.Factor
@@ -256,17 +270,17 @@ class StickSlip(Strict):
     def _check_law(self) -> Self:
         if self.static < self.kinetic:
             raise problem(f"static {self.static:g}, kinetic {self.kinetic:g}", "static >= kinetic")
-        if not self.stiffness:
-            raise problem("the stiffness 0", "above 0", "for no friction use law: none")
         if not self.damping + self.slip_damping:
             raise problem("damping 0 and slip_damping 0", "one of them above 0")
         return self
 
 
 class FrictionSlope(Strict):
+    """aNySIM's friction model; a ``total`` slope is shared by the points."""
+
     law: Literal["friction_slope"]
     coefficient: of.Factor
-    slope: of.Damping
+    slope: of.Slope
     total: StrictBool = False
 
 
@@ -281,6 +295,8 @@ Friction = Annotated[StickSlip | FrictionSlope | Frictionless, Discriminator("la
 
 
 class Fender(Strict):
+    """Points of a body against a plane."""
+
     type: Literal["fender"]
     body: StrictStr
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
@@ -293,6 +309,8 @@ Element = Annotated[LinearMooring | AppliedForce | Fender, Discriminator("type")
 
 
 class Solver(Strict):
+    """How time is stepped."""
+
     method: Method = Method.RK4
     step: of.Period = 0.1
     kinematics: Kinematics = Kinematics.EXACT
@@ -300,6 +318,8 @@ class Solver(Strict):
 
 
 class Output(Strict):
+    """What is recorded: every ``step``, a multiple of the solver's."""
+
     step: of.Period | None = None
 
 

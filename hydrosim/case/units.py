@@ -23,7 +23,7 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 # Products and quotients of names with small powers: pint computes whatever else it is given.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
 UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
-VAGUE = re.compile(r"\b(?:force_)?tons?(?:_force)?\b")
+VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
 # pint takes rad for a plain number: a percentage is no angle, and a frequency in Hz no rad/s.
 STRICT = ("", "rad", "rad/s")
 
@@ -118,7 +118,7 @@ def factor(unit: str, si: str) -> float:
     if not UNIT.fullmatch(unit):
         raise ValueError(f'"{unit}" cannot be read as a unit')
     if VAGUE.search(unit):
-        raise ValueError("tons differ: write tonne (1000 kg) or tonne_force (9810 N)")
+        raise ValueError("tons differ; write tonne (1000 kg) or tonne_force (9810 N)")
     import pint
 
     units = registry()
@@ -141,7 +141,7 @@ def _same_kind(source: Any, target: Any, strict: bool) -> bool:
 def _why_not(unit: str, source: Any, target: Any) -> str:
     acceleration = registry().parse_units("m/s^2")
     if _same_kind(source * acceleration, target, strict=False):
-        return f'"{unit}" has a mass where a force belongs: weights are in tonne_force'
+        return f'"{unit}" has a mass where a force belongs: a weight is in tonne_force'
     return f'"{unit}" is another kind of quantity'
 
 

@@ -86,6 +86,12 @@ class HydroDatabase:
                     " compute them again."
                 )
 
+        for name in ("water_depth", "water_density", "gravity"):
+            if not getattr(self, name) > 0:
+                raise InputError(
+                    f"{self.source}: {name} is {getattr(self, name)}, expected a positive number."
+                )
+
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         bodies, n = self.bodies, 6 * self.bodies
         nw, nh = self.frequency.size, self.heading.size

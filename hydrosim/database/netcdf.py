@@ -43,16 +43,16 @@ VARIABLES = {
     "heading": Variable(("heading",), "rad", "direction the waves go to, counter-clockwise from x"),
     "added_mass": Variable(("frequency", *_MATRIX), "kg", "added mass"),
     "radiation_damping": Variable(("frequency", *_MATRIX), "kg s-1", "radiation damping"),
-    "added_mass_zero": Variable(_MATRIX, "kg", "added mass at zero frequency", True),
-    "added_mass_infinite": Variable(_MATRIX, "kg", "added mass at infinite frequency", True),
+    "added_mass_zero": Variable(_MATRIX, "kg", "added mass at zero frequency", optional=True),
+    "added_mass_infinite": Variable(_MATRIX, "kg", "added mass at infinite frequency", optional=True),
     "excitation": Variable(_LOADS, "N m-1", "wave excitation per wave amplitude", False, True),
     "froude_krylov": Variable(_LOADS, "N m-1", "Froude-Krylov part of the excitation", True, True),
-    "mean_drift": Variable(_LOADS, "N m-2", "mean drift load per wave amplitude squared", True),
+    "mean_drift": Variable(_LOADS, "N m-2", "mean drift load per wave amplitude squared", optional=True),
     "drift_imbalance": Variable(
-        ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", True
+        ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", optional=True
     ),
     "hydrostatic_stiffness": Variable(_MATRIX, "N m-1", "hydrostatic and gravity stiffness"),
-    "inertia_matrix": Variable(_MATRIX, "kg", "inertia matrix of the body", True),
+    "inertia_matrix": Variable(_MATRIX, "kg", "inertia matrix of the body", optional=True),
     "volume": Variable(("body",), "m3", "displaced volume"),
     "centre_of_buoyancy": Variable(_POINT, "m", "centre of buoyancy"),
     "centre_of_gravity": Variable(_POINT, "m", "centre of gravity"),
@@ -72,7 +72,7 @@ def read(path: Path) -> HydroDatabase:
             f"{path}: not a netCDF-4/HDF5 file ({error}); expected a hydrosim database."
         ) from error
     with file:
-        file.set_auto_mask(False)
+        file.set_auto_maskandscale(False)
         missing = [n for n, v in VARIABLES.items() if not v.optional and n not in file.variables]
         if missing:
             raise InputError(

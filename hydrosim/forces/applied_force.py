@@ -33,42 +33,45 @@ class AppliedForce(ForceElement):
     body_fixed: bool = False
 
 
-class Params(NamedTuple):
-    """Arrays of all applied forces; the table of force e is ``time[first[e]:first[e + 1]]``."""
+APPLIED = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3), ("body_fixed", bool)),
+        *(("first", int), ("last", int)),
+    ]
+)
 
-    body: np.ndarray
-    row: np.ndarray
-    point: np.ndarray
-    body_fixed: np.ndarray
-    first: np.ndarray
+
+class Params(NamedTuple):
+    """``each`` (ne,) of `APPLIED`; the table of one is ``time`` and ``force`` (nt, 6) from its row
+    ``first`` to before its row ``last``."""
+
+    each: np.ndarray
     time: np.ndarray
     force: np.ndarray
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the applied forces among ``elements``."""
-    chosen = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
-    tables = list(chosen.values())
-    return Params(
-        np.array([layout.body[e.body] for e in tables], dtype=np.int64),
-        np.array([layout.row[name] for name in chosen], dtype=np.int64),
-        np.array([e.point for e in tables], dtype=float).reshape(-1, 3),
-        np.array([e.body_fixed for e in tables], dtype=np.bool_),
-        np.cumsum([0, *(len(e.time) for e in tables)]),
-        np.concatenate([np.zeros(0), *(e.time for e in tables)]),
-        np.concatenate([np.zeros((0, 6)), *(e.force for e in tables)]),
-    )
+    rows, time, force, last = [], [np.zeros(0)], [np.zeros((0, 6))], 0
+    for name, e in elements.items():
+        if isinstance(e, AppliedForce):
+            first, last = last, last + len(e.time)
+            place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
+            rows.append((*place, first, last))
+            time.append(e.time)
+            force.append(e.force)
+    return Params(np.array(rows, dtype=APPLIED), np.concatenate(time), np.concatenate(force))
 
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Every applied force into its row of ``wrench``, its power into ``rate``."""
-    for e in range(p.body.size):
-        b, row = p.body[e], p.row[e]
-        force, moment = table_value(t, p.time, p.force, p.first[e], p.first[e + 1])
-        if p.body_fixed[e]:
+    for e in p.each:
+        b, row = e.body, e.row
+        force, moment = table_value(t, p.time, p.force, e.first, e.last)
+        if e.body_fixed:
             force, moment = matvec(motion.rotation[b], force), matvec(motion.rotation[b], moment)
-        _, arm = attachment(b, vector(p.point[e], 0), bodies, motion)
+        _, arm = attachment(b, vector(e.point, 0), bodies, motion)
         add_wrench(b, force, add(moment, cross(arm, force)), wrench[row])
         omega = vector(motion.velocity, 6 * b + 3)
         rate[row] += dot(force, point_velocity(b, arm, motion)) + dot(moment, omega)

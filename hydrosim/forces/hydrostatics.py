@@ -17,7 +17,7 @@ from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
 @kernel
 def add_hydrostatics(motion, bodies, stiffness, wrench):
     """Force of every body's ``stiffness`` (nb, 6, 6) into the hydrostatic row of ``wrench``."""
-    for b in range(bodies.mass.size):
+    for b in range(bodies.each.size):
         Q = spring_force(6 * b, motion.coordinates, stiffness[b])
         wrench_of_coordinates(b, Q, bodies, motion, wrench[HYDROSTATIC])
 
@@ -25,5 +25,5 @@ def add_hydrostatics(motion, bodies, stiffness, wrench):
 @kernel
 def add_hydrostatic_energy(motion, bodies, stiffness, stored):
     """Energy stored in the restoring forces, into the hydrostatic row of ``stored``."""
-    for b in range(bodies.mass.size):
+    for b in range(bodies.each.size):
         stored[HYDROSTATIC] += spring_energy(6 * b, motion.coordinates, stiffness[b])

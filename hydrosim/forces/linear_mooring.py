@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,26 +30,20 @@ class LinearMooring(ForceElement):
     damping_ratio: np.ndarray | None = None
 
 
-class Params(NamedTuple):
-    """Arrays of all moorings: ``body``, ``row`` (ne,), ``stiffness``, ``damping`` (ne, 6, 6)."""
-
-    body: np.ndarray
-    row: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
+MOORING = np.dtype(
+    [("body", int), ("row", int), ("stiffness", float, (6, 6)), ("damping", float, (6, 6))]
+)
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
-    """Constants of the moorings among ``elements``."""
-    chosen = {name: e for name, e in elements.items() if isinstance(e, LinearMooring)}
-    body = [layout.body[e.body] for e in chosen.values()]
-    dampings = [_damping(e, b, layout) for e, b in zip(chosen.values(), body, strict=True)]
-    return Params(
-        np.array(body, dtype=np.int64),
-        np.array([layout.row[name] for name in chosen], dtype=np.int64),
-        np.array([e.stiffness for e in chosen.values()], dtype=float).reshape(-1, 6, 6),
-        np.array(dampings, dtype=float).reshape(-1, 6, 6),
-    )
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `MOORING` of the moorings among ``elements``."""
+    rows = []
+    for name, element in elements.items():
+        if isinstance(element, LinearMooring):
+            body = layout.body[element.body]
+            damping = _damping(element, body, layout)
+            rows.append((body, layout.row[name], element.stiffness, damping))
+    return np.array(rows, dtype=MOORING)
 
 
 def _damping(element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
@@ -65,14 +58,14 @@ def _damping(element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
-    for e in range(p.body.size):
-        b, row = p.body[e], p.row[e]
-        Q = spring_force(6 * b, motion.coordinates, p.stiffness[e])
+    for mooring in p:
+        b, row = mooring.body, mooring.row
+        Q = spring_force(6 * b, motion.coordinates, mooring.stiffness)
         wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
         v = motion.velocity
         for i in range(6):
             for j in range(6):
-                damping = p.damping[e, i, j] * v[6 * b + j]
+                damping = mooring.damping[i, j] * v[6 * b + j]
                 wrench[row, 6 * b + i] -= damping
                 rate[row] += v[6 * b + i] * damping
 
@@ -80,5 +73,6 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every mooring, into its row of ``stored``."""
-    for e in range(p.body.size):
-        stored[p.row[e]] += spring_energy(6 * p.body[e], motion.coordinates, p.stiffness[e])
+    for mooring in p:
+        k = 6 * mooring.body
+        stored[mooring.row] += spring_energy(k, motion.coordinates, mooring.stiffness)

@@ -1,6 +1,7 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
 from hydrosim.rigid.kinematics import (
+    BODY,
     Bodies,
     Motion,
     acceleration_map,

@@ -25,17 +25,16 @@ from hydrosim.kernels import assign, kernel
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
 
+BODY = np.dtype([("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3)])
+"""Constants of a body: mass, inertia about the centre of gravity in the body frame, and the place
+of the centre of gravity at rest in the earth frame."""
+
+
 class Bodies(NamedTuple):
-    """Constants of all rigid bodies.
+    """Constants of all rigid bodies: ``each`` (nb,) of `BODY`, ``active`` (n,) indices of the free
+    coordinates among 6 nb, ``locked`` (6 nb,) the values of the others."""
 
-    ``mass`` (nb,), ``inertia`` (nb, 3, 3) about the centre of gravity in the body frame,
-    ``origin`` (nb, 3) place of the centres of gravity at rest in the earth frame, ``active`` (n,)
-    indices of the free coordinates among 6 nb, ``locked`` (6 nb,) the values of the others.
-    """
-
-    mass: np.ndarray
-    inertia: np.ndarray
-    origin: np.ndarray
+    each: np.ndarray
     active: np.ndarray
     locked: np.ndarray
     exact: bool
@@ -55,7 +54,7 @@ class Motion(NamedTuple):
 
 def new_motion(bodies: Bodies) -> Motion:
     """Scratch for these bodies, at rest."""
-    nb = bodies.mass.size
+    nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
     return Motion(
@@ -70,7 +69,7 @@ def place_bodies(q, u, bodies, motion):
         motion.coordinates[bodies.active[j]] = q[j]
         motion.rate[bodies.active[j]] = u[j]
     assign(motion.velocity, motion.rate)
-    for b in range(bodies.mass.size):
+    for b in range(bodies.each.size):
         angles = vector(motion.coordinates, 6 * b + 3)
         if bodies.exact:
             _rotate(angles, motion.rotation[b])
@@ -136,7 +135,7 @@ def _rate_map_bias(angles, rate):
 def attachment(b, r, bodies, motion):
     """Place in the earth frame of point ``r`` of body ``b``, and its lever arm."""
     arm = matvec(motion.rotation[b], r)
-    centre = add(vector(bodies.origin[b], 0), vector(motion.coordinates, 6 * b))
+    centre = add(vector(bodies.each[b].origin, 0), vector(motion.coordinates, 6 * b))
     return add(centre, arm), arm if bodies.exact else r
 
 
@@ -159,7 +158,7 @@ def add_wrench(b, force, moment, wrench):
 def generalised_force(bodies, motion, wrench, Q):
     """Q = S^T F on the free coordinates; ``wrench`` (6 nb,) is overwritten by S^T F."""
     if bodies.exact:
-        for b in range(bodies.mass.size):
+        for b in range(bodies.each.size):
             _transposed_map(motion.rate_map[b], wrench, 6 * b + 3)
     for j in range(bodies.active.size):
         Q[j] = wrench[bodies.active[j]]
@@ -196,7 +195,7 @@ def acceleration_map(bodies, motion, M, H):
     """H = S^T M S over the free coordinates; ``M`` (6 nb, 6 nb) is overwritten."""
     n = M.shape[0]
     if bodies.exact:
-        for b in range(bodies.mass.size):
+        for b in range(bodies.each.size):
             E, k = motion.rate_map[b], 6 * b + 3
             for i in range(n):
                 row = vector(M[i], k)

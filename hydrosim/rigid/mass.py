@@ -12,9 +12,9 @@ def mass_matrix(bodies, rotation, added_mass, M):
     """M (6 nb, 6 nb): rigid mass m and inertia R I R^T of every body, plus ``added_mass``."""
     for i in range(M.shape[0]):
         assign(M[i], added_mass[i])
-    for b in range(bodies.mass.size):
+    for b in range(bodies.each.size):
         for i in range(3):
-            M[6 * b + i, 6 * b + i] += bodies.mass[b]
+            M[6 * b + i, 6 * b + i] += bodies.each[b].mass
             for j in range(3):
                 M[6 * b + 3 + i, 6 * b + 3 + j] += _earth_inertia(b, i, j, bodies, rotation)
 
@@ -23,8 +23,8 @@ def mass_matrix(bodies, rotation, added_mass, M):
 def _earth_inertia(b, i, j, bodies, rotation):
     """Entry i, j of R I R^T; in linear kinematics I itself."""
     if not bodies.exact:
-        return bodies.inertia[b, i, j]
-    R, I = rotation[b], bodies.inertia[b]  # noqa: E741
+        return bodies.each[b].inertia[i, j]
+    R, I = rotation[b], bodies.each[b].inertia  # noqa: E741
     entry = 0.0
     for k in range(3):
         for m in range(3):

@@ -95,3 +95,10 @@ def test_nan_is_refused(made_up, name):
     value[-1] = np.nan
     with pytest.raises(InputError, match=f"{name} has .* not numbers"):
         made_up(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["water_depth", "water_density", "gravity"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
+def test_water_that_cannot_be_is_refused(made_up, name, value):
+    with pytest.raises(InputError, match=f"{name} is {value}, expected a positive number"):
+        made_up(**{name: value})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import h5py
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from hydrosim.radiation.retardation import (
     fourier_integral,
     infinite_added_mass,
     radiating,
+    relative_size,
     retardation,
     retardation_function,
     smallest_eigenvalue,
@@ -33,7 +36,7 @@ def test_fourier_integral_is_exact_for_piecewise_linear_functions():
         for part, wave in ((value.real, np.cos), (value.imag, np.sin)):
             exact = sum(
                 quad(lambda u, w=wave, k=yi: np.interp(u, x, f) * w(k * u), a, b, epsabs=1e-13)[0]
-                for a, b in zip(x[:-1], x[1:], strict=True)
+                for a, b in pairwise(x)
             )
             assert part == pytest.approx(exact, abs=1e-12)
 
@@ -44,7 +47,8 @@ def test_retardation_function_converges_with_the_square_of_the_spacing():
     for step in (0.08, 0.04, 0.02):
         w = band(step, 40.0)
         errors.append(np.abs(retardation_function(w, transfer(w).real, time) - kernel(time)).max())
-    assert errors[-1] < 1e-4  # of K(0) = 1
+        # B linear between frequencies is K times sinc^2(step t / 2): K(0) = 1, t^2 K < 6 here
+        assert errors[-1] < 6.5 * step**2 / 12.0
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.15)
 
@@ -58,13 +62,15 @@ def test_power_law_tail(q):
     assert expected_exponent == pytest.approx(q, rel=1e-12)
     x, f = np.append(0.0, w), np.append(0.0, B)
     for t in (0.0, 0.05, 1.0, 30.0):
-        inside = quad(lambda u, t=t: np.interp(u, x, f) * np.cos(u * t), 0.0, end, points=x, limit=400)
+        inside = quad(
+            lambda u, t=t: np.interp(u, x, f) * np.cos(u * t), 0.0, end, points=x, limit=400
+        )
         if t == 0.0:
             beyond = end ** (1.0 - q) / (q - 1.0)
         else:
             beyond = quad(lambda u: u**-q, end, np.inf, weight="cos", wvar=t, limlst=300)[0]
-        K = retardation_function(w, B[:, None, None], np.array([t]))[0, 0, 0]
-        assert K == pytest.approx(2.0 / np.pi * (inside[0] + beyond), abs=2e-7)
+        found = retardation_function(w, B[:, None, None], np.array([t]))[0, 0, 0]
+        assert found == pytest.approx(2.0 / np.pi * (inside[0] + beyond), abs=2e-7)
 
 
 def test_entries_without_a_sound_tail_get_the_steepest():
@@ -150,12 +156,10 @@ def test_h851_kernel_and_added_mass():
         w, A, B = (data[k].values for k in ("omega", "added_mass", "radiation_damping"))
         A_inf = data.added_mass_inf.values
     found = retardation(w, A, B, length=80.0, step=0.1)
-    # the study that made the data left 0.3 %, and 0.6 % to the solver's own A_inf in surge
+    # those who made the data found 0.3 %, and 0.6 % to the solver's own A_inf in surge
     assert found.report.ogilvie_residual < 0.005
     assert found.report.end_ratio < 1e-3
-    scale = np.sqrt(np.diag(A_inf))
-    assert np.abs(found.added_mass_infinite - A_inf).max() < np.inf
-    assert np.max(np.abs(found.added_mass_infinite - A_inf) / np.outer(scale, scale)) < 0.012
+    assert relative_size(found.added_mass_infinite - A_inf, A) < 0.008
 
 
 def test_sphere_kernel_equals_that_of_bemio():

@@ -26,18 +26,18 @@ class FrictionSlope:
 
 
 @kernel
-def friction(mode, N, v1, s, p, i):
-    """Friction of contact point ``i`` in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
+def friction(mode, N, v1, s, p):
+    """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
     speed = hypot(v1[0], v1[1])
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
-    size = p.damping[i] * speed if mode == STICK else p.kinetic[i] * N
+    size = p.damping * speed if mode == STICK else p.kinetic * N
     force = (-size * v1[0] / speed, -size * v1[1] / speed)
     return Friction(force, (0.0, 0.0), speed, size * speed)
 
 
 @kernel
-def margin(mode, N, v1, s, p, i):
+def margin(mode, N, v1, s, p):
     """How far the point is from the corner mu N = b |v| [N]; negative past it."""
-    viscous = p.damping[i] * hypot(v1[0], v1[1])
-    return p.kinetic[i] * N - viscous if mode == STICK else viscous - p.kinetic[i] * N
+    viscous = p.damping * hypot(v1[0], v1[1])
+    return p.kinetic * N - viscous if mode == STICK else viscous - p.kinetic * N

@@ -20,15 +20,10 @@ from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 EARTH = -1
 
 
-class Planes(NamedTuple):
-    """Planes of n contact points: ``point`` and unit ``normal``, ``tangent1``, ``tangent2`` (n, 3)
-    in the frame of ``body`` (n,), about its centre of gravity, or of the earth (body -1)."""
-
-    body: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    tangent1: np.ndarray
-    tangent2: np.ndarray
+PLANE = [("plane_body", int), *((f"plane_{name}", float, 3) for name in ("point", "normal"))]
+PLANE += [("tangent1", float, 3), ("tangent2", float, 3)]
+"""Fields of a contact point's plane: a point and unit vectors in the frame of its body, about the
+centre of gravity, or of the earth (body -1)."""
 
 
 class Touch(NamedTuple):
@@ -46,16 +41,13 @@ class Touch(NamedTuple):
 
 
 @kernel
-def touch(b, r, i, planes, bodies, motion):
-    """Where point ``r`` of body ``b`` stands against plane ``i``, as a `Touch`."""
+def touch(point, bodies, motion):
+    """Where a contact point stands against its plane, as a `Touch`."""
+    b, r = point.body, vector(point.place, 0)
     p, arm = attachment(b, r, bodies, motion)
     v = point_velocity(b, arm, motion)
-    normal, t1, t2 = (
-        vector(planes.normal[i], 0),
-        vector(planes.tangent1[i], 0),
-        vector(planes.tangent2[i], 0),
-    )
-    c, a = vector(planes.point[i], 0), planes.body[i]
+    a, c, normal = point.plane_body, vector(point.plane_point, 0), vector(point.plane_normal, 0)
+    t1, t2 = vector(point.tangent1, 0), vector(point.tangent2, 0)
     d, plane_arm = sub(p, c), (0.0, 0.0, 0.0)
     if a != EARTH:
         d, plane_arm = _from_moving_plane(b, r, a, c, p, bodies, motion)
@@ -70,26 +62,26 @@ def touch(b, r, i, planes, bodies, motion):
 @kernel
 def _from_moving_plane(b, r, a, c, p, bodies, motion):
     """d from the plane of body ``a`` to the point, and the lever arm of the point on that body."""
-    centre = add(vector(bodies.origin[a], 0), vector(motion.coordinates, 6 * a))
+    centre = add(vector(bodies.each[a].origin, 0), vector(motion.coordinates, 6 * a))
     if bodies.exact:
         return sub(p, add(centre, matvec(motion.rotation[a], c))), sub(p, centre)
-    rest = add(sub(vector(bodies.origin[b], 0), vector(bodies.origin[a], 0)), r)
+    rest = add(sub(vector(bodies.each[b].origin, 0), vector(bodies.each[a].origin, 0)), r)
     material = add(centre, matvec(motion.rotation[a], rest))
     return add(sub(p, material), sub(rest, c)), rest
 
 
 @kernel
-def press(b, a, contact, normal_force, friction, wrench):
-    """Put the force of the plane on body ``b``, and its opposite on the plane's body ``a``, into
+def press(point, contact, normal_force, friction, wrench):
+    """Put the force of the plane on the point's body, and its opposite on the plane's body, into
     ``wrench``: ``normal_force`` along the normal and the tangential ``friction`` (2,)."""
     force = add(
         scale(normal_force, contact.normal),
         add(scale(friction[0], contact.tangent1), scale(friction[1], contact.tangent2)),
     )
-    add_wrench(b, force, cross(contact.arm, force), wrench)
-    if a != EARTH:
+    add_wrench(point.body, force, cross(contact.arm, force), wrench)
+    if point.plane_body != EARTH:
         reaction = scale(-1.0, force)
-        add_wrench(a, reaction, cross(contact.plane_arm, reaction), wrench)
+        add_wrench(point.plane_body, reaction, cross(contact.plane_arm, reaction), wrench)
 
 
 def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

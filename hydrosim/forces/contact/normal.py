@@ -9,10 +9,8 @@ is the integral of f; dissipation is c delta'^2 while in contact.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,64 +27,48 @@ class NormalCurve:
     damping: float = 0.0
 
 
-class Curves(NamedTuple):
-    """Segments of all curves, one after the other: from ``lower`` to ``upper`` the force is
-    ``force + slope (delta - start)``, the stored energy at start is ``energy``; contact point i has
-    the segments ``first[i]`` to ``last[i]``."""
-
-    first: np.ndarray
-    last: np.ndarray
-    start: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-    force: np.ndarray
-    slope: np.ndarray
-    energy: np.ndarray
-    damping: np.ndarray
+SEGMENT = np.dtype(
+    [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
+)
+"""A straight piece of a curve: from ``lower`` to ``upper`` the force is ``force + slope (delta -
+start)``; ``energy`` is what is stored at start."""
 
 
-def compile_curves(curves: Sequence[NormalCurve]) -> Curves:
-    """Segments of one curve per contact point."""
-    pieces = [_segments(curve) for curve in curves]
-    counts = np.array([p.shape[1] for p in pieces], dtype=np.int64)
-    start, lower, upper, force, slope, energy = np.hstack([np.zeros((6, 0)), *pieces])
-    last = np.cumsum(counts) - 1
-    damping = np.array([c.damping for c in curves], dtype=float)
-    return Curves(last - counts + 1, last, start, lower, upper, force, slope, energy, damping)
-
-
-def _segments(curve: NormalCurve) -> np.ndarray:
-    """Rows start, lower, upper, force, slope, energy of the segments of one curve."""
+def segments(curve: NormalCurve) -> np.ndarray:
+    """The straight pieces of a curve, (n - 1,) of `SEGMENT`."""
     x, f = np.asarray(curve.compression, float), np.asarray(curve.force, float)
-    energy = np.concatenate([[0.0], np.cumsum(np.diff(x) * (f[1:] + f[:-1]) / 2)])
-    lower = np.concatenate([[-inf], x[1:-1]])
-    upper = np.concatenate([x[1:-1], [inf]])
-    return np.array([x[:-1], lower, upper, f[:-1], np.diff(f) / np.diff(x), energy[:-1]])
+    pieces = np.zeros(x.size - 1, dtype=SEGMENT)
+    pieces["start"], pieces["force"] = x[:-1], f[:-1]
+    pieces["lower"] = np.concatenate([[-inf], x[1:-1]])
+    pieces["upper"] = np.concatenate([x[1:-1], [inf]])
+    pieces["slope"] = np.diff(f) / np.diff(x)
+    pieces["energy"][1:] = np.cumsum(np.diff(x) * (f[1:] + f[:-1]) / 2)[:-1]
+    return pieces
 
 
 @kernel
-def normal_force(i, k, compression, rate, p):
-    """N of contact point ``i`` on segment ``k``, not cut at zero: contact ends at an event."""
-    return p.force[k] + p.slope[k] * (compression - p.start[k]) + p.damping[i] * rate
+def elastic_force(piece, compression):
+    """f(delta) on one piece of a curve."""
+    return piece.force + piece.slope * (compression - piece.start)
 
 
 @kernel
-def stored_energy(k, compression, p):
-    """Integral of the curve up to ``compression`` on segment ``k``."""
-    x = compression - p.start[k]
-    return p.energy[k] + p.force[k] * x + 0.5 * p.slope[k] * x * x
+def stored_energy(piece, compression):
+    """Integral of the curve up to ``compression`` on one piece."""
+    x = compression - piece.start
+    return piece.energy + piece.force * x + 0.5 * piece.slope * x * x
 
 
 @kernel
-def segment(i, compression, p):
-    """Segment of contact point ``i`` that ``compression`` is on."""
-    k = p.first[i]
-    while k < p.last[i] and compression >= p.upper[k]:
+def find_segment(first, last, pieces, compression):
+    """Index of the piece, from ``first`` to ``last``, that ``compression`` is on."""
+    k = first
+    while k < last and compression >= pieces[k].upper:
         k += 1
     return k
 
 
 @kernel
-def inside_segment(k, compression, p):
-    """Distance [m] to the nearer end of segment ``k``; negative outside."""
-    return min(compression - p.lower[k], p.upper[k] - compression)
+def inside_segment(piece, compression):
+    """Distance [m] to the nearer end of a piece; negative outside."""
+    return min(compression - piece.lower, piece.upper - compression)

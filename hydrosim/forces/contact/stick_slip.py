@@ -49,21 +49,21 @@ class Friction(NamedTuple):
 
 
 @kernel
-def friction(mode, N, v1, s, p, i):
-    """Stick-slip friction of contact point ``i`` in ``mode``."""
-    K2, C2, C3 = p.stiffness[i], p.damping[i], p.slip_damping[i]
+def friction(mode, N, v1, s, p):
+    """Stick-slip friction of a contact point in ``mode``."""
+    K2, C2, C3 = p.stiffness, p.damping, p.slip_damping
     if mode == STICK:
         ds, v2 = v1, 0.0
     elif mode == SLIP:
-        T = traction(v1, s, p, i)
+        T = traction(v1, s, p)
         size = hypot(T[0], T[1])
-        v2 = (size - p.kinetic[i] * N) / (C2 + C3)
+        v2 = (size - p.kinetic * N) / (C2 + C3)
         d = (T[0] / size, T[1] / size) if size > 0.0 else (0.0, 0.0)
         ds = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
     else:
         relaxation = K2 / C2 if C2 > 0.0 else 0.0
         ds, v2 = (-relaxation * s[0], -relaxation * s[1]), 0.0
-    lost = C2 * (ds[0] * ds[0] + ds[1] * ds[1]) + (p.kinetic[i] * N + C3 * v2) * v2
+    lost = C2 * (ds[0] * ds[0] + ds[1] * ds[1]) + (p.kinetic * N + C3 * v2) * v2
     if mode == OPEN:
         return Friction((0.0, 0.0), ds, 0.0, lost)
     force = (-(K2 * s[0] + C2 * ds[0]), -(K2 * s[1] + C2 * ds[1]))
@@ -71,21 +71,21 @@ def friction(mode, N, v1, s, p, i):
 
 
 @kernel
-def traction(v1, s, p, i):
+def traction(v1, s, p):
     """T = K2 s + C2 v1."""
-    K2, C2 = p.stiffness[i], p.damping[i]
+    K2, C2 = p.stiffness, p.damping
     return (K2 * s[0] + C2 * v1[0], K2 * s[1] + C2 * v1[1])
 
 
 @kernel
-def margin(mode, N, v1, s, p, i):
+def margin(mode, N, v1, s, p):
     """How far the traction is from ending the ``mode`` [N]; negative past its end."""
-    T = traction(v1, s, p, i)
+    T = traction(v1, s, p)
     size = hypot(T[0], T[1])
-    return p.static[i] * N - size if mode == STICK else size - p.kinetic[i] * N
+    return p.static * N - size if mode == STICK else size - p.kinetic * N
 
 
 @kernel
-def stored_energy(s, p, i):
+def stored_energy(s, p):
     """K2 s^2 / 2."""
-    return 0.5 * p.stiffness[i] * (s[0] * s[0] + s[1] * s[1])
+    return 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1])
