@@ -118,8 +118,7 @@ def half_hull(hull: Barge, mesh: Resolution) -> Panels:
     a corner, and towards the waterline, because short waves fade with depth.
     """
     x = _stations(hull, mesh)
-    uniform = np.linspace(0, 1, mesh.across + 1)
-    to_bilge = (uniform + np.sin(uniform * np.pi / 2)) / 2
+    to_bilge = np.sin(np.linspace(0, np.pi / 2, mesh.across + 1))
     breadth, bottom = hull.half_breadth(x), hull.bottom(x)
     below = _patch(x[:, None], breadth[:, None] * to_bilge, bottom[:, None])
     side = _patch(x[:, None], breadth[:, None], bottom[:, None] * _cosine(mesh.down))

@@ -14,10 +14,10 @@ gyration are assumed: KG is half the depth of 15 m, the radii are usual for barg
 **Fore and aft** the hull is not symmetric. A symmetric hull would halve a computation of minutes
 and lose the bow, which explains why the heave stiffness is 80 per cent of the full rectangle's.
 
-**Panels.** 2,368 on the hull and 912 on the lid. What a uniform mesh loses, it loses in surge at
-the corners of the rakes: with half as many panels again it misses 2.5 to 4 per cent of the surge
-damping where this mesh, refined there, misses 1 to 1.5. The lid covers the whole waterplane; half
-as fine, it lets the irregular frequencies back in at 2.0 rad/s.
+**Panels.** 2,368 on the hull and 912 on the lid, small where the flow turns round a corner: at the
+bilge and at both edges of the rakes. A uniform mesh loses its accuracy there, above all in surge.
+Added mass, damping and loads are within 1 per cent of their largest values with 5,140 panels. The
+lid covers the whole waterplane; half as fine, it lets the irregular frequencies in at 2.0 rad/s.
 
 **Frame.** x forward from the centre of buoyancy, y to port, z up from the waterline.
 """
@@ -32,8 +32,8 @@ from pathlib import Path
 import capytaine
 import numpy as np
 from assemble import Floating, assemble, asymmetry
-from barge import Barge, Resolution, half_hull, half_lid, hydrostatics
-from bem import Water, floating_body, limit_added_mass, solve_all
+from barge import Barge, Resolution, half_hull, half_lid, hydrostatics, mirrored
+from bem import Solution, Water, floating_body, limit_added_mass, solve_all
 from picture import draw
 
 from hydrosim.database.netcdf import write
@@ -91,18 +91,20 @@ def main() -> None:
     shift = [-hydrostatics(barge).centre_of_buoyancy[0], 0.0, 0.0]
     panels, lid = half_hull(barge, mesh) + shift, half_lid(barge, mesh) + shift
     wetted = floating_body(panels, lid, body.centre_of_gravity)
-    limits = tuple(limit_added_mass(wetted, WATER, w) for w in (0.0, np.inf))
+    limits = limit_added_mass(wetted, WATER, 0.0), limit_added_mass(wetted, WATER, np.inf)
     solutions = solve_all(wetted, WATER, FREQUENCIES, HEADINGS, given.jobs)
     attributes = _attributes(barge, 2 * len(panels), 2 * len(lid), solutions)
     db = assemble(body, WATER, HEADINGS, solutions, limits, attributes)
     write(db, given.output)
-    draw(db, panels, given.output.with_suffix(".png"))
+    draw(db, mirrored(panels), given.output.with_suffix(".png"))
 
 
-def _attributes(barge, hull_panels, lid_panels, solutions) -> dict[str, str]:
-    worst = {
-        name: float(asymmetry(np.array([getattr(s, name) for s in solutions])).max())
-        for name in ("added_mass", "damping")
+def _attributes(
+    barge: Barge, hull_panels: int, lid_panels: int, solutions: list[Solution]
+) -> dict[str, str]:
+    raw = {
+        "added_mass": asymmetry(np.array([s.added_mass for s in solutions])).max(),
+        "radiation_damping": asymmetry(np.array([s.damping for s in solutions])).max(),
     }
     return {
         "title": "Launch barge like H-851, draught 12.4 m, deep water",
@@ -111,7 +113,7 @@ def _attributes(barge, hull_panels, lid_panels, solutions) -> dict[str, str]:
         "assumed": json.dumps({"KG": KG, "radii_of_gyration": RADII}),
         "solver": f"Capytaine {capytaine.__version__}, indirect method, lid at z = 0",
         "mean_drift_of": "the barge floating free, without viscous damping; Maruo's far field",
-        "raw_asymmetry": json.dumps(worst),
+        "raw_asymmetry": json.dumps(raw),
         "recipe": "hydro_db/h851.py",
         "licence": "Apache-2.0",
     }

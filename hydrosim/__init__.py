@@ -1,1 +1,44 @@
-"""hydrosim."""
+"""hydrosim: multibody 6-DOF time-domain simulation of floating bodies, with exact stick-slip.
+
+import hydrosim as hs
+case = hs.load_case("cases/reverse_float_over/base.yaml")
+run = hs.simulate(case)          # xarray.Dataset
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case, load_case
+    from hydrosim.database import HydroDatabase, load as load_database
+    from hydrosim.errors import HydrosimError, InputError, SimulationError
+    from hydrosim.linear import linearise, natural_modes
+    from hydrosim.model import compile_scene
+    from hydrosim.scene import Scene
+    from hydrosim.simulate import simulate
+
+_HOME = {
+    "Case": "case",
+    "load_case": "case",
+    "HydroDatabase": "database",
+    "load_database": "database",
+    "HydrosimError": "errors",
+    "InputError": "errors",
+    "SimulationError": "errors",
+    "linearise": "linear",
+    "natural_modes": "linear",
+    "compile_scene": "model",
+    "Scene": "scene",
+    "simulate": "simulate",
+}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    """Public names are loaded when first used, so that a command loads only what it needs."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
+    module = import_module(f"hydrosim.{_HOME[name]}")
+    return getattr(module, "load" if name == "load_database" else name)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 class HydrosimError(Exception):
     """Base of all errors with a message meant for the user; ``exit_code`` is the command's."""
@@ -17,6 +22,11 @@ class InputError(HydrosimError):
 
 
 class SimulationError(HydrosimError):
-    """A run that cannot go on: the message says when, which body or element, and what to try."""
+    """A run that cannot go on: the message says when, which body or element, and what to try;
+    ``dataset`` is what was computed until then."""
 
     exit_code = 3
+
+    def __init__(self, message: str, dataset: xr.Dataset) -> None:
+        super().__init__(message)
+        self.dataset = dataset

@@ -1,8 +1,8 @@
 """The one door to numba: compiled kernels and where they are cached.
 
 numba's disk cache notices an edit of the file a kernel is in, but not of the files it calls
-into. hydrosim therefore keeps its cache in a folder named after a hash of all its sources: any
-edit gives a new folder, and no kernel can be stale.
+into. hydrosim therefore keeps its cache in a folder named after a hash of all sources that may
+hold kernels (`SOURCES`): any edit there gives a new folder, and no kernel can be stale.
 """
 
 from __future__ import annotations
@@ -16,7 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba import njit
+from numba import config, njit
+
+
+PACKAGE = Path(__file__).parent
+SOURCES = {"kernels.py", "dynamics.py", "run.py", "rigid", "integrate", "forces"}
+SOURCES |= {"waves", "radiation"}
 
 
 def cache_root() -> Path:
@@ -32,8 +37,9 @@ def cache_root() -> Path:
 def kernel_cache() -> Path:
     """Folder of the compiled kernels of exactly these sources, interpreter and numba."""
     digest = hashlib.sha256(f"{sys.version}{numba.__version__}".encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.read_bytes())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if path.relative_to(PACKAGE).parts[0] in SOURCES:
+            digest.update(path.read_bytes())
     return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
 
 
@@ -48,12 +54,15 @@ def kernel(function: Callable[..., Any]) -> Any:
     Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
     the many arrays of a model are handed from call to call without counting references.
     """
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(kernel_cache())
+    home = Path(function.__code__.co_filename)
+    if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
+        raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
+    before = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = str(kernel_cache())  # type: ignore[attr-defined]
     try:
         return njit(cache=True, error_model="numpy", nogil=True, _nrt=False)(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before  # type: ignore[attr-defined]
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, inf
 
 import numpy as np
@@ -16,7 +16,7 @@ from hydrosim.forces import FENDER, AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import ROWS, Layout
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.rigid import BODY, Bodies, place_bodies
+from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock, State
 from hydrosim.scene import DOFS, Body, Kinematics, RadiationModel, Scene
 from hydrosim.waves import WaveBody, wave_loads_model
@@ -34,6 +34,24 @@ class WetBody:
     database: HydroDatabase
     memory: Retardation
     fits: tuple[StateSpace, ...] = ()
+
+    def provenance(self) -> dict[str, str]:
+        """What the run's record says of it."""
+        report, db = self.memory.report, self.database
+        fits = [
+            f"{group.B.shape[0]} states for {', '.join(DOFS[i] for i in group.dofs)},"
+            f" error {group.report.frequency_error:.1e} in frequency,"
+            f" {group.report.time_error:.1e} in time, passivity {group.report.passivity_margin:.1e}"
+            for group in self.fits
+        ]
+        return {
+            "database": db.source,
+            "database_checksum": db.checksum,
+            "radiation": "; ".join(fits) or "no state space",
+            "retardation": f"|K(T)|/max|K| {report.end_ratio:.1e}, B(w_max)/max B"
+            f" {report.band_ratio:.1e}, Ogilvie residual {report.ogilvie_residual:.1e}, smallest"
+            f" eigenvalue of B {report.smallest_eigenvalue:.1e}",
+        }
 
 
 @dataclass
@@ -146,10 +164,15 @@ def _bodies(scene: Scene) -> Bodies:
 
 
 def _groups(index: int, body: Body, wet: dict[str, WetBody]) -> list[StateSpace]:
-    """State-space models of a body, on the scene's DOFs."""
+    """State-space models of a body, on the scene's DOFs; those of locked DOFs alone are left out."""
     if body.name not in wet:
         return []
-    return [fit.on_dofs(6 * index + fit.dofs) for fit in wet[body.name].fits]
+    free = np.array([dof in body.dofs for dof in DOFS])
+    return [
+        replace(fit, dofs=6 * index + fit.dofs)
+        for fit in wet[body.name].fits
+        if free[fit.dofs].any()
+    ]
 
 
 def _blocks(scene: Scene, blocks: dict[str, np.ndarray]) -> np.ndarray:
@@ -164,7 +187,9 @@ def _blocks(scene: Scene, blocks: dict[str, np.ndarray]) -> np.ndarray:
 
 def _stiffness(scene: Scene, wet: dict[str, WetBody]) -> np.ndarray:
     dry = np.zeros((6, 6))
-    rows = [wet[b.name].database.hydrostatic_stiffness if b.name in wet else dry for b in scene.bodies]
+    rows = [
+        wet[b.name].database.hydrostatic_stiffness if b.name in wet else dry for b in scene.bodies
+    ]
     return np.array(rows)
 
 
@@ -205,7 +230,9 @@ def _critical_damping(body: Body, stiffness: np.ndarray, wet: dict[str, WetBody]
         return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * mass)
     db = wet[body.name].database
     total = np.maximum(stiffness + np.diag(db.hydrostatic_stiffness), 0.0)
-    heavy = mass + [_added_mass_in_resonance(db, i, m, k) for i, (m, k) in enumerate(zip(mass, total))]
+    heavy = mass + [
+        _added_mass_in_resonance(db, i, m, k) for i, (m, k) in enumerate(zip(mass, total))
+    ]
     return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * heavy)
 
 
@@ -232,7 +259,7 @@ def _first_state(scene: Scene, model: Model) -> State:
     return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
 
 
-def _rates(bodies: Bodies, motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Rates of the free coordinates for given velocities (6 nb,): angles' rates are E^-1 omega."""
     place_bodies(q, np.zeros_like(q), bodies, motion)
     rates = velocity.astype(float).copy()

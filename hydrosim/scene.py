@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -131,8 +131,12 @@ class Body:
 
 @dataclass(frozen=True)
 class ForceElement:
-    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on."""
+    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on.
 
+    What an element that ``supplies`` does to the bodies is booked as work, else as dissipation.
+    """
+
+    supplies: ClassVar[bool] = False
     body: str
 
 

@@ -38,7 +38,7 @@ def compose(text: str, name: str) -> Node | None:
         what = ", ".join(part for part in (error.context, error.problem) if part)
         place = where(error.problem_mark) if error.problem_mark else name
         raise InputError(f"{place}: not valid YAML: {what}") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes pass as the latter
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
     except RecursionError:
         raise InputError(f"{name}: not valid YAML: nested too deeply, or in itself") from None

@@ -44,10 +44,14 @@ VARIABLES = {
     "added_mass": Variable(("frequency", *_MATRIX), "kg", "added mass"),
     "radiation_damping": Variable(("frequency", *_MATRIX), "kg s-1", "radiation damping"),
     "added_mass_zero": Variable(_MATRIX, "kg", "added mass at zero frequency", optional=True),
-    "added_mass_infinite": Variable(_MATRIX, "kg", "added mass at infinite frequency", optional=True),
+    "added_mass_infinite": Variable(
+        _MATRIX, "kg", "added mass at infinite frequency", optional=True
+    ),
     "excitation": Variable(_LOADS, "N m-1", "wave excitation per wave amplitude", False, True),
     "froude_krylov": Variable(_LOADS, "N m-1", "Froude-Krylov part of the excitation", True, True),
-    "mean_drift": Variable(_LOADS, "N m-2", "mean drift load per wave amplitude squared", optional=True),
+    "mean_drift": Variable(
+        _LOADS, "N m-2", "mean drift load per wave amplitude squared", optional=True
+    ),
     "drift_imbalance": Variable(
         ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", optional=True
     ),

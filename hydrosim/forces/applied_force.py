@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from hydrosim.scene import ForceElement
 class AppliedForce(ForceElement):
     """``force`` (n, 6) [N, N m] at ``time`` (n,) [s] on ``point`` of the body frame."""
 
+    supplies: ClassVar[bool] = True
     point: tuple[float, ...]
     time: np.ndarray
     force: np.ndarray

@@ -57,9 +57,7 @@ def new_motion(bodies: Bodies) -> Motion:
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
-    return Motion(
-        bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy()
-    )
+    return Motion(bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy())
 
 
 @kernel
@@ -189,6 +187,7 @@ def wrench_of_coordinates(b, Q, bodies, motion, wrench):
     wrench[6 * b + 3] += E[1, 1] * along + E[0, 1] * Q[4]
     wrench[6 * b + 4] += -E[0, 1] * along + E[1, 1] * Q[4]
     wrench[6 * b + 5] += Q[5]
+
 
 @kernel
 def acceleration_map(bodies, motion, M, H):

@@ -185,9 +185,12 @@ def test_short_waves_are_reflected(barge):
 
 
 def test_energy_balance_of_the_drift(barge):
-    """0.5 to 2.0 rad/s, where the study finds 2.4 per cent."""
+    """0.5 to 2.0 rad/s: within the study's 2.4 per cent along and across the hull, and 3 per cent
+    for all headings (the study's database has 3.6, just below the roll period)."""
     used = (barge.frequency > 0.499) & (barge.frequency < 2.001)
-    assert np.abs(barge.drift_imbalance[used]).max() < 0.025
+    error = np.abs(barge.drift_imbalance[used])
+    assert error[:, [beta(barge, degrees) for degrees in (0, 90, 180)]].max() < 0.024
+    assert error.max() < 0.03
 
 
 def test_provenance(barge):

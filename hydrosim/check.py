@@ -1,0 +1,64 @@
+"""What `hydrosim check` says of a scene before it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from rich.console import RenderableType
+from rich.table import Table
+
+from hydrosim.database import check as check_database
+from hydrosim.linear import NaturalMode, linearise, natural_modes
+from hydrosim.model import Notes, compile_clock, compile_scene
+from hydrosim.scene import RadiationModel, Scene
+
+
+def survey(scene: Scene) -> Iterator[RenderableType]:
+    """Size of the problem, databases, what is skipped, natural periods, warnings."""
+    notes = Notes()
+    states = tuple(_with_states(body.radiation) for body in scene.bodies)
+    bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
+    model, state = compile_scene(replace(scene, bodies=bodies), notes)
+    clock = compile_clock(scene)
+    yield f"[bold]{scene.title}[/]"
+    yield (
+        f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
+        f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
+        f" {model.size} states in all"
+    )
+    yield f"{clock.steps:,} steps of {clock.step:g} s by {scene.solver.method}"
+    for name, wet in notes.wet.items():
+        yield f"{name}:"
+        for key, value in wet.provenance().items():
+            yield f"  {key.replace('_', ' ')}: {value}"
+        for finding in check_database(wet.database):
+            if not finding.passed:
+                yield f"  [yellow]{finding.name}[/]: {finding.figure:.3g} > {finding.limit:.3g}, {finding.advice}"
+    for line in notes.skipped:
+        yield f"skipped: {line}"
+    for line in notes.warnings:
+        yield f"[yellow]warning[/]: {line}"
+    yield _periods(scene, natural_modes(linearise(model, state)))
+
+
+def _with_states(radiation: RadiationModel) -> RadiationModel:
+    """A convolution's memory cannot be linearised; its state-space model can."""
+    if radiation is RadiationModel.CONVOLUTION:
+        return RadiationModel.STATE_SPACE
+    return radiation
+
+
+def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:
+    table = Table(title="Natural periods at the start of the run")
+    for heading in ("body", "mode", "natural period [s]", "damped period [s]", "damping ratio"):
+        table.add_column(heading, justify="left" if heading in ("body", "mode") else "right")
+    for mode in modes:
+        table.add_row(
+            scene.bodies[mode.coordinate // 6].name,
+            mode.dof,
+            f"{mode.natural_period:.2f}",
+            f"{mode.damped_period:.2f}",
+            f"{mode.damping_ratio:.3f}",
+        )
+    return table

@@ -1,0 +1,171 @@
+"""The command line: thin commands over `load_case`, `simulate` and `plot`.
+
+Exit codes: 0 done, 2 the input is wrong, 3 the simulation failed, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.errors import HydrosimError, InputError, SimulationError
+from hydrosim.kernels import compiled_before, kernel_cache
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.case import Case
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
+)
+out, err = Console(), Console(stderr=True)
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
+Settings = Annotated[
+    list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
+]
+
+
+@app.command()
+def run(
+    case_file: CaseFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="RUN.nc", help="Result file.")
+    ] = None,
+    settings: Settings = [],  # noqa: B006  typer copies it
+    plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
+) -> None:
+    """Simulate a case; write netCDF and print a summary."""
+    from hydrosim.case import load_case
+
+    case = load_case(case_file, settings)
+    path = _result_path(output, case_file)
+    try:
+        dataset = _simulate_with_progress(case)
+    except SimulationError as error:
+        _save(error.dataset, path)
+        raise
+    _save(dataset, path)
+    _summary(dataset, path)
+    if plot_too:
+        plot(path)
+    if dataset.attrs["status"] == "interrupted":
+        raise typer.Exit(130)
+
+
+@app.command()
+def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
+    """Validate a case; print what the scene needs and skips, and its natural periods."""
+    from hydrosim.case import load_case
+    from hydrosim.check import survey
+
+    case = load_case(case_file, settings)
+    _announce_compile()
+    for part in survey(case.scene()):
+        out.print(part)
+
+
+@app.command()
+def plot(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to put them.")
+    ] = None,
+) -> None:
+    """Draw motions, forces, contact and energies of a run as PNG."""
+    from hydrosim.plot import draw, open_run
+
+    dataset = open_run(run_file)
+    folder = run_file.parent if output is None else output
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
+    for picture in draw(dataset, folder, run_file.stem):
+        out.print(f"picture   {picture}")
+
+
+def _result_path(output: Path | None, case_file: Path) -> Path:
+    """Where the result goes; raises InputError before anything is computed if it cannot."""
+    path = Path(f"{case_file.stem}.nc") if output is None else output
+    if path.is_dir():
+        raise InputError(f"--output: {path} is a directory; expected a file such as {path}/run.nc.")
+    if not path.parent.is_dir():
+        raise InputError(f"--output: there is no folder {path.parent}; make it first.")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"--output: the folder {path.parent} cannot be written to.")
+    return path
+
+
+def _announce_compile() -> None:
+    if not compiled_before():
+        err.print(
+            f"compiling the kernels, once for this version (up to a minute): {kernel_cache()}"
+        )
+
+
+def _simulate_with_progress(case: Case) -> xr.Dataset:
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from hydrosim.simulate import simulate
+
+    scene = case.scene()
+    _announce_compile()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f} s"),
+        TextColumn("{task.fields[speed]}"),
+        *(TimeElapsedColumn(), TimeRemainingColumn()),
+    )
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("simulating", total=scene.duration, speed="")
+
+        def report(time: float, steps: int) -> None:
+            elapsed = bar.tasks[task].elapsed or 0.0
+            speed = f"{steps / elapsed:,.0f} steps/s" if elapsed > 0.0 else ""
+            bar.update(task, completed=time, speed=speed)
+
+        return simulate(scene, report)
+
+
+def _save(dataset: xr.Dataset, path: Path) -> None:
+    from hydrosim.output import write
+
+    write(dataset, path)
+
+
+def _summary(dataset: xr.Dataset, path: Path) -> None:
+    from hydrosim.summary import lines
+
+    for line in lines(dataset):
+        out.print(line, highlight=False)
+    out.print(f"result    {path}", highlight=False)
+
+
+def main() -> None:
+    """Run the command line; a message meant for people ends it with its own exit code."""
+    try:
+        app()
+    except HydrosimError as error:
+        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        raise SystemExit(error.exit_code) from None
+
+
+def _plain(error: HydrosimError) -> str:
+    return str(error).replace("[", "\\[")

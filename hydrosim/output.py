@@ -1,0 +1,220 @@
+"""From the record of a run to an xarray dataset, and to netCDF.
+
+Dimensions: time, body, dof, fender (contact points), axis. Wrenches are (force, moment about the
+centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*` are what
+the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all since
+the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the error
+of the time integration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from math import prod
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.dynamics import Model
+from hydrosim.forces import FENDER, Fender
+from hydrosim.forces.contact.fender import DISSIPATED, SLIP_DISTANCE, STATES
+from hydrosim.forces.layout import HYDROSTATIC, ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.run import Record, channels
+from hydrosim.scene import DOFS, Scene
+
+MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
+EARTH = "earth"
+VARIABLES: dict[str, tuple[str, str, str]] = {
+    # name: long_name, units, frame; a name that ends in "_" is of all that begin with it
+    "position": ("displacement of the centre of gravity from rest; angles", "m or rad", EARTH),
+    "velocity": ("velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH),
+    "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
+    "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
+    "force_": ("force; moment about the centre of gravity", "N or N m", EARTH),
+    "fender_compression": ("compression, negative when open", "m", "normal of the plane"),
+    "fender_normal_force": ("normal force", "N", "normal of the plane"),
+    "fender_mode": ("contact mode", "1", "none"),
+    "fender_friction": ("friction force on the body", "N", EARTH),
+    "fender_node": ("place of the contact node on the plane", "m", EARTH),
+    "fender_slip_distance": ("distance slipped since the start", "m", "plane"),
+    "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
+    "energy_kinetic": ("kinetic energy, with added mass", "J", "none"),
+    "energy_stored_": ("stored energy", "J", "none"),
+    "energy_work_": ("work done on the bodies since the start", "J", "none"),
+    "energy_dissipated_": ("energy lost since the start", "J", "none"),
+    "energy_wave_absolute": ("integral of |wave power| since the start", "J", "none"),
+    "energy_residual": ("energy that the ledger cannot account for", "J", "none"),
+}
+
+
+def to_dataset(
+    scene: Scene, model: Model, record: Record, count: int, attributes: Mapping[str, object]
+) -> xr.Dataset:
+    """The first ``count`` records as a dataset with ``attributes``."""
+    values = _unpack(model, record, count)
+    time = values["time"]
+    data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+        "position": (MOTION, _by_body(values["coordinates"])),
+        "velocity": (MOTION, _by_body(values["velocity"])),
+        "reference_position": (("body", "axis"), model.bodies.each["origin"]),
+        "wave_elevation": (("time",), values["elevation"]),
+    }
+    for row, name in enumerate(force_names(scene)):
+        data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
+    points = _contact_states(model, values["y"])
+    data.update(_fenders(values["contact"], record.modes[:count], points))
+    data.update({name: (("time",), e) for name, e in _ledger(scene, model, values, points).items()})
+    dataset = xr.Dataset(data, coords=_coordinates(scene, time))
+    dataset["reference_position"].attrs["axis_of"] = "earth"
+    _describe(dataset)
+    dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
+    dataset.attrs["energy_residual_relative"] = _relative_residual(dataset)
+    return dataset
+
+
+def force_names(scene: Scene) -> tuple[str, ...]:
+    """Names of the rows of forces: the body's own and the elements'."""
+    return (*ROWS, *scene.forces)
+
+
+def fender_names(scene: Scene) -> list[str]:
+    """Names of all contact points, "element 1", "element 2", ..."""
+    return [
+        f"{name} {i}"
+        for name, e in scene.forces.items()
+        if isinstance(e, Fender)
+        for i in range(1, len(e.points) + 1)
+    ]
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write netCDF; the file appears under its name only when it is complete."""
+    partial = path.with_name(path.name + ".partial")
+    dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
+    partial.replace(path)
+
+
+def program_version() -> str:
+    """Version of the installed package."""
+    try:
+        return version("hydrosim")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:
+    """Channels by name, (count, ...) each."""
+    values, at = {}, 0
+    for name, shape in channels(model).items():
+        width = prod(shape)
+        values[name] = record.channels[:count, at : at + width].reshape(count, *shape)
+        at += width
+    return values
+
+
+def _by_body(flat: np.ndarray) -> np.ndarray:
+    return flat.reshape(len(flat), -1, 6)
+
+
+def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
+    """States (nt, fenders, 4) of the contact points."""
+    p = model.elements[FENDER]
+    return y[:, p.state : p.state + STATES * p.points.size].reshape(len(y), -1, STATES)
+
+
+def _fenders(
+    contact: np.ndarray, modes: np.ndarray, points: np.ndarray
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    if modes.shape[1] == 0:
+        return {}
+    open_ = modes[:, :, 0] == 0
+    return {
+        "fender_compression": (POINT[:2], contact[:, :, 0]),
+        "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, 1])),
+        "fender_mode": (POINT[:2], modes[:, :, 0].astype(np.int8)),
+        "fender_friction": (POINT, contact[:, :, 2:5]),
+        "fender_node": (POINT, contact[:, :, 5:8]),
+        "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
+        "fender_dissipated": (POINT[:2], points[:, :, DISSIPATED]),
+    }
+
+
+def _ledger(
+    scene: Scene, model: Model, values: dict[str, np.ndarray], points: np.ndarray
+) -> dict[str, np.ndarray]:
+    """All energies (nt,) and their residual."""
+    integrals = values["y"][:, model.energy :]
+    friction = _friction_losses(scene, model, points)
+    ledger = {"energy_kinetic": values["kinetic"]}
+    total = values["kinetic"].copy()
+    for row, name in enumerate(force_names(scene)):
+        supplies = _supplies(scene, row)
+        if not supplies and name != "radiation":
+            ledger[f"energy_stored_{name}"] = values["stored"][:, row]
+            total += values["stored"][:, row]
+        if supplies:
+            ledger[f"energy_work_{name}"] = integrals[:, row]
+            total -= integrals[:, row]
+        elif row != HYDROSTATIC:
+            lost = integrals[:, row] + friction.get(name, 0.0)
+            ledger[f"energy_dissipated_{name}"] = lost
+            total += lost
+    ledger["energy_wave_absolute"] = integrals[:, model.rows]
+    ledger["energy_residual"] = total - total[0] if total.size else total
+    return ledger
+
+
+def _supplies(scene: Scene, row: int) -> bool:
+    if row < len(ROWS):
+        return row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
+    return list(scene.forces.values())[row - len(ROWS)].supplies
+
+
+def _friction_losses(scene: Scene, model: Model, points: np.ndarray) -> dict[str, np.ndarray]:
+    """Energy lost in friction (nt,) by fender element."""
+    rows = model.elements[FENDER].points["row"]
+    return {
+        name: points[:, rows == row, DISSIPATED].sum(axis=1)
+        for row, name in enumerate(force_names(scene))
+        if np.any(rows == row)
+    }
+
+
+def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
+    return {
+        "time": ("time", time, {"units": "s", "long_name": "time since the start"}),
+        "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
+        "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
+        "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
+        **({"fender": ("fender", names)} if (names := fender_names(scene)) else {}),
+    }
+
+
+def _describe(dataset: xr.Dataset) -> None:
+    """Units, long_name and frame of every variable, from the table."""
+    for name, variable in dataset.data_vars.items():
+        key = name if name in VARIABLES else next(k for k in VARIABLES if str(name).startswith(k))
+        long_name, units, frame = VARIABLES[str(key)]
+        what = str(name)[len(str(key)) :].replace("_", " ") if str(key).endswith("_") else ""
+        variable.attrs.update(
+            long_name=f"{what}: {long_name}" if what else long_name, units=units, frame=frame
+        )
+    if "fender_mode" in dataset:
+        dataset["fender_mode"].attrs.update(
+            flag_values=np.array([0, 1, 2], dtype=np.int8), flag_meanings="open stick slip"
+        )
+
+
+def _relative_residual(dataset: xr.Dataset) -> float:
+    """Largest residual over the integral of |wave power|, or over the largest energy without
+    waves."""
+    residual = np.abs(dataset["energy_residual"].values)
+    if residual.size == 0:
+        return 0.0
+    scale = float(dataset["energy_wave_absolute"][-1])
+    if scale == 0.0:
+        names = [n for n in dataset.data_vars if str(n).startswith("energy_")]
+        scale = max(float(np.abs(dataset[n]).max()) for n in names)
+    return float(residual.max() / scale) if scale > 0.0 else 0.0

@@ -1,0 +1,147 @@
+"""`simulate`: from a case or a scene to the dataset of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.dynamics import Model, new_work
+from hydrosim.errors import SimulationError
+from hydrosim.integrate import HEUN, RK2, RK4, Tableau
+from hydrosim.model import Notes, compile_clock, compile_scene
+from hydrosim.output import force_names, program_version, to_dataset
+from hydrosim.run import (
+    CAPSIZED,
+    CHATTERING,
+    EVALUATIONS,
+    EVENTS,
+    NOT_FINITE,
+    RECORDS,
+    STATUS,
+    STEPS,
+    Record,
+    State,
+    advance,
+    channels,
+    new_record,
+    new_scratch,
+)
+from hydrosim.scene import DOFS, Method, Scene
+
+METHODS: dict[Method, Tableau] = {Method.RK2: RK2, Method.HEUN: HEUN, Method.RK4: RK4}
+CHUNK = 0.1  # s of wall time between reports of progress
+MESSAGES = {
+    NOT_FINITE: "the motion is no longer finite, first in {dof} of body {body}",
+    CAPSIZED: "the pitch of body {body} is beyond 85 deg, where its angles lose their meaning",
+    CHATTERING: "a contact point changes its mode without end (more than 200 times in one step)",
+}
+REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
+
+Progress = Callable[[float, int], None]
+"""Called now and then with the time reached [s] and the number of steps taken."""
+
+
+class HasScene(Protocol):
+    """A case: something that makes a scene."""
+
+    def scene(self) -> Scene:
+        """The scene in SI units."""
+
+
+def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dataset:
+    """Run a case or a scene; the dataset is described in `hydrosim.output`.
+
+    An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
+    InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
+    up to there with ``status`` "failed", if the run cannot go on.
+    """
+    scene = case if isinstance(case, Scene) else case.scene()
+    notes = Notes()
+    model, state = compile_scene(scene, notes)
+    record, counters = new_record(model, compile_clock(scene)), np.zeros(5, dtype=np.int64)
+    start, status, time = perf_counter(), "complete", 0.0
+    try:
+        for time in _chunks(scene, model, state, record, counters):
+            if progress is not None:
+                progress(time, int(counters[STEPS]))
+    except KeyboardInterrupt:
+        status = "interrupted"
+    message = _failure(scene, model, state, record, counters, time) if counters[STATUS] else None
+    attributes = {
+        **_provenance(scene, notes),
+        "solver_steps": int(counters[STEPS]),
+        "solver_rejected": 0,
+        "solver_events": int(counters[EVENTS]),
+        "solver_evaluations": int(counters[EVALUATIONS]),
+        "wall_time": perf_counter() - start,
+        "status": "failed" if message else status,
+        "status_message": message,
+    }
+    dataset = to_dataset(scene, model, record, int(counters[RECORDS]), attributes)
+    if message:
+        raise SimulationError(message, dataset)
+    return dataset
+
+
+def _chunks(
+    scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray
+) -> Iterator[float]:
+    """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached."""
+    clock, method = compile_clock(scene), METHODS[scene.solver.method]
+    work, scratch = new_work(model), new_scratch(model, method)
+    count = 1
+    while counters[STEPS] < clock.steps and not counters[STATUS]:
+        begin = perf_counter()
+        yield advance(count, clock, model, method, state, work, scratch, record, counters)
+        elapsed = max(perf_counter() - begin, 1e-6)
+        count = int(min(max(count * CHUNK / elapsed, 1), 100 * count))
+
+
+def _failure(
+    scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray, time: float
+) -> str:
+    """When, what and where: the message of a run that cannot go on."""
+    n = model.bodies.active.size
+    bad = ~np.isfinite(state.y[: 2 * n])
+    first = int(np.argmax(bad)) % n if bad.any() else int(np.argmax(np.abs(state.y[:n])))
+    body, dof = divmod(int(model.bodies.active[first]), 6)
+    what = MESSAGES[int(counters[STATUS])].format(body=scene.bodies[body].name, dof=DOFS[dof])
+    name, size = _largest_force(scene, model, record, int(counters[RECORDS]))
+    return (
+        f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
+        f" {size:.3g} N. {REMEDY}"
+    )
+
+
+def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
+    """Name and size of the largest force at the last record."""
+    sizes = [int(np.prod(shape)) for shape in channels(model).values()]
+    at = sum(sizes[: list(channels(model)).index("wrench")])
+    wrench = record.channels[count - 1, at : at + sizes[list(channels(model)).index("wrench")]]
+    rows = wrench.reshape(model.rows, -1, 6)[:, :, :3]
+    size = np.abs(rows).max(axis=(1, 2))
+    return force_names(scene)[int(size.argmax())], float(size.max())
+
+
+def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
+    """Where the numbers come from: case, databases, seeds, radiation, solver."""
+    return {
+        "Conventions": "CF-1.11",
+        "title": scene.title,
+        **scene.source,
+        "program": f"hydrosim {program_version()}",
+        "seeds": [wave.seed for wave in scene.environment.waves] or None,
+        "solver_method": str(scene.solver.method),
+        "solver_step": scene.solver.step,
+        "warnings": "\n".join(notes.warnings) or None,
+        "skipped": "\n".join(notes.skipped) or None,
+        **{
+            f"{key}_{name}": value
+            for name, wet in notes.wet.items()
+            for key, value in wet.provenance().items()
+        },
+    }

@@ -1,0 +1,560 @@
+"""What a case may hold, element by element, and what it becomes in the scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from hydrosim import forces, scene
+from hydrosim.case import Case
+from hydrosim.case.checks import RESERVED
+from hydrosim.forces.layout import ROWS
+
+Load = Callable[..., Case]
+Refusal = Callable[..., str]
+
+DRY = """\
+title: Dry body
+duration: 60 s
+bodies:
+  block: {mass: 2 tonne, radii_of_gyration: [1 m, 2 m, 3 m]}
+"""
+
+
+def body(keys: str) -> str:
+    """A case of one body."""
+    return f"title: t\nduration: 60\nbodies:\n  block: {{{keys}}}\n"
+
+
+def element(keys: str) -> str:
+    """The dry body's case with one force element."""
+    return DRY + f"forces:\n  element: {{{keys}}}\n"
+
+
+MOORING = "type: linear_mooring, body: block"
+FENDER = (
+    "type: fender, body: block, points: [[0, 0, 1]], plane: {point: [0, 0, 2], normal: [0, 0, -1]}"
+)
+
+
+def fender(normal: str = "stiffness: 1 kN/m", friction: str = "law: none", more: str = "") -> str:
+    return element(f"{FENDER}, normal: {{{normal}}}, friction: {{{friction}}}{more}")
+
+
+def waves(text: str) -> str:
+    return DRY + f"environment: {{waves: {text}}}\n"
+
+
+class TestBody:
+    def test_a_dry_body(self, load: Load) -> None:
+        (block,) = load(DRY).scene().bodies
+        assert (block.name, block.mass, block.hydrodynamics) == ("block", 2000.0, None)
+        assert_allclose(block.inertia, np.diag([2000.0, 8000.0, 18000.0]), rtol=1e-15)
+        assert block.dofs == scene.DOFS
+        assert block.radiation is scene.RadiationModel.STATE_SPACE
+        assert load(DRY).scene().environment == scene.Environment()
+
+    def test_all_keys(self, load: Load, tmp_path: Path) -> None:
+        (tmp_path / "db.nc").touch()
+        text = body(
+            "mass: 1, hydrodynamics: db.nc, centre_of_gravity: [1 km, 0, -4.9 m],"
+            "location: [10 m, -20 m], inertia: [[2, 0, 1 g*m^2], [0, 3, 0], [0.001, 0, 4]],"
+            "initial: {position: [1 cm, 0, 0, 180 deg, 0, 0],"
+            "          velocity: [0, 0, 1 knot, 0, 0, 6 rpm]},"
+            "radiation: convolution, wave_forces: {first_order: false, second_order: mean_drift}"
+        )
+        (block,) = load(text + "environment: {}").scene().bodies
+        assert block.hydrodynamics == tmp_path / "db.nc"
+        assert block.centre_of_gravity == (1000.0, 0.0, -4.9)
+        assert block.location == (10.0, -20.0)
+        assert_allclose(block.inertia, [[2, 0, 1e-3], [0, 3, 0], [1e-3, 0, 4]], rtol=1e-15)
+        assert_allclose(block.position, [0.01, 0, 0, math.pi, 0, 0])
+        assert_allclose(block.velocity, [0, 0, 1852 / 3600, 0, 0, math.pi / 5])
+        assert block.radiation is scene.RadiationModel.CONVOLUTION
+        assert block.wave_forces == scene.WaveForces(False, scene.SecondOrder.MEAN_DRIFT)
+
+    def test_mass_matrix_is_mass_and_inertia(self, load: Load) -> None:
+        rows = "[2000,0,0,0,0,0],[0,2000,0,0,0,0],[0,0,2 tonne,0,0,0]"
+        turns = "[0,0,0,5,1,0],[0,0,0,1,6,0],[0,0,0,0,0,7 kg*m^2]"
+        (block,) = load(body(f"mass: 2 tonne, mass_matrix: [{rows},{turns}]")).scene().bodies
+        assert_array_equal(block.inertia, [[5, 1, 0], [1, 6, 0], [0, 0, 7]])
+
+    def test_without_free_rotations_the_inertia_is_not_needed(self, load: Load) -> None:
+        (block,) = load(body("mass: 5, dofs: [heave, surge]")).scene().bodies
+        assert block.dofs == ("surge", "heave")
+        assert np.linalg.eigvalsh(block.inertia).min() > 0.0
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("mass: -1, dofs: [surge]", "block.mass", "-1"),
+            ("mass: 0 kg, dofs: [surge]", "block.mass", '"0 kg"'),
+            ("mass: 3 kN, dofs: [surge]", "block.mass", '"3 kN"'),
+            ("mass: .nan, dofs: [surge]", "block.mass", '".nan"'),
+            ("mass: true, dofs: [surge]", "block.mass", "true"),
+            ("mass: 1", "block", "none"),
+            ("mass: 1, dofs: []", "block.dofs", "[]"),
+            ("mass: 1, dofs: surge", "block.dofs", '"surge"'),
+            ("mass: 1, dofs: [surge, surge]", "block.dofs", "[surge, surge]"),
+            ("mass: 1, dofs: [surge, jaw]", "block.dofs", "[surge, jaw]"),
+            ("mass: 1, dofs: [1]", "block.dofs.0", "1"),
+            ("mass: 1, dofs: [surge], colour: red", "block.colour", "an unknown key"),
+            ("mass: 1, radii_of_gyration: [1, 2]", "block.radii_of_gyration", "a list of 2"),
+            ("mass: 1, radii_of_gyration: [1, 2, 3, 4]", "block.radii_of_gyration", "a list of 4"),
+            ("mass: 1, radii_of_gyration: [1, 0, 3]", "block.radii_of_gyration.1", "0"),
+            (
+                "mass: 1, radii_of_gyration: [1, 1, 1], inertia: [[1,0,0],[0,1,0],[0,0,1]]",
+                "block",
+                "radii_of_gyration and inertia",
+            ),
+            (
+                "mass: 1, inertia: [[1,2,0],[2,1,0],[0,0,1]]",
+                "block.inertia",
+                "a matrix that is not",
+            ),
+            (
+                "mass: 1, inertia: [[0,0,0],[0,1,0],[0,0,1]]",
+                "block.inertia",
+                "a matrix that is not",
+            ),
+            ("mass: 1, inertia: [[1,.5,0],[0,1,0],[0,0,1]]", "block.inertia", "0.5 in row 1"),
+            ("mass: 1, dofs: [surge], radiation: fft", "block.radiation", '"fft"'),
+            (
+                "mass: 1, dofs: [surge], wave_forces: {second_order: qtf}",
+                "block.wave_forces.second_order",
+                '"qtf"',
+            ),
+            (
+                "mass: 1, dofs: [surge], initial: {velocity: [1, 0, 1, 0, 0, 0]}",
+                "block",
+                "an initial velocity in heave",
+            ),
+            (
+                "mass: 1, dofs: [surge], initial: {position: [1, 0, 0, 1 m, 0, 0]}",
+                "block.initial.position.3",
+                '"1 m"',
+            ),
+            ("mass: 1, dofs: [surge], location: [1 m]", "block.location", "a list of 1"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        assert refusal(body(keys)).startswith(f"case.yaml:4: bodies.{key}: found {found}")
+
+    @pytest.mark.parametrize(
+        ("entry", "found"),
+        [
+            ("1001 1 0 0 0", "a mass_matrix that is not of this mass"),
+            ("1000 1 0 500 500", "a mass_matrix that is not of this mass"),
+            ("1000 1 0 500 0", "500 in row 1, column 5 and 0 opposite it"),
+            ("1000 1 2 0 0", "a matrix that is not positive definite"),
+        ],
+    )
+    def test_mass_matrix_must_be_about_the_centre_of_gravity(
+        self, refusal: Refusal, entry: str, found: str
+    ) -> None:
+        m, i, ij, couple, couple_back = entry.split()
+        rows = (
+            f"[{m},0,0,0,{couple},0],[0,1000,0,0,0,0],[0,0,1000,0,0,0],"
+            f"[0,0,0,{i},{ij},0],[{couple_back},0,0,{ij},1e4,0],[0,0,0,0,0,1]"
+        )
+        if ij != "0":
+            rows = rows.replace("1e4", "1")
+        assert f"found {found}" in refusal(body(f"mass: 1000, mass_matrix: [{rows}]"))
+
+    def test_a_wet_body_needs_its_place_and_water(self, refusal: Refusal, tmp_path: Path) -> None:
+        (tmp_path / "db.nc").touch()
+        keys = "mass: 1, dofs: [surge], hydrodynamics: db.nc"
+        assert "found no centre_of_gravity" in refusal(body(keys) + "environment: {}")
+        assert "found no environment" in refusal(body(f"{keys}, centre_of_gravity: [0, 0, 0]"))
+
+    @pytest.mark.parametrize(("path", "found"), [("db.nc", "no such file"), (".", "a directory")])
+    def test_database_must_be_a_file(self, refusal: Refusal, path: str, found: str) -> None:
+        keys = f"mass: 1, dofs: [surge], centre_of_gravity: [0, 0, 0], hydrodynamics: {path}"
+        message = refusal(body(keys) + "environment: {}")
+        assert message.startswith(f"case.yaml:4: bodies.block.hydrodynamics: found {found} at ")
+        assert "relative paths begin at the case file's folder" in message
+
+    @pytest.mark.parametrize("name", ["my block", "2", "a/b", "blöck", "a.b"])
+    def test_names_are_words(self, refusal: Refusal, name: str) -> None:
+        assert "expected letters, digits and _" in refusal(DRY.replace("block", name))
+
+    def test_at_least_one_body(self, refusal: Refusal) -> None:
+        assert "case.yaml:3: bodies: found nothing in it" in refusal(
+            "title: t\nduration: 1\nbodies: {}"
+        )
+
+
+class TestWaves:
+    def test_jonswap(self, load: Load) -> None:
+        text = waves(
+            "{spectrum: jonswap, significant_height: 150 cm, peak_period: 8 s, heading: 45 deg,"
+            " peak_enhancement: 2, seed: 7, ramp: 200 s, repeat_period: 3 hour}"
+        )
+        (train,) = load(text).scene().environment.waves
+        assert train.spectrum == scene.Jonswap(1.5, 8.0, 2.0)
+        assert (train.seed, train.ramp, train.repeat_period) == (7, 200.0, 10800.0)
+        assert train.heading == pytest.approx(math.pi / 4)
+
+    def test_pierson_moskowitz_is_jonswap_without_enhancement(self, load: Load) -> None:
+        text = waves("{spectrum: pierson_moskowitz, significant_height: 1, peak_period: 8}")
+        assert load(text).scene().environment.waves[0].spectrum == scene.Jonswap(1.0, 8.0, 1.0)
+
+    def test_several_trains_and_none(self, load: Load) -> None:
+        text = waves(
+            "[{spectrum: regular, amplitude: 1, period: 9, phase: 90 deg}, {spectrum: none}]"
+        )
+        (train,) = load(text).scene().environment.waves
+        assert train.spectrum == scene.RegularWave(1.0, 9.0, math.pi / 2)
+        assert load(waves("[]")).scene().environment.waves == ()
+
+    def test_one_word_turns_them_off(self, load: Load) -> None:
+        text = waves("{spectrum: jonswap, significant_height: 1.5, peak_period: 8}")
+        assert load(text, ["environment.waves.spectrum=none"]).scene().environment.waves == ()
+
+    @pytest.mark.parametrize(
+        ("text", "key", "found"),
+        [
+            ("{spectrum: jonswop, peak_period: 8}", "waves.spectrum", '"jonswop"'),
+            ("{peak_period: 8}", "waves", 'no key "spectrum"'),
+            ("{spectrum: jonswap, peak_period: 8}", "waves", 'no key "significant_height"'),
+            ("{spectrum: regular, amplitude: 1, period: 0}", "waves.period", "0"),
+            ("{spectrum: regular, amplitude: -1, period: 1}", "waves.amplitude", "-1"),
+            (
+                "{spectrum: regular, amplitude: 1, period: 1, height: 2}",
+                "waves.height",
+                "an unknown",
+            ),
+            (
+                "{spectrum: regular, amplitude: 1, period: 1, heading: 3 m}",
+                "waves.heading",
+                '"3 m"',
+            ),
+            ("[{spectrum: none}, {spectrum: regular, period: 1}]", "waves.1", 'no key "amplitude"'),
+            ("off", "waves", '"off"'),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, text: str, key: str, found: str) -> None:
+        assert refusal(waves(text)).startswith(f"case.yaml:5: environment.{key}: found {found}")
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("seed: -1", "seed", "-1"),
+            ("seed: 1.5", "seed", "1.5"),
+            ("seed: true", "seed", "true"),
+            ("peak_enhancement: 0.9", "peak_enhancement", "0.9"),
+            ("ramp: -1 s", "ramp", '"-1 s"'),
+            ("repeat_period: 59 s", "repeat_period", "59 s; expected the duration or more, 60 s"),
+        ],
+    )
+    def test_irregular_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        text = f"{{spectrum: jonswap, significant_height: 1, peak_period: 8, {keys}}}"
+        assert f"environment.waves.{key}: found {found}" in refusal(waves(text))
+
+    @pytest.mark.parametrize(
+        "keys", ["water_depth: 0 m", "water_density: -1", "gravity: 9.81 m/s", "water_deph: 3"]
+    )
+    def test_water_refused(self, refusal: Refusal, keys: str) -> None:
+        key = keys.split(":")[0]
+        assert f"environment.{key}: found" in refusal(DRY + f"environment: {{{keys}}}")
+
+
+class TestMooring:
+    def test_per_dof(self, load: Load) -> None:
+        text = element(
+            f"{MOORING}, stiffness: {{surge: 40 tonne_force/m, yaw: 1 MN*m/deg}},"
+            "damping_ratio: {surge: 20 %}"
+        )
+        mooring = load(text).scene().forces["element"]
+        assert isinstance(mooring, forces.LinearMooring)
+        assert_allclose(
+            mooring.stiffness, np.diag([392400, 0, 0, 0, 0, 180e6 / math.pi]), rtol=1e-15
+        )
+        assert mooring.damping is None
+        assert_array_equal(mooring.damping_ratio, [0.2, 0, 0, 0, 0, 0])
+
+    def test_matrices(self, load: Load) -> None:
+        zero, rows = "[0,0,0,0,0,0]", "[2 kN/m, 0, 0, 0, {}, 0]"
+        text = element(
+            f"{MOORING}, stiffness: [{rows.format('1 kN/rad')},{zero},{zero},{zero},"
+            f"[1 kN,0,0,0,3 kN*m/rad,0],{zero}], damping: {{heave: 5}}"
+        )
+        mooring = load(text).scene().forces["element"]
+        expected = np.zeros((6, 6))
+        expected[np.ix_([0, 4], [0, 4])] = [[2000, 1000], [1000, 3000]]
+        assert_array_equal(mooring.stiffness, expected)
+        assert_array_equal(mooring.damping, np.diag([0, 0, 5, 0, 0, 0]))
+        assert mooring.damping_ratio is None
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("stiffness: {surge: 3 kN}", "element.stiffness.surge", '"3 kN"'),
+            ("stiffness: {surge: 40 t/m}", "element.stiffness.surge", '"40 t/m"'),
+            ("stiffness: {roll: 3 N/m}", "element.stiffness.roll", '"3 N/m"'),
+            ("stiffness: {surge: -1}", "element.stiffness", "-1 for surge"),
+            ("stiffness: {surg: 1}", "element.stiffness.surg", "an unknown key"),
+            ("stiffness: 3", "element.stiffness", "3; expected a mapping"),
+            ("stiffness: [[1, 2]]", "element.stiffness.0", "a list of 2"),
+            ("stiffness: {surge: 1}, damping: {surge: -1}", "element.damping", "-1 for surge"),
+            (
+                "stiffness: {surge: 1}, damping: {surge: 1}, damping_ratio: {surge: 1}",
+                "element",
+                "damping and damping_ratio",
+            ),
+            (
+                "stiffness: {surge: 1}, damping_ratio: {heave: .1}",
+                "element",
+                "a damping_ratio in hea",
+            ),
+            (
+                "stiffness: {surge: 1}, damping_ratio: {surge: -1}",
+                "element.damping_ratio.surge",
+                "-1",
+            ),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"{MOORING}, {keys}"))
+        assert message.startswith(f"case.yaml:6: forces.{key}: found {found}")
+
+    def test_a_matrix_that_gives_energy_away(self, refusal: Refusal) -> None:
+        rows = "[1,0,0,0,2,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[0,0,0,0,0,0],[2,0,0,0,1,0],[0,0,0,0,0,0]"
+        assert "negative eigenvalue" in refusal(element(f"{MOORING}, stiffness: [{rows}]"))
+
+
+class TestAppliedForce:
+    def test_table(self, load: Load) -> None:
+        text = element(
+            "type: applied_force, body: block, frame: body, point: [1 m, 0, 0],"
+            "time: [0, 1 hour], force: {heave: [0, 1 kN], pitch: [1 kN*m, 0]}"
+        )
+        force = load(text).scene().forces["element"]
+        assert isinstance(force, forces.AppliedForce)
+        assert (force.body_fixed, force.point) == (True, (1.0, 0.0, 0.0))
+        assert_array_equal(force.time, [0, 3600])
+        assert_array_equal(force.force, [[0, 0, 0, 0, 1000, 0], [0, 0, 1000, 0, 0, 0]])
+        assert force.force.flags.c_contiguous
+
+    def test_constant(self, load: Load) -> None:
+        text = element("type: applied_force, body: block, force: {surge: 1 kN, yaw: 2 N*m}")
+        force = load(text).scene().forces["element"]
+        assert force.body_fixed is False
+        assert_array_equal(force.time, [0.0])
+        assert_array_equal(force.force, [[1000, 0, 0, 0, 0, 2]])
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("time: [0, 2, 1], force: {surge: [1, 2, 3]}", ".time", "1 after 2"),
+            ("time: [0, 1, 1], force: {surge: [1, 2, 3]}", ".time", "1 after 1"),
+            ("time: [0, nan s], force: {surge: [1, 2]}", ".time.1", '"nan s"'),
+            ("time: [], force: {surge: []}", ".time", "nothing in it"),
+            (
+                "time: [0, 1], force: {surge: [1, 2, 3]}",
+                "",
+                "3 values in force.surge and 2 in time",
+            ),
+            ("time: [0, 1], force: {surge: 1}", "", "1 values in force.surge and 2 in time"),
+            ("force: {surge: [1, 2]}", "", "2 values in force.surge and 1 in time"),
+            ("time: [0], force: {surge: [1 kN*m]}", ".force.surge.0", '"1 kN*m"'),
+            ("force: {roll: 1 kN}", ".force.roll", '"1 kN"'),
+            ("frame: ship, force: {surge: 1}", ".frame", '"ship"'),
+            ("point: [0, 0], force: {surge: 1}", ".point", "a list of 2"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"type: applied_force, body: block, {keys}"))
+        assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
+class TestFender:
+    def test_a_stiffness_is_a_line(self, load: Load) -> None:
+        fend = load(fender("stiffness: 5 kN/m, damping: 2")).scene().forces["element"]
+        assert isinstance(fend, forces.Fender)
+        assert fend.plane == forces.Plane((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), None)
+        assert_array_equal(fend.points, [[0, 0, 1]])
+        assert_array_equal(
+            np.vstack([fend.normal.compression, fend.normal.force]), [[0, 1], [0, 5e3]]
+        )
+        assert fend.normal.damping == 2.0
+        assert fend.friction == forces.Frictionless()
+
+    @pytest.mark.parametrize("total", [False, True])
+    def test_totals_are_shared_by_the_points(self, load: Load, total: bool) -> None:
+        word = str(total).lower()
+        text = fender(
+            f"compression: [0, 1, 2], force: [0, 8 kN, 80 kN], damping: 16, total: {word}",
+            "law: stick_slip, static: 0.4, kinetic: 0.2, stiffness: 32, damping: 64,"
+            f"slip_damping: 128, total: {word}",
+        ).replace("[[0, 0, 1]]", "[[0, 0, 1], [0, 1, 1], [0, 2, 1], [0, 3, 1]]")
+        fend = load(text).scene().forces["element"]
+        share = 4.0 if total else 1.0
+        assert_array_equal(fend.normal.compression, [0, 1, 2])
+        assert_array_equal(fend.normal.force * share, [0, 8e3, 80e3])
+        assert fend.normal.damping * share == 16.0
+        assert fend.friction == forces.StickSlip(0.4, 0.2, 32 / share, 64 / share, 128 / share)
+
+    def test_friction_slope(self, load: Load) -> None:
+        friction = "law: friction_slope, coefficient: 0.2, slope: 1e9 N*s/m, total: true"
+        fend = load(fender(friction=friction)).scene().forces["element"]
+        assert fend.friction == forces.FrictionSlope(0.2, 1e9)
+
+    def test_one_word_turns_friction_off(self, load: Load) -> None:
+        text = fender(friction="law: friction_slope, coefficient: 0.2, slope: 1e9")
+        case = load(text, ["forces.element.friction.law=none"])
+        assert case.scene().forces["element"].friction == forces.Frictionless()
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("compression: [0, 1, 1], force: [0, 1, 2]", ".compression", "1 after 1"),
+            ("compression: [0, 1, 2], force: [0, 2, 1]", ".force", "1 after 2"),
+            ("compression: [0.1, 1], force: [0, 1]", ".compression", "[0.1, 1]"),
+            ("compression: [0, 1], force: [1, 2]", ".force", "[1, 2]"),
+            ("compression: [0], force: [0]", ".compression", "[0]"),
+            ("compression: [0, 1, 2], force: [0, 1]", "", "3 values in compression and 2 in force"),
+            ("compression: [0, 1], force: [0, 0]", "", "no force at any compression"),
+            ("compression: [0, 1]", "", "compression; expected stiffness, or"),
+            ("stiffness: 1, force: [0, 1]", "", "stiffness and force"),
+            ("damping: 1", "", "no curve"),
+            ("stiffness: 0", ".stiffness", "0"),
+            ("stiffness: 5 kN", ".stiffness", '"5 kN"'),
+            ("stiffness: 5, damping: -1", ".damping", "-1"),
+            ("stiffness: 5, total: yes", ".total", '"yes"'),
+        ],
+    )
+    def test_normal_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(fender(normal=keys))
+        assert message.startswith(f"case.yaml:6: forces.element.normal{key}: found {found}")
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            (
+                "law: stick_slip, static: .1, kinetic: .2, stiffness: 1, damping: 1",
+                "",
+                "static 0.1, k",
+            ),
+            (
+                "law: stick_slip, static: .2, kinetic: -.1, stiffness: 1, damping: 1",
+                ".kinetic",
+                "-0.1",
+            ),
+            (
+                "law: stick_slip, static: .2, kinetic: .1, stiffness: 0, damping: 1",
+                ".stiffness",
+                "0",
+            ),
+            (
+                "law: stick_slip, static: .2, kinetic: .1, stiffness: 1",
+                "",
+                "damping 0 and slip_damping",
+            ),
+            ("law: stick_slip, static: .2, kinetic: .1", "", 'no key "stiffness"'),
+            ("law: friction_slope, coefficient: .2, slope: 0", ".slope", "0"),
+            (
+                "law: friction_slope, coefficient: .2, slope: 1, static: 1",
+                ".static",
+                "an unknown key",
+            ),
+            ("law: coulomb, coefficient: .2", ".law", '"coulomb"; expected one of: stick_slip,'),
+            ("coefficient: .2", "", 'no key "law"'),
+        ],
+    )
+    def test_friction_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(fender(friction=keys))
+        assert message.startswith(f"case.yaml:6: forces.element.friction{key}: found {found}")
+
+    @pytest.mark.parametrize(
+        ("old", "new", "message"),
+        [
+            ("[[0, 0, 1]]", "[]", ".points: found nothing in it"),
+            ("[[0, 0, 1]]", "[0, 0, 1]", ".points.0: found 0; expected a list"),
+            ("[0, 0, -1]", "[0, 0, 0]", ".plane: found the normal [0, 0, 0]"),
+            ("-1]", "-1], body: block", '.plane.body: found "block" on both sides'),
+            ("-1]", "-1], body: blok", '.plane.body: found "blok"; expected a body of this case'),
+            (
+                "body: block",
+                "body: blok",
+                '.body: found "blok"; expected a body of this case: block',
+            ),
+            (
+                "type: fender",
+                "type: fendr",
+                '.type: found "fendr"; expected one of: linear_mooring',
+            ),
+        ],
+    )
+    def test_geometry_refused(self, refusal: Refusal, old: str, new: str, message: str) -> None:
+        assert refusal(fender().replace(old, new)).startswith(
+            f"case.yaml:6: forces.element{message}"
+        )
+
+    def test_between_two_bodies(self, load: Load) -> None:
+        text = fender().replace("-1]", "-1], body: topside")
+        text = text.replace("forces:", "  topside: {mass: 1, dofs: [heave]}\nforces:")
+        assert load(text).scene().forces["element"].plane.body == "topside"
+
+
+class TestSolver:
+    def test_defaults(self, load: Load) -> None:
+        made = load(DRY).scene()
+        assert made.solver == scene.Solver()
+        assert made.output_step == 0.5
+
+    def test_all_keys(self, load: Load) -> None:
+        text = DRY + "solver: {method: heun, step: 50 ms, kinematics: linear, events: false}"
+        solver = load(text).scene().solver
+        assert solver == scene.Solver(scene.Method.HEUN, 0.05, scene.Kinematics.LINEAR, False)
+
+    @pytest.mark.parametrize(("step", "output"), [(0.3, 0.6), (2.0, 2.0), (0.07, 0.49)])
+    def test_output_follows_the_step(self, load: Load, step: float, output: float) -> None:
+        made = load(DRY + f"solver: {{step: {step}}}").scene()
+        assert made.output_step == pytest.approx(output, rel=1e-12)
+
+    @pytest.mark.parametrize(("step", "output"), [("0.1", "0.3"), ("0.01", "1e3"), ("1/3", "1")])
+    def test_multiples_in_spite_of_rounding(self, load: Load, step: str, output: str) -> None:
+        step = f"{1 / 3!r}" if "/" in step else step
+        made = load(DRY + f"solver: {{step: {step}}}\noutput: {{step: {output}}}").scene()
+        assert made.output_step == float(output)
+
+    @pytest.mark.parametrize(
+        ("keys", "message"),
+        [
+            ("solver: {step: 0}", "solver.step: found 0; expected a time in s"),
+            ("solver: {step: -0.1 s}", 'solver.step: found "-0.1 s"'),
+            ("solver: {step: 61 s}", "solver.step: found 61 s; expected no more than the duration"),
+            (
+                "solver: {method: rk5}",
+                'solver.method: found "rk5"; expected one of: rk2, heun, rk4',
+            ),
+            ("solver: {kinematics: small}", 'solver.kinematics: found "small"'),
+            (
+                "output: {step: 0.25}",
+                "output.step: found 0.25 s; expected a multiple of solver.step",
+            ),
+            (
+                "output: {step: 0.05}",
+                "output.step: found 0.05 s; expected a multiple of solver.step",
+            ),
+            ("output: {file: a.nc}", "output.file: found an unknown key; expected one of: step"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, message: str) -> None:
+        assert refusal(DRY + keys).startswith(f"case.yaml:5: {message}")
+
+    @pytest.mark.parametrize("duration", ["0", "-1 s", "nan", "infinite"])
+    def test_duration(self, refusal: Refusal, duration: str) -> None:
+        assert "case.yaml:2: duration: found" in refusal(DRY.replace("60 s", duration))
+
+
+def test_names_of_the_outputs_own_forces_are_taken(refusal: Refusal) -> None:
+    assert RESERVED == ROWS
+    text = element(f"{MOORING}, stiffness: {{surge: 1}}")
+    assert "the output has a force of that name" in refusal(text.replace("element", "radiation"))
