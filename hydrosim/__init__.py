@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrosim.case import Case, load_case
-    from hydrosim.database import HydroDatabase, load as load_database
+    from hydrosim.database import HydroDatabase
+    from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.linear import linearise, natural_modes
     from hydrosim.model import compile_scene

@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba import config, njit
+from numba import njit
 
-
+config: Any = numba.config
 PACKAGE = Path(__file__).parent
 SOURCES = {"kernels.py", "dynamics.py", "run.py", "rigid", "integrate", "forces"}
 SOURCES |= {"waves", "radiation"}
+OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 
 
 def cache_root() -> Path:
@@ -57,12 +58,12 @@ def kernel(function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
-    before = config.CACHE_DIR  # type: ignore[attr-defined]
-    config.CACHE_DIR = str(kernel_cache())  # type: ignore[attr-defined]
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(kernel_cache())
     try:
-        return njit(cache=True, error_model="numpy", nogil=True, _nrt=False)(function)
+        return njit(**OPTIONS)(function)
     finally:
-        config.CACHE_DIR = before  # type: ignore[attr-defined]
+        config.CACHE_DIR = before
 
 
 @kernel

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.dynamics import Model, Work, rhs, stored_energies
+from hydrosim.dynamics import Model, rhs, stored_energies
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import MARGINS, margins, observe, switch
 from hydrosim.integrate import (

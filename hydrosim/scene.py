@@ -53,7 +53,7 @@ class Kinematics(StrEnum):
 
 @dataclass(frozen=True)
 class Jonswap:
-    """JONSWAP spectrum (Hasselmann et al. 1973), scaled to the significant height [m], period [s]."""
+    """JONSWAP spectrum (Hasselmann et al. 1973) of a significant height [m] and peak period [s]."""
 
     significant_height: float
     peak_period: float
@@ -62,7 +62,7 @@ class Jonswap:
 
 @dataclass(frozen=True)
 class RegularWave:
-    """One Airy wave: elevation at the earth's origin is amplitude * cos(2 pi t / period + phase)."""
+    """One Airy wave: amplitude * cos(2 pi t / period + phase) at the earth's origin."""
 
     amplitude: float
     period: float

@@ -24,7 +24,6 @@ import numpy as np
 from hydrosim.kernels import assign, kernel
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
-
 BODY = np.dtype([("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3)])
 """Constants of a body: mass, inertia about the centre of gravity in the body frame, and the place
 of the centre of gravity at rest in the earth frame."""

@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from math import hypot
 from typing import NamedTuple
 
-import numpy as np
-
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
 
