@@ -34,7 +34,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
             yield f"  {key.replace('_', ' ')}: {value}"
         for finding in check_database(wet.database):
             if not finding.passed:
-                yield f"  [yellow]{finding.name}[/]: {finding.figure:.3g} > {finding.limit:.3g}, {finding.advice}"
+                figures = f"{finding.figure:.3g} > {finding.limit:.3g}"
+                yield f"  [yellow]{finding.name}[/]: {figures}, {finding.advice}"
     for line in notes.skipped:
         yield f"skipped: {line}"
     for line in notes.warnings:

@@ -164,7 +164,7 @@ def _bodies(scene: Scene) -> Bodies:
 
 
 def _groups(index: int, body: Body, wet: dict[str, WetBody]) -> list[StateSpace]:
-    """State-space models of a body, on the scene's DOFs; those of locked DOFs alone are left out."""
+    """State-space models of a body, on the scene's DOFs; not those of locked DOFs alone."""
     if body.name not in wet:
         return []
     free = np.array([dof in body.dofs for dof in DOFS])
@@ -231,7 +231,7 @@ def _critical_damping(body: Body, stiffness: np.ndarray, wet: dict[str, WetBody]
     db = wet[body.name].database
     total = np.maximum(stiffness + np.diag(db.hydrostatic_stiffness), 0.0)
     heavy = mass + [
-        _added_mass_in_resonance(db, i, m, k) for i, (m, k) in enumerate(zip(mass, total))
+        _added_mass_in_resonance(db, i, m, k) for i, m, k in zip(range(6), mass, total, strict=True)
     ]
     return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * heavy)
 
@@ -285,7 +285,7 @@ def _note(scene: Scene, model: Model, notes: Notes) -> None:
             if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
                 notes.warnings.append(
                     f"bodies.{body.name}.mass {body.mass:.4g} kg is not the displaced mass of its"
-                    f" database, {displaced:.4g} kg; weight and buoyancy are taken as equal at rest."
+                    f" database, {displaced:.4g} kg; weight and buoyancy are taken to balance."
                 )
 
 

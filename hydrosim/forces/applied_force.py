@@ -82,7 +82,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 def table_value(t, time, force, first, last):
     """Force and moment at ``t`` from rows ``first`` to ``last`` of a table, linear between."""
     k = first + np.searchsorted(time[first:last], t)
-    if k == first or k == last:
+    if not first < k < last:
         k = min(k, last - 1)
         return vector(force[k], 0), vector(force[k], 3)
     x = (t - time[k - 1]) / (time[k] - time[k - 1])
