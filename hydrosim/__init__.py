@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hydrosim.linear import linearise, natural_modes
     from hydrosim.model import compile_scene
     from hydrosim.scene import Scene
-    from hydrosim.simulate import simulate
+    from hydrosim.simulation import simulate
 
 _HOME = {
     "Case": "case",
@@ -32,7 +32,7 @@ _HOME = {
     "natural_modes": "linear",
     "compile_scene": "model",
     "Scene": "scene",
-    "simulate": "simulate",
+    "simulate": "simulation",
 }
 __all__ = sorted(_HOME)
 

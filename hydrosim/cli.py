@@ -122,7 +122,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         TimeRemainingColumn,
     )
 
-    from hydrosim.simulate import simulate
+    from hydrosim.simulation import simulate
 
     scene = case.scene()
     _announce_compile()
