@@ -10,7 +10,8 @@ from rich.table import Table
 
 from hydrosim.database import check as check_database
 from hydrosim.linear import NaturalMode, linearise, natural_modes
-from hydrosim.model import Notes, compile_clock, compile_scene
+from hydrosim.model import compile_clock, compile_scene
+from hydrosim.notes import Notes
 from hydrosim.scene import RadiationModel, Scene
 
 

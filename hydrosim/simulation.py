@@ -12,7 +12,8 @@ import xarray as xr
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import SimulationError
 from hydrosim.integrate import HEUN, RK2, RK4, Tableau
-from hydrosim.model import Notes, compile_clock, compile_scene
+from hydrosim.model import compile_clock, compile_scene
+from hydrosim.notes import Notes
 from hydrosim.output import force_names, program_version, to_dataset
 from hydrosim.run import (
     CAPSIZED,

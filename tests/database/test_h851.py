@@ -75,19 +75,19 @@ def test_symmetry_is_exact(barge):
 
 
 def test_coefficients_are_the_independent_ones(barge, independent):
-    """Same hull, number of panels and program, other panels: 1 to 2 per cent is what the study
-    finds between such meshes up to 1.2 rad/s, in parts of the largest diagonals."""
+    """Same hull, number of panels and program, other panels: up to 1.2 rad/s, 1.5 per cent of the
+    largest diagonals; the study finds 1 to 3 per cent between such meshes."""
     low = barge.frequency < 1.21
     for name in ("added_mass", "radiation_damping"):
         other = independent[name].values
         error = np.abs(getattr(barge, name) - other)[low] / scales(other)
-        assert error.max() < 0.02
+        assert error.max() < 0.015
     for name, other in (
         ("added_mass_zero", "added_mass_zero"),
         ("added_mass_infinite", "added_mass_inf"),
     ):
         values = independent[other].values
-        assert np.max(np.abs(getattr(barge, name) - values) / scales(values[None])) < 0.02
+        assert np.max(np.abs(getattr(barge, name) - values) / scales(values[None])) < 0.015
 
 
 def test_loads_are_the_independent_ones_conjugated(barge, independent):
@@ -96,7 +96,7 @@ def test_loads_are_the_independent_ones_conjugated(barge, independent):
     for name in ("excitation", "froude_krylov"):
         other = independent[f"{name}_re"].values - 1j * independent[f"{name}_im"].values
         error = np.abs(getattr(barge, name) - other)[low].max(axis=(0, 1))
-        assert (error < 0.02 * np.abs(other).max(axis=(0, 1))).all()
+        assert (error < 0.01 * np.abs(other).max(axis=(0, 1))).all()
 
 
 def test_hydrostatics_are_the_independent_ones(barge, independent):
@@ -106,15 +106,14 @@ def test_hydrostatics_are_the_independent_ones(barge, independent):
 
 
 def test_drift_is_the_independent_one(barge, independent):
-    """Within 2 per cent of the largest, resonances included, up to 1.2 rad/s."""
-    low = (barge.frequency < 1.21) & (barge.frequency > 0.49)
-    for dof, other in (
-        (0, independent.mean_drift.values[..., 0]),
-        (1, independent.mean_drift.values[..., 1]),
-        (5, independent.mean_drift_yaw.values),
-    ):
-        error = np.abs(barge.mean_drift[..., dof] - other)[low]
-        assert error.max() < 0.02 * np.abs(other[low]).max()
+    """In parts of the largest up to 1.2 rad/s: 2 per cent above the roll period, 5 per cent at it,
+    where the drift follows a resonance that only the radiation damps."""
+    others = [*np.moveaxis(independent.mean_drift.values, -1, 0), independent.mean_drift_yaw.values]
+    for dof, other in zip((0, 1, 5), others, strict=True):
+        error = np.abs(barge.mean_drift[..., dof] - other)
+        for lowest, part in ((0.59, 0.02), (0.45, 0.05)):
+            used = (barge.frequency > lowest) & (barge.frequency < 1.21)
+            assert error[used].max() < part * np.abs(other[used]).max()
 
 
 def test_damping_radiates_what_the_loads_say(barge):

@@ -1,0 +1,83 @@
+"""What compiling a scene found out: what is skipped, what is worth a warning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from hydrosim.dynamics import Model
+from hydrosim.errors import InputError
+from hydrosim.scene import DOFS, Body, Scene
+from hydrosim.waves import energy_outside, sea
+from hydrosim.wet import WetBody
+
+MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
+OUTSIDE_WARNED, OUTSIDE_REFUSED = 0.01, 0.05  # shares of a sea's energy beyond a database's range
+
+
+@dataclass
+class Notes:
+    """What compiling found out: ``skipped`` parts, ``warnings``, and the databases in use."""
+
+    skipped: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    wet: dict[str, WetBody] = field(default_factory=dict)
+
+
+def take_note(scene: Scene, model: Model, notes: Notes) -> None:
+    """Fill ``notes`` with what is skipped and what is worth a warning.
+
+    Raises InputError where a sea is mostly beyond a database's frequencies.
+    """
+    notes.skipped.extend(_skipped(scene, model, notes.wet))
+    for body in scene.bodies:
+        if body.name in notes.wet:
+            notes.warnings.extend(_mass_warnings(body, notes.wet[body.name]))
+            notes.warnings.extend(_range_warnings(scene, body, notes.wet[body.name]))
+
+
+def _mass_warnings(body: Body, wet: WetBody) -> Iterator[str]:
+    displaced = wet.database.water_density * float(wet.database.volume[0])
+    if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
+        yield (
+            f"bodies.{body.name}.mass {body.mass:.4g} kg is not the displaced mass of its database,"
+            f" {displaced:.4g} kg; weight and buoyancy are taken to balance."
+        )
+
+
+def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
+    """Energy of the seas beyond the database's frequencies, where first-order loads are zero."""
+    frequency = wet.database.frequency
+    for waves in sea(scene.environment) if body.wave_forces.first_order else ():
+        outside = sum(energy_outside(waves, frequency))
+        text = (
+            f"{outside:.1%} of the waves' energy is outside the frequencies of the database of"
+            f" {body.name}, {frequency[0]:.3g} to {frequency[-1]:.3g} rad/s"
+        )
+        if outside > OUTSIDE_REFUSED:
+            raise InputError(
+                f"environment.waves: {text}; expected at most {OUTSIDE_REFUSED:.0%}. Use a database"
+                " with a wider range, or other waves."
+            )
+        if outside > OUTSIDE_WARNED:
+            yield f"{text}: no first-order loads there."
+
+
+def _skipped(scene: Scene, model: Model, wet: dict[str, WetBody]) -> Iterator[str]:
+    for body in scene.bodies:
+        locked = [dof for dof in DOFS if dof not in body.dofs]
+        if locked:
+            yield f"{body.name}: {', '.join(locked)} locked, not in the state"
+        if body.name not in wet:
+            yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
+    unloaded = [
+        f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
+        for i in model.bodies.active
+        if scene.bodies[i // 6].name in wet and i not in model.waves.first_dof
+    ]
+    if scene.environment.waves and unloaded:
+        yield "no first-order load, not synthesised: " + ", ".join(unloaded)
+    if not scene.environment.waves:
+        yield "no waves: no wave loads"
+    if model.waves.second_dof.size == 0:
+        yield "no second-order loads"
