@@ -91,7 +91,7 @@ def plot(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     for picture in draw(dataset, folder, run_file.stem):
-        out.print(f"picture   {picture}")
+        out.print(f"picture   {picture}", highlight=False, soft_wrap=True)
 
 
 def _result_path(output: Path | None, case_file: Path) -> Path:
@@ -154,8 +154,8 @@ def _summary(dataset: xr.Dataset, path: Path) -> None:
     from hydrosim.summary import lines
 
     for line in lines(dataset):
-        out.print(line, highlight=False)
-    out.print(f"result    {path}", highlight=False)
+        out.print(line, highlight=False, soft_wrap=True)
+    out.print(f"result    {path}", highlight=False, soft_wrap=True)
 
 
 def main() -> None:

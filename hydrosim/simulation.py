@@ -64,9 +64,11 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     notes = Notes()
     model, state = compile_scene(scene, notes)
     record, counters = new_record(model, compile_clock(scene)), np.zeros(5, dtype=np.int64)
-    start, status, time = perf_counter(), "complete", 0.0
+    chunks = _chunks(scene, model, state, record, counters)
+    time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
+    start, status = perf_counter(), "complete"
     try:
-        for time in _chunks(scene, model, state, record, counters):
+        for time in chunks:
             if progress is not None:
                 progress(time, int(counters[STEPS]))
     except KeyboardInterrupt:
@@ -91,9 +93,11 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
 def _chunks(
     scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray
 ) -> Iterator[float]:
-    """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached."""
+    """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached, first of
+    all that of the start."""
     clock, method = compile_clock(scene), METHODS[scene.solver.method]
     work, scratch = new_work(model), new_scratch(model, method)
+    yield advance(0, clock, model, method, state, work, scratch, record, counters)
     count = 1
     while counters[STEPS] < clock.steps and not counters[STATUS]:
         begin = perf_counter()

@@ -30,13 +30,14 @@ def lines(run: xr.Dataset) -> Iterator[str]:
 def _motions(run: xr.Dataset, body: str) -> Iterator[str]:
     position = run.position.sel(body=body)
     for dof in run.dof.values:
-        x = position.sel(dof=dof).values
-        unit = "m"
+        x, unit = position.sel(dof=dof).values, "m"
+        if not np.any(x):
+            continue
         if dof in ("roll", "pitch", "yaw"):
             x, unit = np.degrees(x), "deg"
         yield (
-            f"{body:9s} {dof:6s} mean {x.mean():8.3f}  std {x.std():7.3f}  min {x.min():8.3f}"
-            f"  max {x.max():8.3f}  end {x[-1]:8.3f} {unit}"
+            f"{body:9s} {dof:6s} mean {x.mean():.3f}, std {x.std():.3f}, min {x.min():.3f},"
+            f" max {x.max():.3f}, end {x[-1]:.3f} {unit}"
         )
 
 
