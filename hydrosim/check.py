@@ -13,6 +13,7 @@ from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.scene import RadiationModel, Scene
+from hydrosim.simulation import scene_step_limit
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
@@ -41,6 +42,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"[yellow]warning[/]: {line}"
+    yield scene_step_limit(scene, model, state).describe(scene.solver.step)
     yield _periods(scene, natural_modes(linearise(model, state)))
 
 

@@ -73,7 +73,7 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
     case = load_case(case_file, settings)
     _announce_compile()
     for part in survey(case.scene()):
-        out.print(part)
+        out.print(part, highlight=False, soft_wrap=isinstance(part, str))
 
 
 @app.command()
@@ -108,9 +108,8 @@ def _result_path(output: Path | None, case_file: Path) -> Path:
 
 def _announce_compile() -> None:
     if not compiled_before():
-        err.print(
-            f"compiling the kernels, once for this version (up to a minute): {kernel_cache()}"
-        )
+        what = "compiling the kernels, once for this version (about 40 s), into"
+        err.print(f"{what} {kernel_cache()}", highlight=False, soft_wrap=True)
 
 
 def _simulate_with_progress(case: Case) -> xr.Dataset:

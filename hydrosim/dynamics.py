@@ -111,6 +111,23 @@ def rhs(t, y, modes, history, model, work, dy):
 
 
 @kernel
+def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
+    """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
+    differences of size ``step``; ``scratch`` (3, ny)."""
+    shifted, ahead, behind = scratch[0], scratch[1], scratch[2]
+    assign(shifted, y)
+    for j in range(states.size):
+        k = states[j]
+        shifted[k] = y[k] + step
+        rhs(t, shifted, modes, history, model, work, ahead)
+        shifted[k] = y[k] - step
+        rhs(t, shifted, modes, history, model, work, behind)
+        shifted[k] = y[k]
+        for i in range(states.size):
+            J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
+
+
+@kernel
 def forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity

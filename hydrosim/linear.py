@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, optimize
 
-from hydrosim.dynamics import Model, new_work, rhs
+from hydrosim.dynamics import Model, jacobian, new_work
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES, STICK_SLIP
-from hydrosim.rigid import acceleration_map, mass_matrix
+from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
 from hydrosim.run import State
 from hydrosim.scene import DOFS
 
@@ -86,19 +86,13 @@ def linearise(
     """
     work, held = new_work(model), state.modes if modes is None else modes
     states, n = _dynamic_states(model), model.bodies.active.size
-    ends = np.zeros((2, model.size))
-    jacobian = np.zeros((states.size, states.size))
-    for column, k in enumerate(states):
-        for end, sign in zip(ends, (1.0, -1.0), strict=True):
-            y = state.y.copy()
-            y[k] += sign * STEP
-            rhs(time, y, held, state.history, model, work, end)
-        jacobian[:, column] = (ends[0] - ends[1])[states] / (2 * STEP)
-    rhs(time, state.y, held, state.history, model, work, ends[0])
+    J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
+    jacobian(time, state.y, held, state.history, model, work, states, STEP, scratch, J)
     inertia = np.zeros((n, n))
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
     mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
     acceleration_map(model.bodies, work.motion, work.mass, inertia)
-    return Linear(jacobian, states, model.bodies.active, inertia)
+    return Linear(J, states, model.bodies.active, inertia)
 
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
@@ -107,8 +101,7 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
     values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
     share = np.abs(left.conj() * right)
     share /= share.sum(axis=0)
-    upper = np.flatnonzero(values.imag >= 0.0)
-    n = linear.active.size
+    upper, n = np.flatnonzero(values.imag >= 0.0), linear.active.size
     per_coordinate = share[:n, upper] + share[n : 2 * n, upper]
     rows, columns = optimize.linear_sum_assignment(-per_coordinate)
     return [

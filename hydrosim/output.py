@@ -79,6 +79,11 @@ def force_names(scene: Scene) -> tuple[str, ...]:
     return (*ROWS, *scene.forces)
 
 
+def coordinate_names(scene: Scene) -> list[str]:
+    """Names of all free coordinates, "surge of barge", ..."""
+    return [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS if dof in b.dofs]
+
+
 def fender_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
     return [

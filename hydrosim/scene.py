@@ -140,6 +140,13 @@ class ForceElement:
     body: str
 
 
+class Unstable(StrEnum):
+    """What to do with a step above the stable limit."""
+
+    WARN = "warn"
+    ERROR = "error"
+
+
 @dataclass(frozen=True)
 class Solver:
     """Integration method and fixed step [s]; ``events`` false is for comparison only."""
@@ -148,6 +155,7 @@ class Solver:
     step: float = 0.1
     kinematics: Kinematics = Kinematics.EXACT
     events: bool = True
+    unstable: Unstable = Unstable.WARN
 
 
 @dataclass(frozen=True)

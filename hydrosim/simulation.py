@@ -10,11 +10,17 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dynamics import Model, new_work
-from hydrosim.errors import SimulationError
+from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate import HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
-from hydrosim.output import force_names, program_version, to_dataset
+from hydrosim.output import (
+    coordinate_names,
+    fender_names,
+    force_names,
+    program_version,
+    to_dataset,
+)
 from hydrosim.run import (
     CAPSIZED,
     CHATTERING,
@@ -31,7 +37,8 @@ from hydrosim.run import (
     new_record,
     new_scratch,
 )
-from hydrosim.scene import DOFS, Method, Scene
+from hydrosim.scene import DOFS, Method, Scene, Unstable
+from hydrosim.stability import StepLimit, step_limit
 
 METHODS: dict[Method, Tableau] = {Method.RK2: RK2, Method.HEUN: HEUN, Method.RK4: RK4}
 CHUNK = 0.1  # s of wall time between reports of progress
@@ -63,6 +70,7 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     scene = case if isinstance(case, Scene) else case.scene()
     notes = Notes()
     model, state = compile_scene(scene, notes)
+    notes.warnings.extend(_stability_warnings(scene, model, state))
     record, counters = new_record(model, compile_clock(scene)), np.zeros(5, dtype=np.int64)
     chunks = _chunks(scene, model, state, record, counters)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
@@ -74,6 +82,8 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     except KeyboardInterrupt:
         status = "interrupted"
     message = _failure(scene, model, state, record, counters, time) if counters[STATUS] else None
+    if message and notes.warnings:
+        message = "\n".join([message, *(f"Warned of: {warning}" for warning in notes.warnings)])
     attributes = {
         **_provenance(scene, notes),
         "solver_steps": int(counters[STEPS]),
@@ -88,6 +98,23 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     if message:
         raise SimulationError(message, dataset)
     return dataset
+
+
+def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
+    """What there is to say of a step above the stable limit; InputError if that is not wanted."""
+    limit = scene_step_limit(scene, model, state)
+    if scene.solver.step <= limit.step:
+        return []
+    text = f"solver.step {scene.solver.step:g} s: {limit.describe(scene.solver.step)}"
+    if scene.solver.unstable is Unstable.ERROR:
+        raise InputError(f"{text}. Choose a smaller step or solver.unstable: warn.")
+    return [text]
+
+
+def scene_step_limit(scene: Scene, model: Model, state: State) -> StepLimit:
+    """The largest stable step of a compiled scene with its method."""
+    names = coordinate_names(scene) + fender_names(scene)
+    return step_limit(model, state, METHODS[scene.solver.method], names)
 
 
 def _chunks(

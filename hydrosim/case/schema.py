@@ -24,7 +24,7 @@ from pydantic import (
 from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.units import problem
-from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder
+from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -315,6 +315,7 @@ class Solver(Strict):
     step: of.Period = 0.1
     kinematics: Kinematics = Kinematics.EXACT
     events: StrictBool = True
+    unstable: Unstable = Unstable.WARN
 
 
 class Output(Strict):

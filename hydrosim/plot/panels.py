@@ -6,15 +6,19 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import cycle
 from math import floor, log10
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 WIDTH, HEIGHT, DPI = 10.0, 1.6, 100  # inches of a picture and of one of its panels; dots per inch
 BAND = 0.35  # inches of a band
+LABEL = 0.55  # inches from an axis to its label
+NAMES = 24  # letters of a line of the legend
 BINS = 800  # of a line: about as many as a panel has pixels
 COLUMNS = 200  # of a band
 ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
@@ -48,8 +52,9 @@ def picture(panels: Sequence[Panel], title: str) -> Figure:
         axis.grid(alpha=0.3)
         axis.set_axisbelow(True)
         axis.spines[["top", "right"]].set_visible(False)
+        aside = ScaledTranslation(-LABEL, 0.0, figure.dpi_scale_trans)
+        axis.yaxis.set_label_coords(0.0, 0.5, axis.transAxes + aside)
     axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels([axis for axis in axes if axis.get_ylabel()])
     figure.suptitle(title)
     return figure
 
@@ -115,8 +120,11 @@ def _merged(series: Series, largest: float) -> Series:
 
 def _plot_lines(time: np.ndarray, label: str, series: Series, axis: Axes) -> None:
     for (name, values), (colour, dash) in zip(series.items(), cycle(STYLES), strict=False):
-        axis.plot(*thinned(time, values), dash, color=colour, linewidth=0.9, label=name)
+        axis.plot(
+            *thinned(time, values), dash, color=colour, linewidth=0.9, label=fill(name, NAMES)
+        )
     axis.set_ylabel(label)
+    axis.ticklabel_format(axis="y", scilimits=(-3, 4))
     if any(series):
         _legend(axis)
 

@@ -65,7 +65,7 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
     if "fender" not in run.dims:
         return []
     time = run.time.values
-    panels = [*apart(time, "normal", "N", _by_fender(run.fender_normal_force))]
+    panels = [*apart(time, "normal force", "N", _by_fender(run.fender_normal_force))]
     for axis, component in _components(run.fender_friction):
         panels += apart(time, f"friction {axis}", "N", component)
     return panels
@@ -116,7 +116,9 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
             for body in bodies
             if _unit(dof) == unit
         }
-        if series:
+        if len(series) == 1:
+            yield from (_lines(run, name, unit, {"": values}) for name, values in series.items())
+        elif series:
             yield _lines(run, label, unit, series)
 
 

@@ -1,0 +1,133 @@
+"""The largest stable step of a scene, before it is run.
+
+An explicit method with stability function R damps a mode of eigenvalue lambda only while
+|R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
+open, all sticking, all slipping and each of them alone, on the steepest piece of its curve, and the
+smallest limit on h is the scene's. Growth by less than a thousandth per period of the mode counts
+as an error, not as an instability: without it, no second-order method could take an undamped mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from hydrosim.dynamics import Model, new_work
+from hydrosim.forces import FENDER
+from hydrosim.forces.contact.fender import STATES
+from hydrosim.forces.contact.geometry import touch
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.integrate import Tableau
+from hydrosim.linear import Linear, linearise
+from hydrosim.rigid import place_bodies
+from hydrosim.run import State
+
+GROWTH = 1e-3  # per period
+REACH = 40.0  # |h lambda| up to which stability functions are looked at
+NAMES = {OPEN: "open", STICK: "sticking", SLIP: "slipping"}
+SLIDING = 0.1  # m/s: the speed at which slip is linearised
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """The largest stable ``step`` [s], the ``eigenvalue`` that sets it, the contact modes it
+    belongs to and what moves in it."""
+
+    step: float
+    eigenvalue: complex
+    contact: str
+    what: str
+
+    def describe(self, step: float) -> str:
+        """One line on a run with this ``step``."""
+        z, limit = abs(self.eigenvalue) * step, abs(self.eigenvalue) * self.step
+        return (
+            f"largest stable step {self.step:.3g} s: {self.what}, {self.contact}; at {step:g} s"
+            f" |lambda| h is {z:.3g}, the limit of the method there {limit:.3g}"
+        )
+
+
+def step_limit(model: Model, state: State, method: Tableau, names: list[str]) -> StepLimit:
+    """The smallest of the limits over all contact modes; ``names`` are those of the free
+    coordinates and then of the contact points."""
+    limits = []
+    for contact, modes in _contact_modes(model, names):
+        linear = linearise(model, _sliding(model, state, modes), modes)
+        values, vectors = linalg.eig(linear.jacobian)
+        steps = ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
+        worst = int(np.argmin(steps))
+        what = _what(linear, vectors[:, worst], model, names)
+        limits.append(StepLimit(float(steps[worst]), complex(values[worst]), contact, what))
+    return min(limits, key=lambda limit: limit.step)
+
+
+def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
+    """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
+    infinite for rays into the right half plane, where the motion itself grows."""
+    stages = range(method.b.size)
+    powers = [method.b @ np.linalg.matrix_power(method.a, k).sum(axis=1) for k in stages]
+    r = np.linspace(0.0, REACH, 8001)[1:]
+    limits = np.full(angle.size, np.inf)
+    for i, phi in enumerate(angle):
+        if np.cos(phi) <= 1e-9:
+            growth = np.abs(np.polyval([*powers[::-1], 1.0], r * np.exp(1j * phi)))
+            unstable = np.flatnonzero(growth > 1.0 + GROWTH * r / (2 * np.pi))
+            limits[i] = r[unstable[0]] if unstable.size else np.inf
+    return limits
+
+
+def _contact_modes(model: Model, names: list[str]) -> Iterator[tuple[str, np.ndarray]]:
+    """All points open, sticking or slipping, and each alone sticking or slipping."""
+    points = model.elements[FENDER].points
+    steep = np.array([_steepest(model, point) for point in points], dtype=np.int64)
+    modes = np.stack([np.full(points.size, OPEN), points["first"]], axis=1).astype(np.int64)
+    yield "all contacts open" if points.size else "no contact", modes
+    for mode in (STICK, SLIP) if points.size else ():
+        yield f"all contacts {NAMES[mode]}", np.stack([np.full(points.size, mode), steep], axis=1)
+        for i in range(points.size if points.size > 1 else 0):
+            alone = modes.copy()
+            alone[i] = mode, steep[i]
+            yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", alone
+
+
+def _steepest(model: Model, point: np.void) -> int:
+    pieces = model.elements[FENDER].segments[point["first"] : point["last"] + 1]
+    return int(point["first"] + np.argmax(pieces["slope"]))
+
+
+def _sliding(model: Model, state: State, modes: np.ndarray) -> State:
+    """The state with the bodies moved so that the points in contact are pressed, and sliding."""
+    fenders, bodies, n = model.elements[FENDER], model.bodies, model.bodies.active.size
+    y, motion = state.y.copy(), new_work(model).motion
+    shift = np.zeros(6 * bodies.each.size)
+    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    for point, (mode, segment) in zip(fenders.points, modes, strict=True):
+        if mode != OPEN:
+            contact = touch(point, bodies, motion)
+            piece = fenders.segments[segment]
+            wanted = piece["start"] + 0.01
+            first = 6 * int(point["body"])
+            shift[first : first + 3] = (contact.compression - wanted) * np.array(contact.normal)
+    y[:n] += shift[bodies.active]
+    if np.any(modes[:, 0] == SLIP):
+        y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
+    return state._replace(y=y)
+
+
+def _what(linear: Linear, vector: np.ndarray, model: Model, names: list[str]) -> str:
+    """Name of the coordinate, contact node or radiation that moves most, each kind in its own
+    units: rates of coordinates, rates of stretches."""
+    n, fenders = linear.active.size, model.elements[FENDER]
+    in_contact = linear.states >= fenders.state
+    size = np.abs(vector)
+    moving, nodes = size[n : 2 * n], size[in_contact]
+    radiating = size[2 * n :][~in_contact[2 * n :]]
+    if nodes.size and nodes.max() > 10.0 * size[:n].max(initial=0.0):
+        point = (linear.states[in_contact][nodes.argmax()] - fenders.state) // STATES
+        return f"the contact node of {names[n + point]}"
+    if radiating.size and radiating.max() > 1e3 * moving.max(initial=0.0):
+        return "the radiation states"
+    return names[int(moving.argmax())]
