@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import xarray as xr
+from moored_barge import scene_of
+
+import hydrosim as hs
+
+
+@pytest.fixture(scope="session")
+def base_run() -> xr.Dataset:
+    """The base case: 2000 s at a step of 0.1 s."""
+    return hs.simulate(scene_of("base"))
+
+
+@pytest.fixture
+def figure(record_property: Callable[[str, object], None]) -> Callable[[str, float], None]:
+    """Notes a measured figure: in the test report, and on the terminal with ``pytest -rP``."""
+
+    def note(name: str, value: float) -> None:
+        record_property(name, value)
+        print(f"{name}: {value:.6g}")
+
+    return note
