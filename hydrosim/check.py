@@ -22,14 +22,17 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     states = tuple(_with_states(body.radiation) for body in scene.bodies)
     bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
     model, state = compile_scene(replace(scene, bodies=bodies), notes)
-    clock = compile_clock(scene)
+    clock = compile_clock(scene, model)
     yield f"[bold]{scene.title}[/]"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
-    yield f"{clock.steps:,} steps of {clock.step:g} s by {scene.solver.method}"
+    if clock.control.adaptive:
+        yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
+    else:
+        yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
     for name, wet in notes.wet.items():
         yield f"{name}:"
         for key, value in wet.provenance().items():

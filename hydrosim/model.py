@@ -12,11 +12,12 @@ from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import FENDER, AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import ROWS, Layout
+from hydrosim.integrate import Control
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock, State
-from hydrosim.scene import DOFS, Body, Kinematics, RadiationModel, Scene
+from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene
 from hydrosim.waves import WaveBody, wave_loads_model
 from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, wet_body
 
@@ -57,20 +58,45 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     return model, _first_state(scene, model)
 
 
-def compile_clock(scene: Scene) -> Clock:
-    """The grid of steps, the output times on it, and the times that no step may cross."""
+def compile_clock(scene: Scene, model: Model) -> Clock:
+    """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
+    solver = scene.solver
+    adaptive = solver.method in ADAPTIVE
+    step = scene.output_step if adaptive else solver.step
     ramps = [w.ramp for w in scene.environment.waves]
     tables = [e.time for e in scene.forces.values() if isinstance(e, AppliedForce)]
     corners = np.unique(np.concatenate([ramps, *tables])) if ramps or tables else np.zeros(0)
     return Clock(
         start=0.0,
-        step=scene.solver.step,
+        step=step,
         end=scene.duration,
-        steps=ceil(scene.duration / scene.solver.step - 1e-9),
-        every=round(scene.output_step / scene.solver.step),
+        points=ceil(scene.duration / step - 1e-9),
+        every=round(scene.output_step / step),
         breakpoints=corners[(corners > 0.0) & (corners < scene.duration)],
-        events=scene.solver.events,
+        events=solver.events,
+        control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, model)),
+        pace=solver.step,
     )
+
+
+def _tolerances(scene: Scene, model: Model) -> np.ndarray:
+    """Absolute tolerance of every state (ny,): radiation states by what a velocity of the tolerance
+    would make of them in the long run; slip distances and energies do not count."""
+    tolerance, fenders = scene.solver.tolerance, model.elements[FENDER]
+    n, states = model.bodies.active.size, model.states
+    absolute = np.full(model.size, np.inf)
+    place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
+    absolute[:n] = absolute[n : 2 * n] = place
+    by_dof = np.tile(np.repeat([tolerance.position, tolerance.angle], 3), len(scene.bodies))
+    for g, first in enumerate(states.state[:-1]):
+        members = states.dof[states.member[g] : states.member[g + 1]]
+        size = states.state[g + 1] - first
+        B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
+        reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
+        absolute[model.radiation + first :][:size] = reach
+    for i in range(fenders.points.size):
+        absolute[fenders.state + fender.STATES * i :][:2] = tolerance.position
+    return absolute
 
 
 def _bodies(scene: Scene) -> Bodies:

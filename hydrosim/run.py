@@ -20,14 +20,17 @@ from hydrosim.dynamics import Model, rhs, stored_energies
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import MARGINS, margins, observe, switch
 from hydrosim.integrate import (
+    Control,
     Tableau,
     advance_state,
     between,
+    error_norm,
     hermite,
     left_behind,
     phi,
     scaled,
     stage_state,
+    step_factor,
 )
 from hydrosim.kernels import assign, kernel
 from hydrosim.radiation.memory import VelocityHistory, push
@@ -35,8 +38,8 @@ from hydrosim.rigid import place_bodies
 from hydrosim.waves.loads import wave_loads
 
 PITCH = 4  # among a body's six coordinates
-RUNNING, NOT_FINITE, CAPSIZED, CHATTERING = range(4)
-STEPS, RECORDS, EVENTS, EVALUATIONS, STATUS = range(5)
+RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL = range(5)
+STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE = range(4)
 BEFORE, AFTER, NOW = range(3)
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
@@ -54,20 +57,27 @@ class State(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Grid of ``steps`` steps from ``start`` to ``end`` [s]; every ``every``-th is recorded;
-    ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them."""
+    """Grid of ``points`` steps from ``start`` to ``end`` [s]; every ``every``-th is recorded;
+    ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
+
+    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
+    with ``pace``.
+    """
 
     start: float
     step: float
     end: float
-    steps: int
+    points: int
     every: int
     breakpoints: np.ndarray
     events: bool
+    control: Control
+    pace: float
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (3, nm).
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (3, nm),
+    ``pace`` (2,), the next adaptive step and the error of the last.
 
     The states are the end of the step, the end of the uncut step and the slope there, and a stage;
     the margins are those before and after the uncut step and at the place in question.
@@ -76,6 +86,7 @@ class Scratch(NamedTuple):
     k: np.ndarray
     states: np.ndarray
     margins: np.ndarray
+    pace: np.ndarray
 
 
 class Record(NamedTuple):
@@ -86,11 +97,11 @@ class Record(NamedTuple):
     modes: np.ndarray
 
 
-def new_scratch(model: Model, method: Tableau) -> Scratch:
+def new_scratch(model: Model, method: Tableau, clock: Clock) -> Scratch:
     """Scratch for this model and method."""
-    nm = MARGINS * model.elements[FENDER].points.size
-    ny = model.size
-    return Scratch(np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((3, nm)))
+    nm, ny = MARGINS * model.elements[FENDER].points.size, model.size
+    pace = np.array([clock.pace, 1.0])
+    return Scratch(np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((3, nm)), pace)
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -111,28 +122,28 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 
 def new_record(model: Model, clock: Clock) -> Record:
     """Room for all output times, the first included."""
-    nt = clock.steps // clock.every + 1
+    nt = clock.points // clock.every + 1
     width = sum(prod(shape) for shape in channels(model).values())
     nf = model.elements[FENDER].points.size
     return Record(np.zeros((nt, width)), np.zeros((nt, nf, 2), dtype=np.int64))
 
 
 @kernel
-def advance(count, clock, model, method, state, work, scratch, record, counters):
-    """Take up to ``count`` steps of the grid; stops early where ``counters[STATUS]`` says why.
+def advance(first, count, clock, model, method, state, work, scratch, record, counters):
+    """Go from grid point ``first`` over up to ``count`` more; stops early where
+    ``counters[STATUS]`` says why.
 
     ``state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
-    t = grid_time(counters[STEPS], clock)
+    t = grid_time(first, clock)
     if counters[RECORDS] == 0:
         remember(t, state, model.bodies, work.motion)
         keep(t, model, state, work, scratch, record, counters)
-    for _ in range(min(count, clock.steps - counters[STEPS])):
-        t = _cross(t, clock, model, method, state, work, scratch, counters)
+    for n in range(first + 1, min(first + count, clock.points) + 1):
+        t = _cross(t, grid_time(n, clock), clock, model, method, state, work, scratch, counters)
         if counters[STATUS] != RUNNING:
             return t
-        counters[STEPS] += 1
-        if counters[STEPS] % clock.every == 0:
+        if n % clock.every == 0:
             keep(t, model, state, work, scratch, record, counters)
     return t
 
@@ -144,19 +155,25 @@ def grid_time(n, clock):
 
 
 @kernel
-def _cross(t, clock, model, method, state, work, scratch, counters):
-    """Go to the next point of the grid, piece by piece; returns the time reached."""
-    goal = grid_time(counters[STEPS] + 1, clock)
+def _cross(t, goal, clock, model, method, state, work, scratch, counters):
+    """Go to the time ``goal``, piece by piece; returns the time reached."""
     fenders, motion, end = model.elements[FENDER], work.motion, scratch.states[END]
     limit = PIECES * (1 + fenders.points.size)
     events = 0
     while t < goal and events <= limit and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
+        if clock.control.adaptive:
+            stop = min(stop, t + scratch.pace[0])
         step(t, stop - t, model, method, state, work, scratch, counters)
+        if clock.control.adaptive and not _accepted(
+            t, stop - t, clock, method, state, scratch, counters
+        ):
+            continue
         left = _left(end, state.modes, model.bodies, motion, fenders, scratch.margins[AFTER])
         if left and clock.events:
             stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
         t = stop
+        counters[STEPS] += 1
         assign(state.y, end)
         if left:
             events += 1
@@ -167,6 +184,24 @@ def _cross(t, clock, model, method, state, work, scratch, counters):
         counters[STATUS] = CHATTERING
     counters[EVENTS] += events
     return t
+
+
+@kernel
+def _accepted(t, h, clock, method, state, scratch, counters):
+    """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
+    is stopped."""
+    pace = scratch.pace
+    error = error_norm(h, method, scratch.k, state.y, scratch.states[END], clock.control)
+    factor = step_factor(error, pace[1], method.order)
+    if error <= 1.0:
+        cut = h < 0.999 * pace[0]  # by the grid or a breakpoint: no reason for a slower pace
+        pace[0], pace[1] = max(factor * h, pace[0] if cut else 0.0), error
+        return True
+    pace[0] = factor * h
+    counters[REJECTED] += 1
+    if pace[0] < 1e-12 * max(abs(t), 1.0):
+        counters[STATUS] = STEP_TOO_SMALL
+    return False
 
 
 @kernel
@@ -218,25 +253,33 @@ def _land(t, h, model, method, state, work, scratch, counters):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
     The zero is sought on the cubic through both ends, and the difference between the method's own
-    step and the cubic at that place is then taken off (a contraction of order h^3). Returns the
-    length of the cut step.
+    step and the cubic at that place is then taken off (a contraction of order h^3), within a
+    bracket that always shrinks. Returns the length of the cut step.
     """
-    fenders, end = model.elements[FENDER], scratch.states[END]
+    fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
+    end = scratch.states[END]
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     assign(scratch.states[FULL], end)
-    _left(state.y, state.modes, model.bodies, work.motion, fenders, before)
-    defect, x = 0.0, 0.0
-    for _ in range(5):
-        x, on_cubic = _zero_on_cubic(defect, h, state, model.bodies, work.motion, fenders, scratch)
+    _left(state.y, state.modes, bodies, motion, fenders, before)
+    lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
+    x, on_cubic = _zero_on_cubic(0.0, h, state, bodies, motion, fenders, scratch)
+    while True:
         step(t, x * h, model, method, state, work, scratch, counters)
-        _left(end, state.modes, model.bodies, work.motion, fenders, now)
+        _left(end, state.modes, bodies, motion, fenders, now)
         value = phi(now, before, after)
-        if x == 0.0 or abs(value) <= LANDED:
-            break
+        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
+            return x * h
+        if value >= 0.0:
+            lo, f_lo = x, value
+        else:
+            hi, f_hi = x, value
         defect = value - on_cubic
-    return x * h
+        x, on_cubic = _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch)
+        if not lo < x < hi:
+            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            on_cubic = _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch)
 
 
 @kernel
@@ -247,7 +290,7 @@ def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
     lo, f_lo = 0.0, phi(before, before, after) + defect
     hi, f_hi = 0.0, -1.0
     for j in range(1, 9):
-        hi = j / 8
+        hi = (j / 8) ** 2  # closer together where a mode has just begun
         f_hi = _phi_on_cubic(hi, h, state, bodies, motion, fenders, scratch) + defect
         if f_hi < 0.0 <= f_lo:
             break

@@ -42,6 +42,11 @@ class Method(StrEnum):
     RK2 = "rk2"
     HEUN = "heun"
     RK4 = "rk4"
+    DOPRI5 = "dopri5"
+
+
+ADAPTIVE = frozenset({Method.DOPRI5})
+"""Methods that choose their own steps."""
 
 
 class Kinematics(StrEnum):
@@ -140,6 +145,16 @@ class ForceElement:
     body: str
 
 
+@dataclass(frozen=True)
+class Tolerance:
+    """Error per step that an adaptive method keeps to: ``relative`` and absolute, of ``position``
+    [m] and ``angle`` [rad]; of velocities per second; contact stretches count as positions."""
+
+    relative: float = 1e-6
+    position: float = 1e-6
+    angle: float = 1e-8
+
+
 class Unstable(StrEnum):
     """What to do with a step above the stable limit."""
 
@@ -149,10 +164,15 @@ class Unstable(StrEnum):
 
 @dataclass(frozen=True)
 class Solver:
-    """Integration method and fixed step [s]; ``events`` false is for comparison only."""
+    """Integration method and ``step`` [s]; ``events`` false is for comparison only.
+
+    An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
+    ``tolerance``; ``unstable`` is about steps of the others.
+    """
 
     method: Method = Method.RK4
     step: float = 0.1
+    tolerance: Tolerance = field(default_factory=Tolerance)
     kinematics: Kinematics = Kinematics.EXACT
     events: bool = True
     unstable: Unstable = Unstable.WARN

@@ -11,7 +11,7 @@ import xarray as xr
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.integrate import HEUN, RK2, RK4, Tableau
+from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.output import (
@@ -24,12 +24,16 @@ from hydrosim.output import (
 from hydrosim.run import (
     CAPSIZED,
     CHATTERING,
+    COUNTERS,
     EVALUATIONS,
     EVENTS,
     NOT_FINITE,
     RECORDS,
+    REJECTED,
     STATUS,
+    STEP_TOO_SMALL,
     STEPS,
+    Clock,
     Record,
     State,
     advance,
@@ -37,15 +41,21 @@ from hydrosim.run import (
     new_record,
     new_scratch,
 )
-from hydrosim.scene import DOFS, Method, Scene, Unstable
+from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limit
 
-METHODS: dict[Method, Tableau] = {Method.RK2: RK2, Method.HEUN: HEUN, Method.RK4: RK4}
+METHODS: dict[Method, Tableau] = {
+    Method.RK2: RK2,
+    Method.HEUN: HEUN,
+    Method.RK4: RK4,
+    Method.DOPRI5: DOPRI5,
+}
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "the motion is no longer finite, first in {dof} of body {body}",
     CAPSIZED: "the pitch of body {body} is beyond 85 deg, where its angles lose their meaning",
     CHATTERING: "a contact point changes its mode without end (more than 200 times in one step)",
+    STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 
@@ -71,8 +81,9 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     notes = Notes()
     model, state = compile_scene(scene, notes)
     notes.warnings.extend(_stability_warnings(scene, model, state))
-    record, counters = new_record(model, compile_clock(scene)), np.zeros(5, dtype=np.int64)
-    chunks = _chunks(scene, model, state, record, counters)
+    clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
+    record = new_record(model, clock)
+    chunks = _chunks(clock, METHODS[scene.solver.method], model, state, record, counters)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
@@ -87,7 +98,7 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     attributes = {
         **_provenance(scene, notes),
         "solver_steps": int(counters[STEPS]),
-        "solver_rejected": 0,
+        "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
         "solver_evaluations": int(counters[EVALUATIONS]),
         "wall_time": perf_counter() - start,
@@ -102,6 +113,8 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
 
 def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     """What there is to say of a step above the stable limit; InputError if that is not wanted."""
+    if scene.solver.method in ADAPTIVE:
+        return []
     limit = scene_step_limit(scene, model, state)
     if scene.solver.step <= limit.step:
         return []
@@ -118,19 +131,23 @@ def scene_step_limit(scene: Scene, model: Model, state: State) -> StepLimit:
 
 
 def _chunks(
-    scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray
+    clock: Clock,
+    method: Tableau,
+    model: Model,
+    state: State,
+    record: Record,
+    counters: np.ndarray,
 ) -> Iterator[float]:
     """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached, first of
     all that of the start."""
-    clock, method = compile_clock(scene), METHODS[scene.solver.method]
-    work, scratch = new_work(model), new_scratch(model, method)
-    yield advance(0, clock, model, method, state, work, scratch, record, counters)
-    count = 1
-    while counters[STEPS] < clock.steps and not counters[STATUS]:
+    work, scratch = new_work(model), new_scratch(model, method, clock)
+    first, count = 0, 0
+    while first < clock.points and not counters[STATUS]:
         begin = perf_counter()
-        yield advance(count, clock, model, method, state, work, scratch, record, counters)
+        yield advance(first, count, clock, model, method, state, work, scratch, record, counters)
         elapsed = max(perf_counter() - begin, 1e-6)
-        count = int(min(max(count * CHUNK / elapsed, 1), 100 * count))
+        first += count
+        count = int(min(max(count * CHUNK / elapsed, 1), 100 * count)) if count else 1
 
 
 def _failure(

@@ -22,10 +22,15 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
         environment=_environment(data.environment or schema.Environment()),
         forces={name: _element(element) for name, element in data.forces.items()},
-        solver=scene.Solver(**dict(data.solver)),
+        solver=_solver(data.solver),
         output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
         source={"case_file": str(path), "case": text},
     )
+
+
+def _solver(solver: schema.Solver) -> scene.Solver:
+    tolerance = scene.Tolerance(**dict(solver.tolerance))
+    return scene.Solver(**{**dict(solver), "tolerance": tolerance})
 
 
 def _environment(water: schema.Environment) -> scene.Environment:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from hydrosim.case.nodes import joined, suggestion
 from hydrosim.case.schema import CaseFile, Fender, Irregular
 from hydrosim.case.units import shown
+from hydrosim.scene import ADAPTIVE
 
 # The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -84,7 +85,7 @@ def _check_steps(case: CaseFile) -> Iterator[Problem]:
     if step > case.duration:
         text = f"found {step:g} s; expected no more than the duration, {case.duration:g} s"
         yield Problem(("solver", "step"), text)
-    if case.output.step is not None:
+    if case.output.step is not None and case.solver.method not in ADAPTIVE:
         steps = case.output.step / step
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
             near = max(1, round(steps)) * step

@@ -308,11 +308,20 @@ class Fender(Strict):
 Element = Annotated[LinearMooring | AppliedForce | Fender, Discriminator("type")]
 
 
+class Tolerance(Strict):
+    """Error per step that an adaptive method keeps to."""
+
+    relative: of.Tolerance = 1e-6
+    position: of.SmallLength = 1e-6
+    angle: of.SmallAngle = 1e-8
+
+
 class Solver(Strict):
     """How time is stepped."""
 
     method: Method = Method.RK4
     step: of.Period = 0.1
+    tolerance: Tolerance = Tolerance()
     kinematics: Kinematics = Kinematics.EXACT
     events: StrictBool = True
     unstable: Unstable = Unstable.WARN

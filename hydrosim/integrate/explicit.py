@@ -23,20 +23,28 @@ from hydrosim.kernels import assign, kernel
 
 
 class Tableau(NamedTuple):
-    """Butcher tableau of an explicit method: ``a`` (s, s) strictly lower, ``b``, ``c`` (s,)."""
+    """Butcher tableau of an explicit method: ``a`` (s, s) strictly lower, ``b``, ``c`` (s,).
+
+    ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any.
+    """
 
     a: np.ndarray
     b: np.ndarray
     c: np.ndarray
+    error: np.ndarray
     order: int
 
 
-def tableau(a: list[list[float]], b: list[float], order: int) -> Tableau:
+def tableau(
+    a: list[list[float]], b: list[float], order: int, embedded: list[float] | None = None
+) -> Tableau:
     """Tableau from the rows of ``a`` below the first; ``c`` are the row sums."""
     matrix = np.zeros((len(b), len(b)))
     for i, row in enumerate(a, start=1):
         matrix[i, : len(row)] = row
-    return Tableau(matrix, np.array(b), matrix.sum(axis=1), order)
+    weights = np.array(b)
+    error = weights - (weights if embedded is None else np.array(embedded))
+    return Tableau(matrix, weights, matrix.sum(axis=1), error, order)
 
 
 @kernel

@@ -14,7 +14,7 @@ NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 
 def open_run(path: Path) -> xr.Dataset:
     """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
-    is missing, is not netCDF or is not the result of a run."""
+    is missing, is not netCDF or is not the result of a run with at least two records."""
     if path.is_dir():
         raise InputError(f"{path}: is a directory; {REMEDY}.")
     if not path.exists():
@@ -26,6 +26,6 @@ def open_run(path: Path) -> xr.Dataset:
     missing = [name for name in NEEDED if name not in run]
     if missing:
         raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {REMEDY}.")
-    if run.sizes["time"] == 0:
-        raise InputError(f"{path}: holds no record of any time; {REMEDY}.")
+    if run.sizes["time"] < 2:
+        raise InputError(f"{path}: has fewer than two records, nothing to draw; {REMEDY}.")
     return run

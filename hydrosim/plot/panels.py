@@ -17,10 +17,11 @@ from matplotlib.transforms import ScaledTranslation
 
 WIDTH, HEIGHT, DPI = 10.0, 1.6, 100  # inches of a picture and of one of its panels; dots per inch
 BAND = 0.35  # inches of a band
-LABEL = 0.55  # inches from an axis to its label
-NAMES = 24  # letters of a line of the legend
+LABEL = 0.65  # inches from an axis to its label
+NAMES, ENTRIES = 24, 8  # letters of a line of the legend; entries of a column of it
 BINS = 800  # of a line: about as many as a panel has pixels
 COLUMNS = 200  # of a band
+APART = 4  # lines with a panel of their own
 ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
 PREFIXES = {0: "", 3: "k", 6: "M", 9: "G"}  # of the unit, by power of ten
 # Okabe & Ito (2008): colours that the colour-blind can tell apart; after the last, dashed again.
@@ -66,8 +67,11 @@ def lines(time: np.ndarray, label: str, unit: str, series: Series) -> Panel:
 
 
 def apart(time: np.ndarray, label: str, unit: str, series: Series) -> Iterator[Panel]:
-    """A panel for each line, for lines that would hide each other."""
+    """A panel for each line, as they would hide each other; one panel if they are too many."""
     unit, drawn = _scaled(unit, series)
+    if len(drawn) > APART:
+        yield Panel(partial(_plot_lines, time, f"{label} [{unit}]", drawn), 2 * HEIGHT)
+        return
     for name, values in drawn.items():
         yield Panel(partial(_plot_lines, time, f"{label} [{unit}]", {name: values}))
 
@@ -106,7 +110,7 @@ def _scaled(unit: str, series: Series) -> tuple[str, Series]:
 
 
 def _merged(series: Series, largest: float) -> Series:
-    """Lines that are alike under one name, "barge 1, barge 2"."""
+    """Lines that are alike under one name, "barge 1, barge 2" or "barge 1 and 2 alike"."""
     groups: list[tuple[list[str], np.ndarray]] = []
     for name, values in series.items():
         for names, first in groups:
@@ -115,7 +119,11 @@ def _merged(series: Series, largest: float) -> Series:
                 break
         else:
             groups.append(([name], values))
-    return {", ".join(names): values for names, values in groups}
+    return {_joined(names): values for names, values in groups}
+
+
+def _joined(names: list[str]) -> str:
+    return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} alike"
 
 
 def _plot_lines(time: np.ndarray, label: str, series: Series, axis: Axes) -> None:
@@ -146,9 +154,15 @@ def _plot_bands(time: np.ndarray, modes: Series, axis: Axes) -> None:
 
 def _legend(axis: Axes, title: str = "") -> None:
     """Beside the panel, where it hides nothing."""
+    columns = -(-len(axis.get_legend_handles_labels()[1]) // ENTRIES)
     legend = axis.legend(
-        loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small"
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.05),
+        ncols=columns,
+        frameon=False,
+        fontsize="small",
+        title=title,
+        title_fontsize="small",
     )
-    legend.set_title(title, {"size": "small"})
     for line in legend.get_lines():
         line.set_linewidth(2.0)

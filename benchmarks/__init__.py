@@ -1,0 +1,1 @@
+"""Benchmarks of hydrosim, one file per question: ``python -m benchmarks [question ...]``."""

@@ -1,0 +1,32 @@
+"""Answer the questions named on the command line, or all: a table each here, and JSON and pictures
+in benchmarks/results/."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own command line
+
+from importlib import import_module
+
+from benchmarks.report import machine, save
+
+QUESTIONS = ("steps_per_second", "error_against_step")
+
+
+def main(asked: list[str]) -> None:
+    """Answer the questions, one after the other."""
+    unknown = set(asked) - set(QUESTIONS)
+    if unknown:
+        raise SystemExit(f"no such question: {', '.join(unknown)}; there is {', '.join(QUESTIONS)}")
+    here = machine()
+    print("\n".join(f"{name}: {value}" for name, value in here.items()))
+    for question in asked or QUESTIONS:
+        answer = import_module(f"benchmarks.{question}").answer()
+        print(f"\n# {question}\n\n{answer}")
+        for path in save(question, answer, here):
+            print(f"written: {path}")
+
+
+main(sys.argv[1:])

@@ -1,0 +1,58 @@
+"""Step size control for embedded pairs: error norm and PI controller.
+
+The error of a step is the root mean square, over the states with a finite tolerance, of
+
+    e_m = h |sum_i (b_i - b^_i) k_i| / (absolute_m + relative max(|y_m|, |y_new_m|))
+
+and a step is accepted if it is at most 1. The next step is h times 0.9 e^-0.7/q e_last^0.4/q, q the
+lower order plus one, at least a fifth and at most five times the last (Gustafsson 1991; Hairer &
+Wanner 1996, IV.2).
+"""
+
+from __future__ import annotations
+
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.kernels import kernel
+
+SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
+
+
+class Control(NamedTuple):
+    """``relative`` tolerance and ``absolute`` (ny,) tolerances in the units of the states, infinite
+    for states that do not count; ``adaptive`` false takes every step as it comes."""
+
+    adaptive: bool
+    relative: float
+    absolute: np.ndarray
+
+
+@kernel
+def error_norm(h, method, k, y, end, control):
+    """Error of a step of length ``h`` with stage derivatives ``k`` from ``y`` to ``end``."""
+    total, count = 0.0, 0
+    for m in range(y.size):
+        if isfinite(control.absolute[m]):
+            error = 0.0
+            for i in range(method.error.size):
+                error += method.error[i] * k[i, m]
+            scale = control.absolute[m] + control.relative * max(abs(y[m]), abs(end[m]))
+            total += (h * error / scale) ** 2
+            count += 1
+    return sqrt(total / max(count, 1))
+
+
+@kernel
+def step_factor(error, last, order):
+    """Factor on the step after an ``error``, with the ``last`` accepted one; for a method whose
+    higher order is ``order``."""
+    if not isfinite(error):
+        return SHRINK
+    error, last = max(error, 1e-10), max(last, 1e-4)
+    factor = SAFETY * error ** (-0.7 / order)
+    if error <= 1.0:
+        factor *= last ** (0.4 / order)
+    return min(max(factor, SHRINK), GROW if error <= 1.0 else SAFETY)

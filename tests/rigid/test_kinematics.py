@@ -1,0 +1,141 @@
+"""Rotations, their rates and wrenches, against scipy's rotations and finite differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dry_scenes import block, scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import hydrosim as hs
+from hydrosim.rigid import (
+    Bodies,
+    Motion,
+    acceleration_map,
+    attachment,
+    generalised_force,
+    new_motion,
+    place_bodies,
+    point_velocity,
+    wrench_of_coordinates,
+)
+from hydrosim.scene import Kinematics
+
+BODIES: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5))[0].bodies
+SMALL: Bodies = hs.compile_scene(
+    scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR)
+)[0].bodies
+EPS = 1e-5  # of central differences: their error is about EPS^2 here
+TOLERANCE = 1e-8
+
+
+def numbers(count: int, size: float):
+    return st.lists(st.floats(-size, size), min_size=count, max_size=count).map(np.array)
+
+
+COORDINATES = st.tuples(numbers(3, 10.0), numbers(1, 3.1), numbers(1, 1.4), numbers(1, 3.1)).map(
+    np.concatenate
+)
+RATES, VECTOR = numbers(6, 2.0), numbers(3, 5.0)
+examples = settings(max_examples=60, deadline=None, derandomize=True)
+
+
+def placed(q: np.ndarray, u: np.ndarray | None = None, bodies: Bodies = BODIES) -> Motion:
+    motion = new_motion(bodies)
+    place_bodies(q, np.zeros(6) if u is None else u, bodies, motion)
+    return motion
+
+
+def rotation(q: np.ndarray) -> np.ndarray:
+    return placed(q).rotation[0]
+
+
+@examples
+@given(COORDINATES)
+def test_rotation_is_yaw_then_pitch_then_roll_about_turned_axes(q):
+    roll, pitch, yaw = q[3:]
+    R = rotation(q)
+    assert R == pytest.approx(Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix(), abs=1e-14)
+    assert R @ R.T == pytest.approx(np.eye(3), abs=1e-14)
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-14)
+
+
+@examples
+@given(COORDINATES, RATES)
+def test_angular_velocity_is_the_rate_of_the_rotation(q, u):
+    omega = placed(q, u).velocity[3:]
+    dR = (rotation(q + EPS * u) - rotation(q - EPS * u)) / (2 * EPS)
+    W = dR @ rotation(q).T
+    assert W == pytest.approx(np.cross(omega, np.eye(3)).T, abs=TOLERANCE * (1 + np.abs(u).max()))
+
+
+@examples
+@given(COORDINATES, RATES)
+def test_bias_is_the_angular_acceleration_at_constant_rates(q, u):
+    ahead, behind = placed(q + EPS * u, u).velocity, placed(q - EPS * u, u).velocity
+    bias = (ahead - behind) / (2 * EPS)
+    assert placed(q, u).bias == pytest.approx(bias, abs=TOLERANCE * (1 + u @ u))
+
+
+@examples
+@given(COORDINATES, RATES, VECTOR)
+def test_points_move_with_the_velocity_that_is_said(q, u, r):
+    def place(q):
+        return np.array(attachment(0, tuple(r), BODIES, placed(q))[0])
+
+    motion = placed(q, u)
+    _, arm = attachment(0, tuple(r), BODIES, motion)
+    velocity = (place(q + EPS * u) - place(q - EPS * u)) / (2 * EPS)
+    assert arm == pytest.approx(rotation(q) @ r, abs=1e-13)
+    assert point_velocity(0, arm, motion) == pytest.approx(velocity, abs=1e-7)
+
+
+@examples
+@given(COORDINATES, RATES, RATES)
+def test_wrench_of_coordinates_has_their_power(q, u, Q):
+    motion, wrench = placed(q, u), np.zeros(6)
+    wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
+    assert wrench[3:] == pytest.approx(np.linalg.solve(motion.rate_map[0].T, Q[3:]), abs=1e-12)
+    assert wrench @ motion.velocity == pytest.approx(Q @ u, abs=1e-12)
+
+
+@examples
+@given(COORDINATES, RATES, RATES)
+def test_generalised_force_is_the_inverse(q, u, Q):
+    motion, wrench, back = placed(q, u), np.zeros(6), np.zeros(6)
+    wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
+    generalised_force(BODIES, motion, wrench, back)
+    assert back == pytest.approx(Q, abs=1e-12)
+
+
+@examples
+@given(COORDINATES)
+def test_acceleration_map_keeps_the_kinetic_energy(q):
+    rng = np.random.default_rng(1)
+    root, u = rng.normal(size=(6, 6)), rng.normal(size=6)
+    M, H, motion = root @ root.T, np.zeros((6, 6)), placed(q, u)
+    acceleration_map(BODIES, motion, M.copy(), H)
+    assert H == pytest.approx(H.T, abs=1e-13)
+    assert u @ H @ u == pytest.approx(motion.velocity @ M @ motion.velocity, rel=1e-12)
+
+
+@examples
+@given(COORDINATES, RATES, VECTOR)
+def test_small_angles_are_the_first_order_of_the_exact_kinematics(q, u, r):
+    """Halving the coordinates must divide the difference by four."""
+
+    def difference(scale: float) -> np.ndarray:
+        places, speeds = [], []
+        for bodies in (BODIES, SMALL):
+            motion = placed(scale * q, scale * u, bodies)
+            place, arm = attachment(0, tuple(r), bodies, motion)
+            places.append(np.array(place))
+            speeds.append(np.array(point_velocity(0, arm, motion)))
+        return np.concatenate([places[0] - places[1], speeds[0] - speeds[1]]) / scale**2
+
+    # what is left after a division by scale^2 is of order scale: the third order of sin and cos
+    bound = 40.0 * np.linalg.norm(r) * (1 + np.linalg.norm(q[3:])) ** 3 * (1 + np.linalg.norm(u))
+    assert np.abs(difference(1e-3) - difference(5e-4)).max() <= 1e-3 * bound + 1e-7
+    assert np.abs(difference(1e-3)).max() <= bound

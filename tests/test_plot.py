@@ -1,0 +1,234 @@
+"""Pictures of runs: what is drawn, with which labels, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from hydrosim.errors import InputError
+from hydrosim.plot import draw, open_run, pictures
+from hydrosim.plot.panels import bands, lines, picture, thinned
+from hydrosim.scene import DOFS
+
+TIME = np.linspace(0.0, 60.0, 121)
+UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "N", "kN", "MN", "J", "kJ", "MJ"))
+DETAILS = ("overview", "motions", "fender_forces", "contact", "energies")
+
+
+def run_of(bodies: int = 1, fenders: int = 0, waves: bool = True, nt: int = 121) -> xr.Dataset:
+    """The dataset of a run as `hydrosim.output` describes it; its motions are plain sines."""
+    time = np.linspace(0.0, 60.0, nt)
+    swing = np.sin(time)
+    position = np.zeros((nt, bodies, 6))
+    position[:, :, 0] = 2.0 * swing[:, None] * np.arange(1, bodies + 1)
+    position[:, :, 4] = np.radians(3.0) * swing[:, None]
+    data = {
+        "position": (("time", "body", "dof"), position),
+        "wave_elevation": ("time", swing if waves else np.zeros(nt)),
+        "energy_kinetic": ("time", 4e6 * swing**2),
+        "energy_stored_mooring": ("time", 3e6 * swing**2),
+        "energy_work_wave_first_order": ("time", 5e6 * time),
+        "energy_dissipated_radiation": ("time", np.zeros(nt)),
+        "energy_residual": ("time", 1e-3 * time),
+    }
+    names = [f"barge {b}" for b in range(1, bodies + 1)]
+    coordinates = {"time": time, "body": names, "dof": list(DOFS), "axis": ["x", "y", "z"]}
+    if fenders:
+        data.update(contact_of(time, fenders))
+        coordinates["fender"] = [f"deck {i}" for i in range(1, fenders + 1)]
+    return xr.Dataset(data, coordinates, {"title": "A run"})
+
+
+def contact_of(time: np.ndarray, fenders: int) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Fenders that are open, stick and slip for a third of the time each, and go along x."""
+    each = np.repeat(np.sin(time)[:, None], fenders, axis=1) * np.arange(1, fenders + 1)
+    along_x = np.zeros((*each.shape, 3))
+    along_x[:, :, 0] = 2e7 * each
+    mode = np.repeat((time // (time[-1] / 3.0 + 1e-9)).astype(np.int8)[:, None], fenders, axis=1)
+    point = ("time", "fender")
+    return {
+        "fender_compression": (point, 0.1 * each),
+        "fender_normal_force": (point, 4e7 * np.abs(each)),
+        "fender_mode": (point, mode),
+        "fender_friction": ((*point, "axis"), along_x),
+        "fender_node": ((*point, "axis"), 1e-7 * along_x + [20.0, -20.0, 3.6]),
+        "fender_slip_distance": (point, np.abs(each)),
+        "fender_dissipated": (point, 1e5 * np.abs(each)),
+    }
+
+
+def figures(run: xr.Dataset) -> dict[str, Figure]:
+    """The figure of each picture of a run that has panels."""
+    panels = {name: getattr(pictures, name)(run) for name in DETAILS}
+    return {name: picture(found, "A run") for name, found in panels.items() if found}
+
+
+def labels(figure: Figure) -> list[str]:
+    return [axis.get_ylabel() for axis in figure.axes]
+
+
+def legend(figure: Figure, panel: int) -> list[str]:
+    return [text.get_text() for text in figure.axes[panel].get_legend().get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("run", "expected"),
+    [
+        (run_of(), ["", "_energies", "_motions"]),
+        (run_of(fenders=4), ["", "_contact", "_energies", "_forces", "_motions"]),
+        (run_of(bodies=2, fenders=1, nt=2), ["", "_contact", "_energies", "_forces", "_motions"]),
+        (run_of(waves=False), ["", "_energies", "_motions"]),
+    ],
+    ids=["no fender", "four fenders", "two bodies, two records", "no waves"],
+)
+def test_pictures_are_written_where_asked(
+    run: xr.Dataset, expected: list[str], tmp_path: Path
+) -> None:
+    folder = tmp_path / "new" / "folder"
+    written = draw(run, folder, "case")
+    assert sorted(written) == sorted(folder.iterdir())
+    assert sorted(p.name for p in written) == sorted(f"case{suffix}.png" for suffix in expected)
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in written)
+
+
+@pytest.mark.parametrize("fenders", [0, 3])
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_every_panel_of_lines_has_a_label_with_its_unit(bodies: int, fenders: int) -> None:
+    for name, figure in figures(run_of(bodies, fenders)).items():
+        for axis in figure.axes:
+            if axis.get_lines():
+                assert axis.get_ylabel().endswith(UNITS)
+        assert figure.axes[-1].get_xlabel() == "time [s]", name
+
+
+def test_only_what_moves_is_drawn() -> None:
+    drawn = figures(run_of())
+    assert labels(drawn["motions"]) == ["surge [m]", "pitch [deg]", "wave elevation [m]"]
+    assert labels(drawn["overview"]) == ["surge [m]", "pitch [deg]", "wave elevation [m]"]
+    assert labels(figures(run_of(waves=False))["motions"]) == ["surge [m]", "pitch [deg]"]
+
+
+def test_a_run_at_rest_shows_all_degrees_of_freedom() -> None:
+    rest = run_of(waves=False)
+    rest["position"] *= 0.0
+    assert [label.split()[0] for label in labels(figures(rest)["motions"])] == list(DOFS)
+
+
+def test_values_are_drawn_in_the_unit_of_the_label() -> None:
+    drawn = figures(run_of(fenders=2))
+    pitch = drawn["motions"].axes[1].get_lines()[0].get_ydata()
+    assert np.max(pitch) == pytest.approx(3.0, rel=1e-2)  # the records miss the crest by 0.3 %
+    normal = drawn["fender_forces"].axes[1]
+    assert normal.get_ylabel() == "normal force [MN]"
+    assert np.max(normal.get_lines()[0].get_ydata()) == pytest.approx(80.0, rel=1e-2)
+
+
+def test_bodies_have_a_line_each_and_alike_lines_share_one() -> None:
+    drawn = figures(run_of(bodies=2))["motions"]
+    assert legend(drawn, 0) == ["barge 1", "barge 2"]
+    assert legend(drawn, 1) == ["barge 1, barge 2"]
+
+
+def test_friction_has_panels_only_along_the_axes_where_it_acts() -> None:
+    assert labels(figures(run_of(fenders=1))["fender_forces"]) == [
+        "normal force [MN]",
+        "friction x [MN]",
+    ]
+
+
+def test_the_crawl_starts_with_the_first_contact_and_keeps_still_while_open() -> None:
+    run = run_of(fenders=1)
+    run["fender_mode"][:] = np.where((TIME > 20.0) & (TIME < 30.0), 2, 0)[:, None]
+    crawl = next(a for a in figures(run)["contact"].axes if a.get_ylabel() == "crawl x [m]")
+    time, values = crawl.get_lines()[0].get_data()
+    assert np.isnan(values[time <= 20.0]).all()
+    assert values[-1] == pytest.approx(2.0 * np.sin(29.5))
+
+
+def test_bands_share_their_height_as_the_modes_share_the_time() -> None:
+    modes = np.repeat([0, 1, 2, 1], 40)
+    figure = picture([bands(np.arange(160.0), {"deck 1": modes})], "")
+    assert legend(figure, 0) == ["slip", "stick", "open"]
+    steps = (patch.get_data() for patch in figure.axes[0].patches)
+    area = {
+        name: np.sum((top - base) * np.diff(edges)) / (0.8 * 159.0)
+        for name, (top, edges, base) in zip(["slip", "stick", "open"], steps, strict=True)
+    }
+    # one record in 159 may fall to either side of a border
+    assert area == pytest.approx({"slip": 0.25, "stick": 0.5, "open": 0.25}, abs=1 / 159)
+
+
+def test_thinning_keeps_the_ends_and_every_crest() -> None:
+    time = np.linspace(0.0, 1000.0, 100_001)
+    values = np.sin(time) * time
+    t, v = thinned(time, values)
+    assert t.size < 2000
+    assert (t[0], t[-1]) == (time[0], time[-1])
+    assert np.all(np.diff(t) > 0.0)
+    assert (v.min(), v.max()) == (values.min(), values.max())
+    assert np.array_equal(v, np.sin(t) * t)
+
+
+@pytest.mark.parametrize(
+    ("size", "unit"), [(0.0, "N"), (40.0, "N"), (4e4, "kN"), (4e7, "MN"), (4e13, "GN")]
+)
+def test_the_unit_has_a_prefix_that_suits_the_largest_value(size: float, unit: str) -> None:
+    figure = picture([lines(TIME, "force", "N", {"": size * np.sin(TIME)})], "")
+    assert labels(figure) == [f"force [{unit}]"]
+
+
+@pytest.mark.parametrize("differ", [0.0, 1.0], ids=["alike", "different"])
+def test_thirty_lines_leave_the_panel_its_room(differ: float) -> None:
+    many = {f"contact point {i}": TIME + differ * i for i in range(30)}
+    figure = picture([lines(TIME, "force", "N", many)], "")
+    figure.canvas.draw()
+    place = figure.axes[0].get_position()
+    assert place.width > 0.3
+    assert place.height > 0.4
+
+
+def test_the_title_says_when_a_run_is_not_complete(tmp_path: Path) -> None:
+    run = run_of().assign_attrs(status="interrupted")
+    assert pictures._title(run) == "A run (interrupted)"
+
+
+def test_a_run_with_many_records_is_drawn_quickly(tmp_path: Path) -> None:
+    run = run_of(fenders=4, nt=20_000)
+    start = perf_counter()
+    draw(run, tmp_path, "case")
+    assert perf_counter() - start < 12.0  # 2 s on an idle machine
+
+
+def test_open_run_reads_what_output_writes(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    run_of(fenders=2).to_netcdf(path)
+    assert open_run(path).identical(run_of(fenders=2))
+
+
+def test_open_run_refuses_what_is_not_a_run(tmp_path: Path) -> None:
+    text, other, short = (tmp_path / name for name in ("text.nc", "other.nc", "short.nc"))
+    text.write_text("not netCDF")
+    xr.Dataset({"added_mass": ("frequency", np.ones(3))}).to_netcdf(other)
+    run_of().isel(time=slice(1)).to_netcdf(short)
+    for path, reason in {
+        tmp_path / "missing.nc": "no such file",
+        tmp_path: "is a directory",
+        text: "cannot be read as netCDF",
+        other: "is netCDF without position",
+        short: "fewer than two records",
+    }.items():
+        with pytest.raises(InputError, match=reason) as error:
+            open_run(path)
+        assert str(path) in str(error.value)
+        assert "expected the result of `hydrosim run`" in str(error.value)
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be made as a folder"):
+        draw(run_of(), tmp_path / "file" / "folder", "case")
