@@ -3,29 +3,52 @@ ends of contact modes as events that stop it."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from hydrosim.dynamics import Model, new_work, rhs
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS, margins, switch
+from hydrosim.forces.contact.fender import MARGINS, STATES, margins, switch
 from hydrosim.rigid import place_bodies
 from hydrosim.run import State
 
 ENDED = 1e-2  # N: a margin this near to zero has ended its mode; forces here are of 1e6 N
-CEASED = 1e-9  # s: pieces shorter than this are not integrated
+SHORTEST = 1e-9  # s: of a piece between two events
 
 
 class Solution(NamedTuple):
-    """Displacements and angles (nt, n) at the times asked for, the largest size of every state,
-    the numbers of evaluations and of events."""
+    """Displacements and angles (nt, n) at the times asked for, the largest size (ny,) of every
+    state, the numbers of evaluations and of events."""
 
     motions: np.ndarray
     largest: np.ndarray
     evaluations: int
     events: int
+
+
+class Contact:
+    """The contact points of a model: ``modes`` (nf, 2), and what ends them."""
+
+    def __init__(self, model: Model, modes: np.ndarray) -> None:
+        self.modes, self.bodies, self.points = modes.copy(), model.bodies, model.elements[FENDER]
+        self.motion, self.margins = new_work(model).motion, np.zeros(MARGINS * len(modes))
+
+    def measure(self, y: np.ndarray) -> np.ndarray:
+        """The margins (3 nf,) of the modes at ``y``."""
+        n = self.bodies.active.size
+        place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
+        margins(y, self.modes, self.motion, self.bodies, self.points, self.margins)
+        return self.margins
+
+    def switch(self, y: np.ndarray) -> None:
+        """Switch all modes that have ended at ``y``."""
+        for i, left in enumerate(self.measure(y).reshape(-1, MARGINS)):
+            if left.min() < ENDED:
+                which = int(left.argmin())
+                switch(i, which, y, self.modes, self.motion, self.bodies, self.points)
 
 
 def solve(
@@ -34,29 +57,20 @@ def solve(
     times: np.ndarray,
     breakpoints: np.ndarray,
     relative: float,
-    absolute: np.ndarray | float,
+    size: np.ndarray,
 ) -> Solution:
-    """RK45 from ``state`` over ``times`` (nt,), begun anew at breakpoints and events. Slip
-    distances and energies, which act on nothing, have no say in the step."""
-    y, modes, n = state.y.copy(), state.modes.copy(), model.bodies.active.size
-    contact = Contact(model, modes)
-    rate, work, t = np.zeros(model.size), new_work(model), times[0]
-    kept, largest, evaluations, events = [y[None, :n]], np.abs(y), 0, 0
-
-    def derivative(t: float, y: np.ndarray) -> np.ndarray:
-        rhs(t, y, modes, state.history, model, work, rate)
-        return rate.copy()
-
+    """RK45 from ``state`` over ``times`` (nt,), begun anew at breakpoints and events. The error per
+    step is kept below ``relative`` of ``size`` (ny,) or of the value, whichever is larger."""
+    contact, y, n = Contact(model, state.modes), state.y.copy(), model.bodies.active.size
+    settings = {"rtol": relative, "atol": relative * size, "events": _end_of_mode(contact)}
+    derivative = _derivative(model, state, contact)
+    t, kept, largest, evaluations, events = times[0], [y[None, :n]], np.abs(y), 0, 0
     for stop in (*breakpoints, times[-1]):
-        while t < stop - CEASED:
-            piece = solve_ivp(
-                *(derivative, (t, stop), y, "RK45"),
-                events=contact.smallest_margin,
-                rtol=relative,
-                atol=absolute,
-            )
-            grid = times[(times > t) & (times <= piece.t[-1])]
-            kept.append(_at(grid, piece, n))
+        while t < stop - SHORTEST:
+            piece = solve_ivp(derivative, (t, stop), y, "RK45", dense_output=True, **settings)
+            inside = times[(times > t) & (times <= piece.t[-1])]
+            if inside.size:
+                kept.append(piece.sol(inside)[:n].T)
             t, y = piece.t[-1], piece.y[:, -1].copy()
             largest = np.maximum(largest, np.abs(piece.y).max(axis=1))
             evaluations += piece.nfev
@@ -64,3 +78,34 @@ def solve(
                 contact.switch(y)
                 events += 1
     return Solution(np.concatenate(kept), largest, evaluations, events)
+
+
+def without_integrals(model: Model, size: np.ndarray) -> np.ndarray:
+    """``size`` (ny,), infinite for slip distances and energies: they act on nothing, and
+    hydrosim's own error is not measured by them."""
+    fenders, free = model.elements[FENDER], size.copy()
+    points = free[fenders.state : model.energy].reshape(-1, STATES)
+    points[:, 2:] = np.inf
+    free[model.energy :] = np.inf
+    return free
+
+
+def _derivative(
+    model: Model, state: State, contact: Contact
+) -> Callable[[float, np.ndarray], np.ndarray]:
+    work, rate = new_work(model), np.zeros(model.size)
+
+    def derivative(t: float, y: np.ndarray) -> np.ndarray:
+        rhs(t, y, contact.modes, state.history, model, work, rate)
+        return rate.copy()
+
+    return derivative
+
+
+def _end_of_mode(contact: Contact) -> Any:
+    def smallest_margin(_: float, y: np.ndarray) -> float:
+        return float(contact.measure(y).min())
+
+    smallest_margin.terminal = True  # type: ignore[attr-defined]
+    smallest_margin.direction = -1.0  # type: ignore[attr-defined]
+    return smallest_margin

@@ -9,8 +9,10 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
+from enum import StrEnum
+from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -77,6 +79,40 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
 
 
 @app.command()
+def converge(
+    case_file: CaseFile,
+    methods: Annotated[str, typer.Option(help="Methods, by commas.")] = "rk2,rk4,dopri5",
+    steps: Annotated[str, typer.Option(help="Steps [s], by commas.")] = "0.1,0.05,0.025",
+    tolerances: Annotated[str, typer.Option(help="Of adaptive methods.")] = "1e-5,1e-6,1e-7",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="STUDY.nc", help="Result file.")
+    ] = None,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Error against run time, over methods and steps: table, picture and netCDF."""
+    from hydrosim.case import load_case
+    from hydrosim.converge import converge as study_of
+    from hydrosim.converge import to_dataset
+    from hydrosim.output import write
+    from hydrosim.plot.work_precision import draw_work_precision
+    from hydrosim.scene import Method
+    from hydrosim.summary import convergence
+
+    path = _result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
+    chosen = [_one_of(Method, name, "--methods") for name in methods.split(",")]
+    numbers = _numbers(steps, "--steps"), _numbers(tolerances, "--tolerances")
+    scene = load_case(case_file, settings).scene()
+    _announce_compile()
+    with err.status("running") as status:
+        study = study_of(scene, chosen, *numbers, status.update)
+    dataset = to_dataset(study, scene.title)
+    write(dataset, path)
+    draw_work_precision(dataset, path.with_suffix(".png"))
+    out.print(convergence(study))
+    out.print(f"result    {path}, {path.with_suffix('.png')}", highlight=False, soft_wrap=True)
+
+
+@app.command()
 def plot(
     run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
     output: Annotated[
@@ -104,6 +140,23 @@ def _result_path(output: Path | None, case_file: Path) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"--output: the folder {path.parent} cannot be written to.")
     return path
+
+
+def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
+    if name.strip() in set(kind):
+        return kind(name.strip())
+    raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    """Positive numbers separated by commas."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if not numbers or not all(0.0 < number < inf for number in numbers):
+        raise InputError(f"{option}: found {text!r}; expected positive numbers, as in 0.1,0.05.")
+    return numbers
 
 
 def _announce_compile() -> None:

@@ -6,6 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+from rich.table import Table
+
+from hydrosim.converge import Study
 
 
 def lines(run: xr.Dataset) -> Iterator[str]:
@@ -54,3 +57,25 @@ def _contact(run: xr.Dataset) -> Iterator[str]:
             f" stick {share[1]:.0%}, slip {share[2]:.0%};"
             f" slipped {float(run.fender_slip_distance[-1, i]):.3f} m"
         )
+
+
+def convergence(study: Study) -> Table:
+    """Table of a convergence study."""
+    reference = f"reference: rk4 at {study.reference_step:g} s"
+    table = Table(title=f"{reference}, its own error {study.reference_error:.1e} m")
+    for heading in ("method", "setting", "motion [m]", "order", "crawl [m]", "energy"):
+        table.add_column(heading, justify="left" if heading == "method" else "right")
+    table.add_column("evaluations", justify="right")
+    table.add_column("time [s]", justify="right")
+    last = None
+    for trial in study.trials:
+        same = last is not None and last.method is trial.method
+        order = trial.order(last) if last is not None and same else np.nan
+        figures = (f"{trial.motion:.1e}", "" if np.isnan(order) else f"{order:.1f}")
+        costs = (f"{trial.evaluations:,}", f"{trial.seconds:.2f}")
+        if trial.remark:
+            figures, costs = ("failed", ""), ("", "")
+        last = trial
+        errors = (f"{trial.crawl:.1e}", f"{trial.energy:.1e}")
+        table.add_row(str(trial.method), f"{trial.setting:g}", *figures, *errors, *costs)
+    return table

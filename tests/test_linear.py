@@ -207,7 +207,11 @@ def test_dynamic_stiffness_of_springs_and_dampers() -> None:
     body = Body("block", mass=3.0, inertia=np.diag([2.0, 5.0, 4.0]))
     spring = LinearMooring("block", stiffness=K, damping=C)
     scene = Scene(
-        "block", 1.0, (body,), forces={"spring": spring}, solver=Solver(kinematics=Kinematics.LINEAR)
+        "block",
+        1.0,
+        (body,),
+        forces={"spring": spring},
+        solver=Solver(kinematics=Kinematics.LINEAR),
     )
     M = np.diag([3.0, 3.0, 3.0, 2.0, 5.0, 4.0])
     linear = linear_of(scene)

@@ -20,7 +20,7 @@ from hydrosim.scene import DOFS, Kinematics, Method, Scene, Solver
 Figure = Callable[[str, float], None]
 ORDERS = {Method.RK2: 2, Method.HEUN: 2, Method.RK4: 4}
 START = np.array([0.3, -0.2, 0.5])  # roll, pitch, yaw
-SPIN = np.array([0.5, 0.4, 2.0])  # mostly about the axis of the largest inertia: no tumbling
+SPIN = np.array([0.3, 0.2, 2.0])  # mostly about the axis of the largest inertia: no tumbling
 DURATION = 6.0
 
 
@@ -66,7 +66,7 @@ def test_rotation_by_eulers_equations(figure: Figure) -> None:
     def euler(t: float, state: np.ndarray) -> np.ndarray:
         R, w = state[:9].reshape(3, 3), state[9:]
         acceleration = inverse @ np.cross(INERTIA @ w, w)
-        return np.concatenate([(R @ -skew(w)).ravel(), acceleration])
+        return np.concatenate([(R @ skew(w)).ravel(), acceleration])
 
     start = np.concatenate([R0.ravel(), R0.T @ SPIN])
     run = simulate(turning(0.005))
@@ -76,7 +76,7 @@ def test_rotation_by_eulers_equations(figure: Figure) -> None:
     R = np.array([rotation(a) for a in run.position.values[:, 0, 3:]])
     error = np.abs(R - exact.y[:9].T.reshape(-1, 3, 3)).max()
     figure("error of the rotation", error)
-    assert error <= 5e-8  # (h |omega|)^4 / 120 over 12 rad
+    assert error <= 1e-9  # (h |omega|)^4 / 120 over 12 rad
     drift = np.outer(run.time.values, [1.0, -2.0, 0.5])
     assert_allclose(run.position.values[:, 0, :3], drift, atol=1e-12)
 
@@ -110,12 +110,14 @@ class Hamilton:
 
 
 @pytest.mark.parametrize(
-    "free", [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)], ids=lambda f: "".join(map(str, f))
+    "free",
+    [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)],
+    ids=lambda f: "".join(map(str, f)),
 )
 def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
     """Against Hamilton's equations: one, two or three free angles; the locked stay for ever."""
     locked = [k for k in range(3) if k not in free]
-    speed = np.array([0.7, 0.4, 1.5]) * np.isin(range(3), free)
+    speed = np.array([0.5, 0.2, 1.5]) * np.isin(range(3), free)
     run = simulate(
         turning(
             0.01,
@@ -133,7 +135,7 @@ def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
     angles = run.position.values[:, 0, 3:]
     error = np.abs(angles[:, index] - exact.y[: len(free)].T).max()
     figure("error of the free angles", error)
-    assert error <= 1e-7  # (h |omega|)^4 / 120 over 10 rad
+    assert error <= 1e-8  # (h |omega|)^4 / 120 over 10 rad
     assert run.energy_residual_relative <= 1e-9
     assert np.all(angles[:, locked] == START[locked])
     assert np.all(run.position.values[:, 0, :3] == 0.0)
@@ -162,7 +164,7 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
     forces = {
         "lower": LinearMooring("lower", stiffness, 0.1 * stiffness),
         "upper": LinearMooring("upper", stiffness),
-        "push": AppliedForce("upper", (0.5, 0.2, 0.1), table, size * push, body_fixed=True),
+        "push": AppliedForce("upper", (0.5, 0.2, 0.1), table, size * push),
         "fender": fender,
     }
     solver = Solver(step=0.01, kinematics=kinematics)

@@ -24,9 +24,9 @@ from hydrosim.rigid import (
 from hydrosim.scene import Kinematics
 
 BODIES: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5))[0].bodies
-SMALL: Bodies = hs.compile_scene(
-    scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR)
-)[0].bodies
+SMALL: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR))[
+    0
+].bodies
 EPS = 1e-5  # of central differences: their error is about EPS^2 here
 TOLERANCE = 1e-8
 

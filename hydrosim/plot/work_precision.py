@@ -1,0 +1,27 @@
+"""Work-precision picture of a convergence study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+
+def draw_work_precision(study: xr.Dataset, path: Path) -> None:
+    """Error of the motion against run time and against evaluations, a line per method."""
+    figure = Figure(figsize=(10, 4.5), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    costs = {"wall_time": "run time [s]", "evaluations": "evaluations of the equation of motion"}
+    for axes, (cost, label) in zip(figure.subplots(1, 2, sharey=True), costs.items(), strict=True):
+        for method in dict.fromkeys(study.method.values):
+            of_method = study.isel(trial=study.method.values == method)
+            axes.loglog(of_method[cost], of_method.motion_error, "o-", label=str(method))
+        axes.axhline(study.attrs["reference_error"], color="0.5", linestyle=":", label="reference")
+        axes.set_xlabel(label)
+        axes.grid(alpha=0.3)
+    figure.axes[0].set_ylabel("largest error of a place [m]")
+    figure.axes[1].legend()
+    figure.suptitle(study.attrs["title"])
+    figure.savefig(path)

@@ -1,0 +1,125 @@
+"""Orders of the methods on textbook problems, order conditions, and the error of the cubic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from hydrosim.integrate import HEUN, RK2, RK4, Tableau, advance_state, hermite, stage_state
+
+METHODS = {"rk2": RK2, "heun": HEUN, "rk4": RK4}
+Slope = Callable[[float, np.ndarray], np.ndarray]
+
+PROBLEMS: dict[str, tuple[Slope, Slope]] = {
+    # name: right hand side, solution (t, y0)
+    "decay": (lambda t, y: -y, lambda t, y0: y0 * np.exp(-t)),
+    "oscillator": (
+        lambda t, y: np.array([y[1], -y[0]]),
+        lambda t, y0: np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]]) @ y0,
+    ),
+    "logistic": (lambda t, y: y * (1 - y), lambda t, y0: y0 / (y0 + (1 - y0) * np.exp(-t))),
+    "in time": (lambda t, y: y * np.cos(t), lambda t, y0: y0 * np.exp(np.sin(t))),
+    "quadrature": (lambda t, y: np.exp(t) + 0 * y, lambda t, y0: y0 + np.exp(t) - 1),
+}
+START = np.array([0.7, 0.2])
+END = 2.0
+
+
+def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
+    """y(END) by equal steps, with the package's stages and this loop."""
+    h, y, end, stage = END / steps, START.copy(), np.zeros(2), np.zeros(2)
+    k = np.zeros((method.b.size, 2))
+    for n in range(steps):
+        t = n * h
+        k[0] = f(t, y)
+        for i in range(1, method.c.size):
+            stage_state(i, method, h, y, k, stage)
+            k[i] = f(t + method.c[i] * h, stage)
+        advance_state(method, h, y, k, end)
+        y[:] = end
+    return y
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("name", METHODS)
+def test_order_on_textbook_problems(
+    name: str, problem: str, figure: Callable[[str, float], None]
+) -> None:
+    method, (f, solution) = METHODS[name], PROBLEMS[problem]
+    error = [np.abs(integrate(method, f, n) - solution(END, START)).max() for n in (40, 80)]
+    order = float(np.log2(error[0] / error[1]))
+    figure(f"order of {name} on {problem}", order)
+    assert order == pytest.approx(method.order, abs=0.15)  # the next term is h/2 of the first
+
+
+def conditions(m: Tableau) -> list[tuple[int, float, float]]:
+    """Order, sum and its wanted value for all trees up to four nodes (Hairer, Norsett & Wanner
+    1993, table II.2.1)."""
+    A, b, c = m.a, m.b, m.c
+    return [
+        (1, b.sum(), 1),
+        (2, b @ c, 1 / 2),
+        (3, b @ c**2, 1 / 3),
+        (3, b @ A @ c, 1 / 6),
+        (4, b @ c**3, 1 / 4),
+        (4, b @ (c * (A @ c)), 1 / 8),
+        (4, b @ A @ c**2, 1 / 12),
+        (4, b @ A @ A @ c, 1 / 24),
+    ]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_order_conditions(name: str) -> None:
+    method = METHODS[name]
+    fulfilled = {
+        order: all(
+            np.isclose(found, wanted, rtol=1e-14)
+            for p, found, wanted in conditions(method)
+            if p == order
+        )
+        for order in range(1, 5)
+    }
+    assert all(fulfilled[p] for p in range(1, method.order + 1))
+    assert method.order == 4 or not fulfilled[method.order + 1]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_methods_are_explicit_and_consistent(name: str) -> None:
+    method = METHODS[name]
+    assert np.all(np.triu(method.a) == 0.0)
+    assert_allclose(method.c, method.a.sum(axis=1))
+
+
+def cubic(f: Callable[[float], float], slope: Callable[[float], float], h: float) -> np.ndarray:
+    """Values on the cubic through both ends of [0, h] at 101 places."""
+    ends = [np.array([g(t)]) for t in (0.0, h) for g in (f, slope)]
+    out, values = np.zeros(1), []
+    for theta in np.linspace(0.0, 1.0, 101):
+        hermite(theta, h, *ends, out)
+        values.append(out[0])
+    return np.array(values)
+
+
+def test_cubic_is_exact_for_cubics() -> None:
+    h = 0.8
+    t = h * np.linspace(0.0, 1.0, 101)
+    values = cubic(lambda t: 2 - t + 3 * t**2 - 5 * t**3, lambda t: -1 + 6 * t - 15 * t**2, h)
+    assert_allclose(values, 2 - t + 3 * t**2 - 5 * t**3, rtol=1e-13)
+
+
+def test_error_of_the_cubic() -> None:
+    """h^4/384 y'''' in the middle, where it is largest, and so exactly for a quartic."""
+    h = 0.8
+    t = h * np.linspace(0.0, 1.0, 101)
+    error = t**4 - cubic(lambda t: t**4, lambda t: 4 * t**3, h)
+    assert np.abs(error).argmax() == 50
+    assert error[50] == pytest.approx(24 * h**4 / 384, rel=1e-12)
+    for h in (0.4, 0.2, 0.1):
+        t = h * np.linspace(0.0, 1.0, 101)
+        error = np.abs(
+            np.sin(2 * t) - cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
+        )
+        assert error.max() <= (2 * h) ** 4 / 384 * np.sin(2 * h)

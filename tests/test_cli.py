@@ -1,0 +1,312 @@
+"""The command line: exit codes, one clear message, and what is written."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+from moored_barge import CASES, ROOT, hull
+from rich.progress import Progress
+
+import hydrosim as hs
+from hydrosim.cli import main
+from hydrosim.database.netcdf import write as write_database
+
+SHORT = ("--set", "duration=20 s")
+NATURAL_PERIODS = {
+    "surge": (129, 131),
+    "heave": (10.5, 11.1),
+    "roll": (11.8, 12.5),
+    "pitch": (9.5, 10.2),
+}
+STIFF = "{type: linear_mooring, body: barge, stiffness: {heave: 1e12 N/m}}"
+UNSTABLE = ("--set", f"forces.rod={STIFF}", "--set", "solver={method: rk2, step: 0.5 s}")
+
+
+class Result(NamedTuple):
+    """Exit code of a command, and what it wrote on the terminal, blanks and line ends as one."""
+
+    code: int
+    out: str
+    err: str
+
+
+Hydrosim = Callable[..., Result]
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the cases with their database; its folder of cases is the working directory."""
+    cases = tmp_path / "cases" / "reverse_float_over"
+    shutil.copytree(CASES, cases)
+    (tmp_path / "hydro_db").mkdir()
+    shutil.copy(ROOT / "hydro_db" / "h851.nc", tmp_path / "hydro_db")
+    monkeypatch.chdir(cases)
+    return tmp_path
+
+
+@pytest.fixture
+def hydrosim(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Hydrosim:
+    """Runs the command with these arguments, in this process, as the installed script does."""
+
+    def hydrosim(*arguments: object) -> Result:
+        monkeypatch.setattr(sys, "argv", ["hydrosim", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        out, err = (" ".join(text.split()) for text in capsys.readouterr())
+        return Result(int(caught.value.code or 0), out, err)
+
+    return hydrosim
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+class TestRun:
+    def test_writes_the_run_and_sums_it_up(self, hydrosim: Hydrosim) -> None:
+        result = hydrosim("run", "base.yaml", "-o", "run.nc", *SHORT)
+        assert result.code == 0
+        for word in ("Reverse float-over, base case", "complete, 20 s", "surge mean", "run.nc"):
+            assert word in result.out
+        written = xr.load_dataset("run.nc")
+        expected = hs.simulate(hs.load_case("base.yaml", ["duration=20 s"]))
+        xr.testing.assert_equal(written, expected)
+        assert not list(Path().glob("*.partial"))
+
+    def test_names_the_result_after_the_case(self, hydrosim: Hydrosim) -> None:
+        assert hydrosim("run", "free_floating.yaml", *SHORT).code == 0
+        assert Path("free_floating.nc").is_file()
+
+    def test_draws_if_asked(self, hydrosim: Hydrosim) -> None:
+        assert hydrosim("run", "free_floating.yaml", "--plot", *SHORT).code == 0
+        assert Path("free_floating.png").is_file()
+
+    def test_a_failed_simulation_is_written_all_the_same(self, hydrosim: Hydrosim) -> None:
+        result = hydrosim("run", "free_floating.yaml", "-o", "run.nc", *UNSTABLE)
+        assert result.code == 3
+        assert result.err.startswith("error at t = ")
+        for word in ("barge", "rod", "smaller solver.step"):
+            assert word in result.err
+        part = xr.load_dataset("run.nc")
+        assert part.attrs["status"] == "failed"
+        assert " ".join(part.attrs["status_message"].split()) in result.err
+        assert part.sizes["time"] > 0
+
+    def test_an_interrupt_leaves_what_was_computed(
+        self, hydrosim: Hydrosim, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def update(self: Progress, *args: Any, completed: float, **kwargs: Any) -> None:
+            if completed > 1.0:  # a chunk has at most 100 times the steps of the one before
+                raise KeyboardInterrupt
+
+        monkeypatch.setattr(Progress, "update", update)
+        result = hydrosim("run", "base.yaml", "-o", "run.nc", "--set", "duration=300 s")
+        assert result.code == 130
+        assert "interrupted" in result.out
+        part = xr.load_dataset("run.nc")
+        assert part.attrs["status"] == "interrupted"
+        assert 1.0 <= part.time[-1] < 300.0
+        assert np.isfinite(part.position).all()
+
+    def test_an_interrupt_before_the_first_step(
+        self, hydrosim: Hydrosim, project: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """While kernels are loaded or compiled there is nothing yet that could be written."""
+
+        def load(*arguments: object) -> None:
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr("hydrosim.simulation.advance", load)
+        before = files(project)
+        result = hydrosim("run", "base.yaml", "-o", "run.nc")
+        assert (result.code, result.out) == (130, "")
+        assert "Traceback" not in result.err
+        assert files(project) == before
+
+    @pytest.mark.parametrize("command", ["run", "check"])
+    def test_brackets_in_a_title_are_not_markup(self, hydrosim: Hydrosim, command: str) -> None:
+        result = hydrosim(command, "base.yaml", *SHORT, "--set", 'title="a [red] or [/b]"')
+        assert result.code == 0
+        assert "a [red] or [/b]" in result.out
+
+
+class TestCheck:
+    def test_prints_periods_and_what_is_skipped(self, hydrosim: Hydrosim, project: Path) -> None:
+        before = files(project)
+        result = hydrosim("check", "free_floating.yaml")
+        assert result.code == 0
+        for word in ("natural period [s]", "h851.nc", "states for surge, heave, pitch"):
+            assert word in result.out
+        for dof, (low, high) in NATURAL_PERIODS.items():
+            found = re.search(rf"{dof}\W+([\d.]+)", result.out)
+            assert found
+            assert low <= float(found[1]) <= high
+        assert files(project) == before
+
+    def test_says_what_is_locked(self, hydrosim: Hydrosim) -> None:
+        result = hydrosim("check", "base.yaml", "--set", "bodies.barge.dofs=[surge, heave, pitch]")
+        assert result.code == 0
+        assert "sway, roll, yaw locked" in result.out
+
+
+class TestPlot:
+    @pytest.fixture
+    def run(self, hydrosim: Hydrosim) -> Path:
+        assert hydrosim("run", "base.yaml", "-o", "run.nc", *SHORT).code == 0
+        return Path("run.nc")
+
+    def test_draws_what_it_announces(self, hydrosim: Hydrosim, run: Path) -> None:
+        result = hydrosim("plot", run, "-o", "pictures")
+        assert result.code == 0
+        pictures = sorted(Path("pictures").iterdir())
+        assert Path("pictures/run.png") in pictures
+        for picture in pictures:
+            assert picture.read_bytes().startswith(b"\x89PNG")
+            assert str(picture) in result.out
+
+    def test_refuses_a_file_as_folder(self, hydrosim: Hydrosim, run: Path) -> None:
+        result = hydrosim("plot", run, "-o", "base.yaml")
+        assert (result.code, result.out) == (2, "")
+        assert "base.yaml: is a file; expected a folder" in result.err
+
+    @pytest.mark.parametrize("name", ["nowhere.nc", "base.yaml", "../../hydro_db/h851.nc", "."])
+    def test_refuses_what_is_not_a_run(self, hydrosim: Hydrosim, project: Path, name: str) -> None:
+        before = files(project)
+        result = hydrosim("plot", name)
+        assert (result.code, result.out) == (2, "")
+        assert name in result.err
+        assert "expected the result of" in result.err
+        assert files(project) == before
+
+
+BAD: dict[str, tuple[str, Sequence[str]]] = {
+    "bodies.barge.hydrodynamics=nowhere.nc": ("nowhere.nc", ["no such file", "hydrodynamics"]),
+    "bodies.barge.hydrodynamics=base.yaml": ("base.yaml", ["not a netCDF", "database"]),
+    "bodies.barge.mass=-1 kg": ("bodies.barge.mass", ["-1", "expected"]),
+    "bodies.barge.mass=nan": ("bodies.barge.mass", ["nan", "expected"]),
+    "bodies.barge.mass=1.5 m": ("bodies.barge.mass", ["1.5 m", "expected a mass"]),
+    "environment.waves.peak_period=8 m": ("environment.waves.peak_period", ["8 m", "expected"]),
+    "environment.water_depth=30 m": ("environment.water_depth", ["30", "inf"]),
+    "solver.stepp=0.1 s": ("solver.stepp", ["unknown key", "step"]),
+    "solver.step=0 s": ("solver.step", ["0 s", "expected"]),
+    "solver.method=rk5": ("solver.method", ["rk5", "rk4"]),
+    "duration=0 s": ("duration", ["0 s", "expected"]),
+    "duration=4 hour": ("repeat_period", ["10800", "14400"]),
+    "forces.deballast.time=[0 s, 500 s, 400 s]": ("forces.deballast.time", ["400", "expected"]),
+    "forces.mooring.body=ship": ("forces.mooring.body", ["ship", "barge"]),
+    "duration": ("--set", ["KEY=VALUE"]),
+}
+
+
+@pytest.mark.parametrize("setting", BAD)
+def test_bad_settings_are_refused(hydrosim: Hydrosim, project: Path, setting: str) -> None:
+    """One message, on the terminal's error stream, that names the key, what was found and what
+    was expected; nothing is written."""
+    key, words = BAD[setting]
+    before = files(project)
+    result = hydrosim("run", "base.yaml", "-o", "run.nc", "--set", setting)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("error ")
+    assert result.err.count("error ") == 1
+    assert "Traceback" not in result.err
+    for word in (key, *words):
+        assert word in result.err
+    assert files(project) == before
+
+
+def test_headings_that_the_database_lacks_are_refused(hydrosim: Hydrosim, project: Path) -> None:
+    """A hull without symmetry, computed for waves from astern to abeam only."""
+    db, some = hull(), slice(0, 7)
+    half = replace(
+        db,
+        heading=db.heading[some],
+        excitation=db.excitation[:, some],
+        froude_krylov=None,
+        mean_drift=db.mean_drift[:, some],
+        drift_imbalance=None,
+        port_starboard_symmetric=False,
+    )
+    write_database(half, project / "hydro_db" / "half.nc")
+    settings = ("--set", "bodies.barge.hydrodynamics=../../hydro_db/half.nc", *SHORT)
+    before = files(project)
+    result = hydrosim("run", "base.yaml", *settings, "--set", "environment.waves.heading=180 deg")
+    assert (result.code, result.out) == (2, "")
+    assert files(project) == before
+    for word in ("half.nc", "heading 180 deg", "0 to 90 deg", "environment.waves.heading"):
+        assert word in result.err
+    assert hydrosim("run", "base.yaml", *settings).code == 0
+
+
+def test_numbers_missing_in_the_database_are_refused(hydrosim: Hydrosim, project: Path) -> None:
+    path = project / "hydro_db" / "h851.nc"
+    db = hull()
+    holed = db.added_mass.copy()
+    holed[3, 0, 0] = np.nan
+    object.__setattr__(flawed := replace(db), "added_mass", holed)
+    write_database(flawed, path)
+    result = hydrosim("run", "base.yaml", "-o", "run.nc")
+    assert (result.code, result.out) == (2, "")
+    assert "h851.nc: added_mass has 1 values" in result.err
+    assert not Path("run.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("output", "words"),
+    [(".", ["--output", "is a directory"]), ("nowhere/run.nc", ["--output", "no folder nowhere"])],
+)
+def test_bad_outputs_are_refused(
+    hydrosim: Hydrosim, project: Path, output: str, words: Sequence[str]
+) -> None:
+    before = files(project)
+    result = hydrosim("run", "base.yaml", "-o", output)
+    assert (result.code, result.out) == (2, "")
+    assert all(word in result.err for word in words)
+    assert files(project) == before
+
+
+@pytest.mark.parametrize("case", ["nowhere.yaml", ".", "README.md", "../../hydro_db/h851.nc"])
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_what_is_not_a_case_is_refused(
+    hydrosim: Hydrosim, project: Path, command: str, case: str
+) -> None:
+    before = files(project)
+    result = hydrosim(command, case)
+    assert (result.code, result.out) == (2, "")
+    assert case in result.err
+    assert "Traceback" not in result.err
+    assert files(project) == before
+
+
+@pytest.mark.parametrize("arguments", [("sail",), ("run",), ("run", "base.yaml", "--fast")])
+def test_wrong_usage(hydrosim: Hydrosim, arguments: Sequence[str]) -> None:
+    result = hydrosim(*arguments)
+    assert result.code == 2
+    assert "Usage" in result.err
+
+
+def test_help_names_the_commands(hydrosim: Hydrosim) -> None:
+    result = hydrosim("--help")
+    assert result.code == 0
+    assert all(command in result.out for command in ("run", "check", "plot"))
+
+
+def test_in_a_process_of_its_own(project: Path) -> None:
+    """The exit code reaches the shell, and a message is all that people see of an error."""
+    code = "from hydrosim.cli import main; main()"
+    command = [sys.executable, "-c", code, "run", "base.yaml", "--set", "duration=0 s"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error ")
+    assert not Path("base.nc").exists()

@@ -1,0 +1,134 @@
+"""Whole runs of the H-851: energy, lift fixed to the body or the earth, memory of the waves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from moored_barge import SEA, hull, in_contact, in_waves, motion, scene_of, with_body
+from scipy.interpolate import CubicSpline
+
+import hydrosim as hs
+from hydrosim.forces import AppliedForce
+from hydrosim.scene import RadiationModel, Scene, Solver, WaveTrain
+
+Figure = Callable[[str, float], None]
+LIFT = 119.9e6  # N, when the deck is just below the topside
+MOORING = 392.4e3  # N/m
+SURGE, HEAVE, PITCH = 0, 2, 4
+
+
+def test_energy_of_the_base_case(base_run: xr.Dataset, figure: Figure) -> None:
+    """2000 s at 0.1 s: the residual is what the integration makes of 1000 contact events."""
+    residual = base_run.attrs["energy_residual_relative"]
+    figure("energy residual of the base case", residual)
+    assert base_run.attrs["solver_events"] > 100
+    assert residual <= 1e-3
+
+
+def test_energy_residual_has_the_order_of_the_method(figure: Figure) -> None:
+    """RK4 keeps order 4 through contact, stick and slip, because steps are cut at the events; steps
+    that run past them lose it."""
+    steps = (0.05, 0.025, 0.0125)
+    runs = [hs.simulate(in_contact(duration=60.0, step=step)) for step in steps]
+    residual = np.array([run.attrs["energy_residual_relative"] for run in runs])
+    order = np.log2(residual[:-1] / residual[1:])
+    for step, value in zip(steps, residual, strict=True):
+        figure(f"energy residual at a step of {step:g} s", value)
+    figure("observed order", order[-1])
+    assert all(run.attrs["solver_events"] > 40 for run in runs)
+    assert order[-1] == pytest.approx(4.0, abs=0.3)
+    crude = in_contact(duration=60.0, step=steps[-1])
+    crude = replace(crude, solver=replace(crude.solver, events=False))
+    assert hs.simulate(crude).attrs["energy_residual_relative"] > 5 * residual[-1]
+
+
+def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:
+    """int sum(F) v dt = v (M + A_inf) v / 2, integrated here from forces and velocities alone, to
+    the error of a cubic spline through records 0.1 s apart; A_inf is that of the database, which
+    Ogilvie's relation changes by less than 1 %."""
+    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
+    scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0, output_step=0.1)
+    run = hs.simulate(scene)
+    forces = [run[name] for name in run.data_vars if str(name).startswith("force_")]
+    power = (sum(forces) * run.velocity).sum(("body", "dof")).values
+    work = CubicSpline(run.time, power).antiderivative()(run.time)
+    kinetic = run.energy_kinetic.values
+    assert np.abs(work - kinetic).max() < 1e-5 * kinetic.max()
+
+    (body,), v = scene.bodies, run.velocity.values[:, 0]
+    inertia = np.zeros((6, 6))
+    inertia[:3, :3], inertia[3:, 3:] = body.mass * np.eye(3), body.inertia
+    inertia += hull().added_mass_infinite
+    expected = np.einsum("ti,ij,tj->t", v, inertia, v) / 2
+    assert np.abs(kinetic - expected).max() < 1e-2 * kinetic.max()
+
+
+def lifted(x: float, body_fixed: bool) -> xr.Dataset:
+    """The moored barge in calm water, lifted at x on its centre line, until it has settled."""
+    force = np.array([[0.0] * 6, [0.0, 0.0, LIFT, 0.0, 0.0, 0.0]])
+    table = np.array([0.0, 100.0])
+    lift = AppliedForce("barge", (x, 0.0, 0.0), table, force, body_fixed=body_fixed)
+    scene = in_waves(scene_of("free_floating"))
+    forces = {**scene.forces, "lift": lift}
+    run = hs.simulate(replace(scene, forces=forces, duration=1300.0))
+    return run.sel(time=slice(1000.0, None))
+
+
+def static_pitch(x: float) -> float:
+    """C33 z + C35 p = F and C53 z + C55 p = -x F, for small angles."""
+    C = hull().hydrostatic_stiffness[np.ix_([HEAVE, PITCH], [HEAVE, PITCH])]
+    return float(np.linalg.solve(C, [LIFT, -x * LIFT])[1])
+
+
+@pytest.mark.parametrize("x", [0.0, 10.0, -10.0])
+def test_lift_fixed_to_the_body_pushes_the_barge_along(x: float, figure: Figure) -> None:
+    """R(p) (0, 0, F) has the component F sin p along x, R = Ry(p): bow down (p > 0) drives the
+    barge forward. At the centre of gravity C35 > 0 trims the lifted barge by the stern, p < 0."""
+    q = motion(lifted(x, body_fixed=True)).mean(axis=0)
+    expected = LIFT * np.sin(q[PITCH]) / MOORING
+    figure(f"pitch [rad], lifted at x = {x:g} m", q[PITCH])
+    figure("mean surge [m]", q[SURGE])
+    figure("over F sin(pitch) / K1, less 1", q[SURGE] / expected - 1)
+    assert q[PITCH] == pytest.approx(static_pitch(x), rel=1e-2)
+    assert np.sign(q[SURGE]) == (1.0 if x < 0 else -1.0)
+    assert q[SURGE] == pytest.approx(expected, rel=2e-2)
+
+
+@pytest.mark.parametrize("x", [0.0, 10.0])
+def test_lift_fixed_to_the_earth_does_not(x: float, figure: Figure) -> None:
+    """The pitch is the same, and surge comes back to zero as its decay says, exp(-0.0097 t)."""
+    q = motion(lifted(x, body_fixed=False)).mean(axis=0)
+    figure(f"mean surge [m], lifted at x = {x:g} m", q[SURGE])
+    assert q[PITCH] == pytest.approx(static_pitch(x), rel=1e-2)
+    assert abs(q[SURGE]) < 1e-5
+
+
+def oblique(radiation: RadiationModel, step: float) -> Scene:
+    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
+    scene = with_body(in_waves(scene_of("free_floating"), sea), radiation=radiation)
+    return replace(scene, duration=200.0, solver=Solver(step=step), output_step=0.4)
+
+
+def test_state_space_agrees_with_direct_convolution(figure: Figure) -> None:
+    """All six motions in an irregular sea. The convolution is of order 2 in the step, and at 0.1 s
+    its error is about that of the fit: 1e-2 of the standard deviation, which is yaw (it has no
+    stiffness, so that its error adds up), and 2e-3 for the others. Doubling the step doubles the
+    difference at least where the fit's error is not the larger part."""
+    difference = []
+    for step in (0.2, 0.1):
+        fitted, direct = (
+            motion(hs.simulate(oblique(model, step)))
+            for model in (RadiationModel.STATE_SPACE, RadiationModel.CONVOLUTION)
+        )
+        difference.append((direct - fitted).std(axis=0) / fitted.std(axis=0))
+    coarse, fine = difference
+    for i, dof in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw")):
+        figure(f"{dof}, difference over standard deviation", fine[i])
+    assert fine.max() < 1e-2
+    assert fine[:5].max() < 2e-3
+    assert (fine < coarse).all()
+    assert fine.max() < coarse.max() / 2

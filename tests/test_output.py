@@ -1,0 +1,153 @@
+"""The dataset of a run: what is in it, what it says of itself, and its file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from moored_barge import CASES, hull, in_contact, scene_of
+from numpy.testing import assert_allclose, assert_array_equal
+
+import hydrosim as hs
+from hydrosim.output import write
+from hydrosim.scene import DOFS
+
+MOTION = ("time", "body", "dof")
+EXPECTED = {
+    **dict.fromkeys(("position", "velocity"), MOTION),
+    "reference_position": ("body", "axis"),
+    "wave_elevation": ("time",),
+    **dict.fromkeys(("force_hydrostatic", "force_radiation"), MOTION),
+    **dict.fromkeys(("force_wave_first_order", "force_wave_second_order"), MOTION),
+    **dict.fromkeys(("force_mooring", "force_deballast", "force_interface"), MOTION),
+    **dict.fromkeys(("fender_compression", "fender_normal_force"), ("time", "fender")),
+    **dict.fromkeys(("fender_mode", "fender_slip_distance"), ("time", "fender")),
+    **dict.fromkeys(("fender_friction", "fender_node"), ("time", "fender", "axis")),
+    **dict.fromkeys(("energy_kinetic", "energy_stored_hydrostatic"), ("time",)),
+    **dict.fromkeys(("energy_stored_mooring", "energy_stored_interface"), ("time",)),
+    **dict.fromkeys(("energy_dissipated_radiation", "energy_dissipated_mooring"), ("time",)),
+    **dict.fromkeys(("energy_dissipated_interface", "energy_work_deballast"), ("time",)),
+    **dict.fromkeys(("energy_work_wave_first_order", "energy_residual"), ("time",)),
+    **dict.fromkeys(("energy_work_wave_second_order", "energy_wave_absolute"), ("time",)),
+}
+
+
+def test_variables_and_dimensions(base_run: xr.Dataset) -> None:
+    assert {name: base_run[name].dims for name in EXPECTED} == EXPECTED
+    assert list(base_run.dof.values) == list(DOFS)
+    assert list(base_run.body.values) == ["barge"]
+    assert list(base_run.axis.values) == ["x", "y", "z"]
+    assert list(base_run.fender.values) == [f"interface {i}" for i in (1, 2, 3, 4)]
+    assert_allclose(base_run.time, 0.5 * np.arange(4001), rtol=1e-12)
+
+
+def test_no_number_is_missing(base_run: xr.Dataset) -> None:
+    assert all(np.isfinite(base_run[name]).all() for name in base_run.data_vars)
+
+
+def test_every_variable_says_what_it_is(base_run: xr.Dataset) -> None:
+    for name, variable in base_run.data_vars.items():
+        for key in ("units", "long_name", "frame"):
+            assert variable.attrs.get(key), f"{name} has no {key}"
+    assert len({v.attrs["long_name"] for v in base_run.data_vars.values()}) == len(base_run)
+    assert base_run.time.attrs["units"] == "s"
+
+
+def test_modes_are_flags(base_run: xr.Dataset) -> None:
+    """CF conventions 1.11, section 3.5; and every mode occurs in the base case."""
+    mode = base_run.fender_mode
+    assert mode.dtype == np.int8
+    assert_array_equal(mode.attrs["flag_values"], [0, 1, 2])
+    assert mode.attrs["flag_meanings"] == "open stick slip"
+    assert set(np.unique(mode)) == {0, 1, 2}
+
+
+def test_contact_points_are_where_the_deck_is(base_run: xr.Dataset) -> None:
+    """Compression is how far the deck is above 3.6 m, by rotation matrices written out here for
+    pitch alone (waves along the barge); without contact there is no force."""
+    q = base_run.position.sel(body="barge")
+    for i, x in enumerate((20.0, 20.0, -20.0, -20.0)):
+        height = -4.9 + q.sel(dof="heave") - x * np.sin(q.sel(dof="pitch"))
+        height = height + 7.5 * np.cos(q.sel(dof="pitch"))
+        assert_allclose(base_run.fender_compression[:, i], height - 3.6, atol=1e-9)
+    closed = base_run.fender_mode.values > 0
+    normal = base_run.fender_normal_force.values
+    assert not normal[~closed].any()
+    assert_allclose(normal[closed], 98.1e6 * base_run.fender_compression.values[closed], rtol=1e-9)
+
+
+def test_friction_stays_below_its_limits(base_run: xr.Dataset) -> None:
+    """mu_s N in stick, mu_k N + C3 |v2| in slip, where v2 is less than the deck's own speed."""
+    friction = np.linalg.norm(base_run.fender_friction.values, axis=2)
+    mode, normal = base_run.fender_mode.values, base_run.fender_normal_force.values
+    stick, slip = mode == 1, mode == 2
+    assert (friction[stick] <= 0.2 * normal[stick] * (1 + 1e-6) + 1.0).all()
+    fastest = float(np.abs(base_run.velocity.sel(dof="surge")).max()) + 0.1
+    assert (friction[slip] <= 0.1 * normal[slip] + 0.25e6 * fastest).all()
+    assert not friction[mode == 0].any()
+    assert (np.diff(base_run.fender_slip_distance, axis=0) >= 0.0).all()
+
+
+def test_reference_position_is_the_place_at_rest() -> None:
+    scene = scene_of("free_floating")
+    (body,) = scene.bodies
+    moved = replace(scene, bodies=(replace(body, location=(100.0, -50.0)),), duration=1.0)
+    assert_array_equal(hs.simulate(moved).reference_position, [[100.0, -50.0, -4.9]])
+
+
+def test_provenance(base_run: xr.Dataset) -> None:
+    a = base_run.attrs
+    assert a["title"] == "Reverse float-over, base case"
+    assert a["case"] == (CASES / "base.yaml").read_text()
+    assert a["case_file"].endswith("base.yaml")
+    assert a["seeds"] == [1]
+    assert a["program"].startswith("hydrosim ")
+    assert (a["solver_method"], a["solver_step"], a["solver_rejected"]) == ("rk4", 0.1, 0)
+    assert a["solver_steps"] >= 20000  # of the grid, and the pieces between events
+    assert a["solver_events"] > 0
+    assert a["solver_evaluations"] >= 4 * a["solver_steps"]
+    assert a["wall_time"] > 0.0
+    assert a["status"] == "complete"
+    assert "states for surge, heave, pitch" in a["radiation_barge"]
+
+
+def test_the_database_is_known_by_its_checksum(base_run: xr.Dataset) -> None:
+    assert base_run.attrs["database_barge"] == hull().source
+    assert base_run.attrs["database_checksum_barge"] == hull().checksum
+
+
+def test_without_fenders_there_is_nothing_of_them() -> None:
+    run = hs.simulate(replace(scene_of("free_floating"), duration=1.0))
+    assert "fender" not in run.dims
+    assert not [name for name in run.data_vars if str(name).startswith("fender")]
+
+
+@pytest.mark.parametrize("scene", ["free_floating", "base"])
+def test_round_trip_through_netcdf(scene: str, tmp_path: Path) -> None:
+    run = hs.simulate(replace(scene_of(scene), duration=5.0))
+    write(run, tmp_path / "run.nc")
+    assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
+    back = xr.load_dataset(tmp_path / "run.nc")
+    xr.testing.assert_equal(back, run)
+    for name in run.data_vars:
+        assert {k: np.asarray(v).tolist() for k, v in back[name].attrs.items()} == {
+            k: np.asarray(v).tolist() for k, v in run[name].attrs.items()
+        }
+    assert back.attrs.keys() == run.attrs.keys()
+    for key in ("case", "title", "status", "solver_step", "solver_steps", "wall_time"):
+        assert back.attrs[key] == run.attrs[key]
+    assert np.ravel(back.attrs["seeds"]).tolist() == [1]
+
+
+def test_writing_replaces_the_file_at_once(tmp_path: Path) -> None:
+    """A result that cannot be written leaves the last one as it was."""
+    path = tmp_path / "run.nc"
+    run = hs.simulate(replace(in_contact(1.0), output_step=0.1))
+    write(run, path)
+    before = path.read_bytes()
+    with pytest.raises((TypeError, ValueError)):
+        write(run.assign_attrs(bad=object()), path)
+    assert path.read_bytes() == before
