@@ -17,6 +17,7 @@ from hydrosim.run import State
 
 ENDED = 1e-2  # N: a margin this near to zero has ended its mode; forces here are of 1e6 N
 SHORTEST = 1e-9  # s: of a piece between two events
+TINY = 1e-9  # of any state, all of which are far larger where they are not zero
 
 
 class Solution(NamedTuple):
@@ -81,9 +82,9 @@ def solve(
 
 
 def without_integrals(model: Model, size: np.ndarray) -> np.ndarray:
-    """``size`` (ny,), infinite for slip distances and energies: they act on nothing, and
-    hydrosim's own error is not measured by them."""
-    fenders, free = model.elements[FENDER], size.copy()
+    """``size`` (ny,), not zero, and infinite for slip distances and energies: they act on nothing,
+    and must not cost steps that hydrosim does not take for them."""
+    fenders, free = model.elements[FENDER], np.maximum(size, TINY)
     points = free[fenders.state : model.energy].reshape(-1, STATES)
     points[:, 2:] = np.inf
     free[model.energy :] = np.inf

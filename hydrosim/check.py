@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from rich.console import RenderableType
+from rich.console import JustifyMethod, RenderableType
 from rich.table import Table
 
 from hydrosim.database import check as check_database
@@ -23,7 +23,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
     model, state = compile_scene(replace(scene, bodies=bodies), notes)
     clock = compile_clock(scene, model)
-    yield f"[bold]{scene.title}[/]"
+    yield scene.title
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
@@ -40,11 +40,11 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         for finding in check_database(wet.database):
             if not finding.passed:
                 figures = f"{finding.figure:.3g} > {finding.limit:.3g}"
-                yield f"  [yellow]{finding.name}[/]: {figures}, {finding.advice}"
+                yield f"  {finding.name}: {figures}, {finding.advice}"
     for line in notes.skipped:
         yield f"skipped: {line}"
     for line in notes.warnings:
-        yield f"[yellow]warning[/]: {line}"
+        yield f"warning: {line}"
     yield scene_step_limit(scene, model, state).describe(scene.solver.step)
     yield _periods(scene, natural_modes(linearise(model, state)))
 
@@ -59,7 +59,8 @@ def _with_states(radiation: RadiationModel) -> RadiationModel:
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:
     table = Table(title="Natural periods at the start of the run")
     for heading in ("body", "mode", "natural period [s]", "damped period [s]", "damping ratio"):
-        table.add_column(heading, justify="left" if heading in ("body", "mode") else "right")
+        justify: JustifyMethod = "left" if heading in ("body", "mode") else "right"
+        table.add_column(heading, justify=justify, no_wrap=True)
     for mode in modes:
         table.add_row(
             scene.bodies[mode.coordinate // 6].name,

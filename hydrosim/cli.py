@@ -75,7 +75,7 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
     case = load_case(case_file, settings)
     _announce_compile()
     for part in survey(case.scene()):
-        out.print(part, highlight=False, soft_wrap=isinstance(part, str))
+        _say(part) if isinstance(part, str) else out.print(part)
 
 
 @app.command()
@@ -109,7 +109,7 @@ def converge(
     write(dataset, path)
     draw_work_precision(dataset, path.with_suffix(".png"))
     out.print(convergence(study))
-    out.print(f"result    {path}, {path.with_suffix('.png')}", highlight=False, soft_wrap=True)
+    _say(f"result    {path}, {path.with_suffix('.png')}")
 
 
 @app.command()
@@ -127,7 +127,7 @@ def plot(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     for picture in draw(dataset, folder, run_file.stem):
-        out.print(f"picture   {picture}", highlight=False, soft_wrap=True)
+        _say(f"picture   {picture}")
 
 
 def _result_path(output: Path | None, case_file: Path) -> Path:
@@ -206,8 +206,13 @@ def _summary(dataset: xr.Dataset, path: Path) -> None:
     from hydrosim.summary import lines
 
     for line in lines(dataset):
-        out.print(line, highlight=False, soft_wrap=True)
-    out.print(f"result    {path}", highlight=False, soft_wrap=True)
+        _say(line)
+    _say(f"result    {path}")
+
+
+def _say(line: str) -> None:
+    """One line as it is: no markup, no colours, not broken."""
+    out.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def main() -> None:

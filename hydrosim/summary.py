@@ -26,7 +26,7 @@ def lines(run: xr.Dataset) -> Iterator[str]:
     if "fender" in run.dims:
         yield from _contact(run)
     for warning in str(a.get("warnings", "")).splitlines():
-        yield f"[yellow]warning[/]   {warning}"
+        yield f"warning   {warning}"
     yield f"energy    residual {a['energy_residual_relative']:.1e} of the integral of |wave power|"
 
 

@@ -19,10 +19,12 @@ MEMORY_STEP = 0.1  # s: of their tables
 
 @dataclass(frozen=True)
 class WetBody:
-    """A body's database about its own centre of gravity, for all headings, and its radiation in
-    the time domain: retardation functions and, for a state-space model, their fits."""
+    """A body's database about its own centre of gravity, for all headings, with the ``checksum``
+    of the one that was read; and its radiation in the time domain: retardation functions and, for
+    a state-space model, their fits."""
 
     database: HydroDatabase
+    checksum: str
     memory: Retardation
     fits: tuple[StateSpace, ...] = ()
 
@@ -37,7 +39,7 @@ class WetBody:
         ]
         return {
             "database": db.source,
-            "database_checksum": db.checksum,
+            "database_checksum": self.checksum,
             "radiation": "; ".join(fits) or "no state space",
             "retardation": f"|K(T)|/max|K| {report.end_ratio:.1e}, B(w_max)/max B"
             f" {report.band_ratio:.1e}, Ogilvie residual {report.ogilvie_residual:.1e}, smallest"
@@ -56,13 +58,14 @@ def wet_body(body: Body, water: Environment) -> WetBody | None:
             f"{db.source}: has {db.bodies} bodies, but bodies.{body.name} needs a database of one."
         )
     _check_environment(db, body, water)
+    checksum = db.checksum
     db = database.all_headings(database.move_reference(db, body.centre_of_gravity))
     memory = radiation.retardation(
         *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
     )
     if body.radiation is not RadiationModel.STATE_SPACE:
-        return WetBody(db, memory)
-    return WetBody(db, memory, radiation.fit(db.checksum, memory, db.frequency))
+        return WetBody(db, checksum, memory)
+    return WetBody(db, checksum, memory, radiation.fit(db.checksum, memory, db.frequency))
 
 
 def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:

@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the command: small matrices only wait
+
 from collections.abc import Callable
 
 import pytest

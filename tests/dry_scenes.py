@@ -13,8 +13,8 @@ import hydrosim as hs
 from hydrosim.forces import (
     AppliedForce,
     Fender,
-    FrictionSlope,
     Frictionless,
+    FrictionSlope,
     NormalCurve,
     Plane,
     StickSlip,

@@ -511,7 +511,9 @@ class TestSolver:
     def test_all_keys(self, load: Load) -> None:
         text = DRY + "solver: {method: heun, step: 50 ms, kinematics: linear, events: false}"
         solver = load(text).scene().solver
-        assert solver == scene.Solver(scene.Method.HEUN, 0.05, scene.Kinematics.LINEAR, False)
+        assert solver == scene.Solver(
+            method=scene.Method.HEUN, step=0.05, kinematics=scene.Kinematics.LINEAR, events=False
+        )
 
     @pytest.mark.parametrize(("step", "output"), [(0.3, 0.6), (2.0, 2.0), (0.07, 0.49)])
     def test_output_follows_the_step(self, load: Load, step: float, output: float) -> None:

@@ -42,7 +42,7 @@ def observed_order(error: Callable[[float], float], step: float) -> float:
     return float(np.log2(error(step) / error(step / 2)))
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", list(ORDERS))
 def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
     method: Method, figure: Figure
 ) -> None:

@@ -1,0 +1,185 @@
+"""A block that is pressed on a floor and pushed along it: an integration apart from hydrosim.
+
+The laws of friction and contact are written out here for one axis, and integrated by scipy's
+8th-order method from event to event and from corner to corner of the tables of forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from dry_scenes import FLOOR, block, moving
+from scipy.integrate import solve_ivp
+
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    LinearMooring,
+    NormalCurve,
+    StickSlip,
+)
+from hydrosim.scene import Scene, Solver
+
+OPEN, STICK, SLIP = range(3)
+X, V, Z, W, S = range(5)
+
+
+@dataclass(frozen=True)
+class Block:
+    """``push`` and ``press`` (n,) [N] at ``time`` (n,) along x and z; ``spring`` [N/m] along x and
+    z; ``start``: x, x', z, z'."""
+
+    mass: float
+    curve: NormalCurve
+    friction: StickSlip | FrictionSlope | Frictionless
+    time: np.ndarray
+    push: np.ndarray
+    press: np.ndarray
+    spring: tuple[float, float] = (0.0, 0.0)
+    start: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    duration: float = 20.0
+
+    def scene(self, step: float, output_step: float = 0.1, events: bool = True) -> Scene:
+        """The same block for hydrosim."""
+        x, v, z, w = self.start
+        table = np.zeros((self.time.size, 6))
+        table[:, 0], table[:, 2] = self.push, self.press
+        body = block(
+            self.mass,
+            ("surge", "heave"),
+            position=moving(surge=x, heave=z),
+            velocity=moving(surge=v, heave=w),
+        )
+        forces = {
+            "push": AppliedForce("block", (0.0, 0.0, 0.0), self.time, table),
+            "spring": LinearMooring("block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])),
+            "fender": Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
+        }
+        solver = Solver(step=step, events=events)
+        return Scene(
+            "one axis",
+            self.duration,
+            (body,),
+            forces=forces,
+            solver=solver,
+            output_step=output_step,
+        )
+
+    def normal_force(self, y: np.ndarray) -> float:
+        """f(delta) + c delta', not cut at zero."""
+        x, f = self.curve.compression, self.curve.force
+        k = min(max(int(np.searchsorted(x, -y[Z])) - 1, 0), x.size - 2)
+        elastic = f[k] + (f[k + 1] - f[k]) / (x[k + 1] - x[k]) * (-y[Z] - x[k])
+        return elastic - self.curve.damping * y[W]
+
+    def friction_force(self, mode: int, y: np.ndarray) -> tuple[float, float]:
+        """Force on the block, rate of the stretch."""
+        law, v, s = self.friction, y[V], y[S]
+        if isinstance(law, FrictionSlope):
+            limit = law.coefficient * self.normal_force(y)
+            return {OPEN: 0.0, STICK: -law.slope * v, SLIP: -limit * np.sign(v)}[mode], 0.0
+        if isinstance(law, Frictionless):
+            return 0.0, 0.0
+        if mode == OPEN:
+            return 0.0, -law.stiffness / law.damping * s if law.damping else 0.0
+        T = law.stiffness * s + law.damping * v
+        excess = abs(T) - law.kinetic * self.normal_force(y)
+        node = excess / (law.damping + law.slip_damping) * np.sign(T) if mode == SLIP else 0.0
+        return -(law.stiffness * s + law.damping * (v - node)), v - node
+
+    def rates(self, t: float, y: np.ndarray, mode: int) -> np.ndarray:
+        """y' of y = (x, x', z, z', stretch)."""
+        friction, stretching = self.friction_force(mode, y)
+        normal = self.normal_force(y) if mode != OPEN else 0.0
+        along = np.interp(t, self.time, self.push) - self.spring[0] * y[X] + friction
+        up = np.interp(t, self.time, self.press) - self.spring[1] * y[Z] + normal
+        return np.array([y[V], along / self.mass, y[W], up / self.mass, stretching])
+
+    def grip(self, mode: int, y: np.ndarray) -> float:
+        """Positive while the point sticks, or while it slips."""
+        law, N = self.friction, self.normal_force(y)
+        if isinstance(law, Frictionless):
+            return 1.0 if mode == SLIP else -1.0
+        if isinstance(law, FrictionSlope):
+            margin = law.coefficient * N - law.slope * abs(y[V])
+            return margin if mode == STICK else -margin
+        T = abs(law.stiffness * y[S] + law.damping * y[V])
+        return law.static * N - T if mode == STICK else T - law.kinetic * N
+
+    def next_mode(self, mode: int, ended: int, y: np.ndarray) -> int:
+        """The mode after the event ``ended``: contact, grip or a corner of the curve."""
+        if ended == 0:
+            if mode != OPEN:
+                return OPEN
+            return STICK if self.grip(STICK, y) >= 0.0 else SLIP
+        if ended == 1:
+            return SLIP if mode == STICK else STICK
+        return mode
+
+
+@dataclass(frozen=True)
+class Exact:
+    """States (nt, 5) and modes (nt,) at the output times, and the times of all changes of mode."""
+
+    states: np.ndarray
+    modes: np.ndarray
+    events: np.ndarray
+
+
+def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exact:
+    """The motion by DOP853 at a relative tolerance of 1e-12, in pieces of at most ``resolution``
+    so that no change of mode is overlooked."""
+    y = np.array([*block.start, 0.0])
+    mode = STICK if block.grip(STICK, y) >= 0.0 else SLIP
+    mode = mode if -y[Z] > 0.0 else OPEN
+    corners = block.time[(block.time > 0.0) & (block.time < block.duration)]
+    states, modes, events, t = np.zeros((times.size, 5)), np.zeros(times.size, int), [], 0.0
+    for stop in [*corners, block.duration]:
+        while t < stop:
+            piece = solve_ivp(
+                *(block.rates, (t, stop), y, "DOP853"),
+                args=(mode,),
+                events=_watch(block, mode, y),
+                dense_output=True,
+                max_step=resolution,
+                rtol=1e-12,
+                atol=1e-14,
+            )
+            inside = (times >= t) & (times <= piece.t[-1] + 1e-12)
+            if inside.any():
+                states[inside], modes[inside] = piece.sol(times[inside]).T, mode
+            t, y = piece.t[-1], piece.y[:, -1]
+            if piece.status == 1:
+                ended = next(i for i, at in enumerate(piece.t_events) if at.size)
+                mode = block.next_mode(mode, ended, y)
+                events.append(t)
+    return Exact(states, modes, np.array(events))
+
+
+def _watch(block: Block, mode: int, start: np.ndarray):
+    """Events: the end of contact or its begin, the end of the grip, corners of the curve."""
+    steepness = block.curve.force[1] / block.curve.compression[1]
+
+    def contact(t: float, y: np.ndarray, mode: int) -> float:
+        N = block.normal_force(y)
+        return N if mode != OPEN else -min(-y[Z] * steepness, N)
+
+    def grip(t: float, y: np.ndarray, mode: int) -> float:
+        return block.grip(mode, y) if mode != OPEN else 1.0
+
+    def corner(at: float):
+        def passed(t: float, y: np.ndarray, mode: int) -> float:
+            return y[Z] + at if mode != OPEN else 1.0
+
+        # on the corner itself, only coming back counts
+        passed.direction = -np.sign(start[W]) if abs(start[Z] + at) < 1e-10 else 0
+        return passed
+
+    contact.direction = grip.direction = -1
+    watched = [contact, grip, *(corner(x) for x in block.curve.compression[1:-1])]
+    for event in watched:
+        event.terminal = True
+    return watched

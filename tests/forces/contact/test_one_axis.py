@@ -1,0 +1,223 @@
+"""Blocks that are pressed on a floor and pushed along it, against `one_axis`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
+from one_axis import OPEN, SLIP, STICK, Block, Exact, integrate
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from hydrosim import simulate
+from hydrosim.forces import Fender, Frictionless, FrictionSlope, NormalCurve, StickSlip
+
+Figure = Callable[[str, float], None]
+TIME = np.arange(0.0, 20.25, 0.25)
+STEPS = (0.005, 0.0025, 0.00125)
+EXACT = 1e-7  # of the range of the motion, at the smallest step
+STEEL = StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
+
+
+def line(stiffness: float, damping: float = 0.0) -> NormalCurve:
+    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+
+
+def sine(amplitude: float, period: float, phase: float = 0.0) -> np.ndarray:
+    """A sine at the points of the table; both programs draw straight lines between them."""
+    return amplitude * np.sin(2 * np.pi * TIME / period + phase)
+
+
+WEIGHT = np.full(TIME.size, -2e6)
+STEADY = Block(1e6, line(2e7), STEEL, TIME, sine(4.3e5, 7.3), WEIGHT, start=(0, 0, -0.1, 0))
+BREATHING = replace(STEADY, start=(0, 0, -0.1, 0.2))
+BLOCKS = {
+    "steady normal force": STEADY,
+    "breathing normal force": BREATHING,
+    "bouncing": replace(STEADY, start=(0, 0.3, 0.2, 0)),
+    "no slip damping": replace(BREATHING, friction=replace(STEEL, slip_damping=0.0)),
+    "slip damping alone": replace(
+        BREATHING, friction=replace(STEEL, damping=0.0, slip_damping=1e6)
+    ),
+    "static as kinetic": replace(BREATHING, friction=replace(STEEL, kinetic=0.2)),
+    "on a spring": replace(BREATHING, push=0 * TIME, spring=(1e6, 0.0), start=(1, 0, -0.1, 0.2)),
+    "friction slope": replace(
+        BREATHING, friction=FrictionSlope(0.15, 2e6), spring=(4e5, 0.0), start=(0, 0, -0.1, 0.2)
+    ),
+    "the base case's four fenders": Block(
+        *(1.7e8, line(392.4e6), StickSlip(0.2, 0.1, 5.6e8, 3.3e7, 1e6), TIME, sine(9e6, 7.6)),
+        press=-3.5e7 + sine(8e6, 8.3, 1.0),
+        spring=(1.57e6, 1.32e8),
+        start=(0, 0, -0.06, 0),
+    ),
+}
+KNEES = NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
+FALLING = Block(
+    *(1e4, KNEES, Frictionless(), TIME, 0 * TIME, np.full(TIME.size, -9.81e4)),
+    start=(0, 0, 0.6, 0),
+    duration=4.0,
+)
+
+
+@lru_cache
+def exact(name: str) -> Exact:
+    block = BLOCKS[name]
+    return integrate(block, output_times(block))
+
+
+def output_times(block: Block) -> np.ndarray:
+    return 0.1 * np.arange(round(block.duration / 0.1) + 1)
+
+
+def error(run: xr.Dataset, reference: Exact) -> float:
+    """Largest error of surge and heave, each relative to its range."""
+    motion, expected = run.position.values[:, 0, [0, 2]], reference.states[:, [0, 2]]
+    span = np.maximum(np.ptp(expected, axis=0), 1e-6)
+    return float((np.abs(motion - expected).max(axis=0) / span).max())
+
+
+def order(errors: list[float]) -> float:
+    return float(np.log2(errors[0] / errors[-1]) / (len(errors) - 1))
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_motion_is_that_of_an_independent_integration(name: str, figure: Figure) -> None:
+    """To 1e-7 of its range, at order 4, with the same modes and the same number of events."""
+    runs = [simulate(BLOCKS[name].scene(step)) for step in STEPS]
+    errors = [error(run, exact(name)) for run in runs]
+    figure("order", order(errors))
+    figure("error", errors[-1])
+    assert order(errors) >= 3.5
+    assert errors[-1] <= EXACT
+    for run in runs:
+        assert np.array_equal(run.fender_mode.values[:, 0], exact(name).modes)
+        assert run.solver_events == exact(name).events.size
+    assert exact(name).events.size >= 4  # that there is something to hit
+
+
+@pytest.mark.parametrize("name", ["steady normal force", "bouncing", "on a spring"])
+def test_without_events_every_method_falls_to_low_order(name: str, figure: Figure) -> None:
+    steps = [0.05 / 2**i for i in range(5)]
+    errors = [error(simulate(BLOCKS[name].scene(h, events=False)), exact(name)) for h in steps]
+    figure("order without events", order(errors))
+    assert order(errors) <= 2.2
+    cut = error(simulate(BLOCKS[name].scene(steps[-1])), exact(name))
+    figure("gain of events", errors[-1] / cut)
+    assert errors[-1] >= 100 * cut
+
+
+def test_curve_with_corners(figure: Figure) -> None:
+    """A body bounces through all pieces of its curve: order 4, its energy conserved."""
+    reference = integrate(FALLING, output_times(FALLING))
+    runs = [simulate(FALLING.scene(step)) for step in (0.004, 0.002, 0.001)]
+    errors = [error(run, reference) for run in runs]
+    losses = [run.energy_residual_relative for run in runs]
+    figure("order", order(errors))
+    figure("error", errors[-1])
+    figure("energy lost", losses[-1])
+    assert order(errors) >= 3.5
+    assert order(losses) >= 3.5
+    assert losses[-1] <= 1e-6
+    assert all(run.solver_events == reference.events.size for run in runs)
+    assert runs[-1].fender_compression.max() > 0.2  # the last piece
+
+
+def stretch(run: xr.Dataset) -> np.ndarray:
+    return run.position.values[:, 0, 0] - run.fender_node.values[:, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "name", [n for n, b in BLOCKS.items() if isinstance(b.friction, StickSlip)]
+)
+def test_traction_of_stick_slip(name: str) -> None:
+    """At most mu_s N in stick, mu_k N + C3 |v2| in slip, none when open."""
+    law, run = BLOCKS[name].friction, simulate(BLOCKS[name].scene(0.01))
+    assert isinstance(law, StickSlip)
+    size = np.linalg.norm(run.fender_friction.values[:, 0], axis=1)
+    N, mode = run.fender_normal_force.values[:, 0], run.fender_mode.values[:, 0]
+    T = law.stiffness * stretch(run) + law.damping * run.velocity.values[:, 0, 0]
+    node = (np.abs(T) - law.kinetic * N) / (law.damping + law.slip_damping)
+    tiny = 1e-9 * N.max()
+    assert np.all(size[mode == STICK] <= law.static * N[mode == STICK] + tiny)
+    assert np.all(node[mode == SLIP] >= -tiny / law.stiffness)
+    expected = law.kinetic * N + law.slip_damping * node
+    np.testing.assert_allclose(size[mode == SLIP], expected[mode == SLIP], atol=tiny)
+    assert np.all(size[mode == OPEN] == 0.0)
+    assert np.all(N[mode != OPEN] >= 0.0)
+
+
+def test_an_open_node_springs_back() -> None:
+    """Once the block is lifted off, the stretch decays as exp(-K2 t / C2)."""
+    lifted = replace(
+        STEADY,
+        time=np.array([0.0, 20.0]),
+        push=np.full(2, 1.5e5),
+        press=np.full(2, 5e4),
+        start=(0, 0, -1e-3, 0),
+        friction=replace(STEEL, damping=7e6),
+        duration=4.0,
+    )
+    run = simulate(lifted.scene(0.01, output_step=0.05))
+    open_ = np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)
+    s, t = stretch(run)[open_], run.time.values[open_]
+    assert abs(s[0]) > 1e-6
+    np.testing.assert_allclose(s[:40], s[0] * np.exp(-2.0 * (t[:40] - t[0])), rtol=1e-7)
+
+
+def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) -> None:
+    """mu_k N along the node's path, and C2 |s'|^2 + C3 |v2|^2 apart; path and velocities are taken
+    from the recorded motion by splines."""
+    N, law = 2e5, StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
+    body = block(
+        1e5,
+        ("surge", "sway", "heave"),
+        position=moving(heave=-0.02),
+        velocity=moving(surge=5.0, sway=1.0),
+    )
+    wind = steady(heave=-N, sway=2e4)
+    run = simulate(scene(body, {"wind": wind, "fender": on_floor(1e7, law)}, 2.0, 0.01, step=0.005))
+    sliding = run.fender_mode.values[:, 0] == SLIP
+    assert sliding[1:].all()
+    t = run.time.values
+    node = CubicSpline(t, run.fender_node.values[:, 0, :2])
+    s = CubicSpline(t, run.position.values[:, 0, :2] - run.fender_node.values[:, 0, :2])
+    fine = np.linspace(0.5, 2.0, 3001)  # past the rise of the stretch, which splines round off
+    speed = np.linalg.norm(node(fine, 1), axis=1)
+    path = np.trapezoid(speed, fine)
+    losses = law.damping * np.linalg.norm(s(fine, 1), axis=1) ** 2 + law.slip_damping * speed**2
+    begin = np.searchsorted(t, 0.5)
+    lost = float(run.fender_dissipated[-1, 0] - run.fender_dissipated[begin, 0])
+    slid = float(run.fender_slip_distance[-1, 0] - run.fender_slip_distance[begin, 0])
+    figure("path", path)
+    assert slid == pytest.approx(path, rel=1e-7)
+    assert lost == pytest.approx(law.kinetic * N * path + np.trapezoid(losses, fine), rel=1e-6)
+    assert np.ptp(np.arctan2(*node(fine, 1).T)) > 0.05  # the path is curved
+
+
+def test_normal_damping(figure: Figure) -> None:
+    """One impact of a mass on a spring and damper, which lets go where N = 0 (not at delta = 0)."""
+    m, k, c, speed = 1e3, 1e6, 1.2e4, 2.0
+    n, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
+
+    def rate(t: float) -> float:
+        return float(speed * np.exp(-n * t) * (np.cos(w * t) - n / w * np.sin(w * t)))
+
+    def force(t: float) -> float:
+        return float(k * speed / w * np.exp(-n * t) * np.sin(w * t) + c * rate(t))
+
+    let_go = brentq(force, 0.5 * np.pi / w, np.pi / w, xtol=1e-14)
+    body = block(m, ("heave",), position=moving(heave=speed * 0.05), velocity=moving(heave=-speed))
+    floor = Fender("block", np.zeros((1, 3)), FLOOR, line(k, c), Frictionless())
+    runs = [simulate(scene(body, {"floor": floor}, 0.4, 0.1, step=h)) for h in (0.002, 0.001)]
+    errors = [abs(-rate(let_go) - run.velocity.values[-1, 0, 2]) for run in runs]
+    figure("speed afterwards", -rate(let_go))
+    figure("error", errors[-1])
+    figure("order", order(errors))
+    assert errors[-1] <= 1e-6
+    assert order(errors) >= 3.5
+    assert all(run.solver_events == 2 for run in runs)
