@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rich.console import JustifyMethod, RenderableType
+from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.database import check as check_database
@@ -60,7 +61,7 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:
     table = Table(title="Natural periods at the start of the run")
     for heading in ("body", "mode", "natural period [s]", "damped period [s]", "damping ratio"):
         justify: JustifyMethod = "left" if heading in ("body", "mode") else "right"
-        table.add_column(heading, justify=justify, no_wrap=True)
+        table.add_column(escape(heading), justify=justify, no_wrap=True)
     for mode in modes:
         table.add_row(
             scene.bodies[mode.coordinate // 6].name,

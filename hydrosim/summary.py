@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.converge import Study
@@ -64,9 +65,9 @@ def convergence(study: Study) -> Table:
     reference = f"reference: rk4 at {study.reference_step:g} s"
     table = Table(title=f"{reference}, its own error {study.reference_error:.1e} m")
     for heading in ("method", "setting", "motion [m]", "order", "crawl [m]", "energy"):
-        table.add_column(heading, justify="left" if heading == "method" else "right")
+        table.add_column(escape(heading), justify="left" if heading == "method" else "right")
     table.add_column("evaluations", justify="right")
-    table.add_column("time [s]", justify="right")
+    table.add_column(escape("time [s]"), justify="right")
     last = None
     for trial in study.trials:
         same = last is not None and last.method is trial.method

@@ -264,7 +264,11 @@ def test_numbers_missing_in_the_database_are_refused(hydrosim: Hydrosim, project
 
 @pytest.mark.parametrize(
     ("output", "words"),
-    [(".", ["--output", "is a directory"]), ("nowhere/run.nc", ["--output", "no folder nowhere"])],
+    [
+        (".", ["--output", "is a directory"]),
+        ("nowhere/run.nc", ["--output", "no folder nowhere"]),
+        ("base.yaml", ["--output", "base.yaml", "case file"]),
+    ],
 )
 def test_bad_outputs_are_refused(
     hydrosim: Hydrosim, project: Path, output: str, words: Sequence[str]
