@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 
 from benchmarks.report import ROOT
-from hydrosim import database, load_case
+from hydrosim import load_case, load_database
 from hydrosim.scene import Method, Scene
 
-SHORT = 700.0  # s: the first contact, at 534 s, and some twenty after it
-CONTACT = 534.0  # s
-SURGE, HEAVE, PITCH = 0, 2, 4
+SHORT = 700.0  # s: the first contact, at 534 s, and a few dozen events after it
+RECORDED = 0.4  # s
+FINEST = RECORDED / 128  # s: the step of the reference
 
 
 @lru_cache
@@ -22,17 +22,22 @@ def base_case() -> Scene:
     """The base case with its database read."""
     scene = load_case(ROOT / "cases" / "reverse_float_over" / "base.yaml").scene()
     (barge,) = scene.bodies
-    barge = replace(barge, hydrodynamics=database.load(barge.hydrodynamics))
-    return replace(scene, bodies=(barge,))
+    return replace(
+        scene, bodies=(replace(barge, hydrodynamics=load_database(barge.hydrodynamics)),)
+    )
 
 
 def short_case(step: float, method: Method = Method.RK4, events: bool = True) -> Scene:
-    """The base case until `SHORT`, recorded every 0.4 s, with this solver."""
-    scene = base_case()
-    solver = replace(scene.solver, step=step, method=method, events=events)
-    return replace(scene, duration=SHORT, output_step=0.4, solver=solver)
+    """The base case until `SHORT`, recorded every `RECORDED`, with this solver."""
+    solver = replace(base_case().solver, step=step, method=method, events=events)
+    return replace(base_case(), duration=SHORT, output_step=RECORDED, solver=solver)
 
 
 def motions(run: xr.Dataset) -> np.ndarray:
     """Displacements and angles (nt, 6) of the one body."""
     return run.position.isel(body=0).values
+
+
+def touches(run: xr.Dataset) -> np.ndarray:
+    """True (nt,) from the first record with contact on."""
+    return np.logical_or.accumulate((run.fender_mode > 0).any("fender").values)

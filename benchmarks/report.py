@@ -85,4 +85,6 @@ def _commit() -> str:
 
 
 def _text(value: str | float) -> str:
+    if isinstance(value, int):
+        return f"{value:,}"
     return value if isinstance(value, str) else f"{value:.3g}"

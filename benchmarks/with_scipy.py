@@ -3,7 +3,7 @@ ends of contact modes as events that stop it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,7 +56,7 @@ def solve(
     model: Model,
     state: State,
     times: np.ndarray,
-    breakpoints: np.ndarray,
+    breakpoints: Sequence[float],
     relative: float,
     size: np.ndarray,
 ) -> Solution:
@@ -81,7 +81,7 @@ def solve(
     return Solution(np.concatenate(kept), largest, evaluations, events)
 
 
-def without_integrals(model: Model, size: np.ndarray) -> np.ndarray:
+def free_of_integrals(model: Model, size: np.ndarray) -> np.ndarray:
     """``size`` (ny,), not zero, and infinite for slip distances and energies: they act on nothing,
     and must not cost steps that hydrosim does not take for them."""
     fenders, free = model.elements[FENDER], np.maximum(size, TINY)
