@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -19,12 +20,12 @@ FINEST = RECORDED / 128  # s: the step of the reference
 
 @lru_cache
 def base_case() -> Scene:
-    """The base case with its database read."""
+    """The base case, its database read once for all."""
     scene = load_case(ROOT / "cases" / "reverse_float_over" / "base.yaml").scene()
     (barge,) = scene.bodies
-    return replace(
-        scene, bodies=(replace(barge, hydrodynamics=load_database(barge.hydrodynamics)),)
-    )
+    assert isinstance(barge.hydrodynamics, Path)
+    read = replace(barge, hydrodynamics=load_database(barge.hydrodynamics))
+    return replace(scene, bodies=(read,))
 
 
 def short_case(step: float, method: Method = Method.RK4, events: bool = True) -> Scene:

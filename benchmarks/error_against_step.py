@@ -23,7 +23,7 @@ from hydrosim.scene import Method
 
 STEPS = [RECORDED / 2**k for k in range(6)]  # s
 COLOURS = {Method.RK2: "#0072B2", Method.HEUN: "#E69F00", Method.RK4: "#009E73"}
-EVENTS = {True: "steps cut at events", False: "without events"}
+UNCUT = ", no events"  # of the name of a line: steps are not cut at events
 Runs = dict[tuple[Method, bool], list[xr.Dataset]]
 Values = dict[str, list[float]]
 """Lines by their names: a value per step, NaN where the run failed."""
@@ -35,10 +35,13 @@ def answer() -> Answer:
     runs = {
         (method, events): [_run(step, method, events) for step in STEPS]
         for method in COLOURS
-        for events in EVENTS
+        for events in (True, False)
     }
     contact = touches(reference)
-    before = _values(runs, lambda run: _error(run, reference, ~contact))
+    before = _values(
+        {key: found for key, found in runs.items() if key[1]},
+        lambda run: _error(run, reference, ~contact),
+    )
     after = _values(runs, lambda run: _error(run, reference, contact))
     own = _error(coarser, reference, contact) / (2**RK4.order - 1)
     return Answer(
@@ -68,7 +71,7 @@ def _run(step: float, method: Method, events: bool) -> xr.Dataset:
 
 def _values(runs: Runs, measure: Callable[[xr.Dataset], float]) -> Values:
     return {
-        f"{method}, {EVENTS[events]}": [measure(run) for run in found]
+        method + ("" if events else UNCUT): [measure(run) for run in found]
         for (method, events), found in runs.items()
     }
 
@@ -120,28 +123,26 @@ def _text(value: float) -> str:
 def _picture(before: Values, after: Values, own: float) -> Figure:
     """Errors against the step: until the first contact, and after it."""
     figure = Figure((10.0, 4.6), dpi=100, layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
-    uncut = EVENTS[False]
-    _draw(left, {name: line for name, line in before.items() if uncut not in name})
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    _draw(left, before)
     _draw(right, after)
     right.axhline(own, color="0.5", linewidth=0.8, linestyle=":")
-    right.annotate("error of the reference", (STEPS[-1], own), (0, 3), color="0.4", **_NEAR)
+    note = {"textcoords": "offset points", "fontsize": "small", "color": "0.4"}
+    right.annotate("the reference's own error", (STEPS[-1], own), (0, 4), **note)
+    left.legend(loc="upper left", fontsize="small", frameon=False)
+    right.legend(loc="center right", fontsize="small", frameon=False)
     left.set_title("until the first contact")
     right.set_title("after it: touching, slipping, sticking")
     left.set_ylabel("largest error of surge [m]")
-    right.legend(loc="lower right", fontsize="small", frameon=False)
     return figure
 
 
-_NEAR = {"textcoords": "offset points", "fontsize": "small"}
-
-
 def _draw(axis: Axes, errors: Values) -> None:
-    """Lines of errors, the last order of each beside its end."""
+    """Lines of errors, with their orders between the two finest steps."""
     for name, line in errors.items():
-        style = "o-" if EVENTS[True] in name else "s--"
-        colour = COLOURS[Method(name.split(",")[0])]
-        axis.loglog(STEPS, line, style, color=colour, label=name, markersize=4, linewidth=1.2)
+        style, colour = "s--" if UNCUT in name else "o-", COLOURS[Method(name.removesuffix(UNCUT))]
+        label = f"{name}: order {log2(line[-2] / line[-1]):.1f}"
+        axis.loglog(STEPS, line, style, color=colour, label=label, markersize=4, linewidth=1.2)
     axis.set_xlabel("step [s]")
     axis.grid(alpha=0.3)
     axis.spines[["top", "right"]].set_visible(False)

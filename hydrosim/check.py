@@ -46,13 +46,13 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
-    yield scene_step_limit(scene, model, state).describe(scene.solver.step)
+    yield scene_step_limit(scene, model, state, each_alone=True).describe(scene.solver.step)
     yield _periods(scene, natural_modes(linearise(model, state)))
 
 
 def _with_states(radiation: RadiationModel) -> RadiationModel:
     """A convolution's memory cannot be linearised; its state-space model can."""
-    if radiation is RadiationModel.CONVOLUTION:
+    if radiation == RadiationModel.CONVOLUTION:
         return RadiationModel.STATE_SPACE
     return radiation
 

@@ -135,8 +135,9 @@ def _result_path(output: Path | None, case_file: Path) -> Path:
     path = Path(f"{case_file.stem}.nc") if output is None else output
     if path.is_dir():
         raise InputError(f"--output: {path} is a directory; expected a file such as {path}/run.nc.")
-    if path.resolve() == case_file.resolve():
-        raise InputError(f"--output: {path} is the case file itself; name another, as in run.nc.")
+    if path.suffix in (".yaml", ".yml"):
+        name = f"expected netCDF, such as {case_file.stem}.nc"
+        raise InputError(f"--output: {path} has the name of a case file; {name}.")
     if not path.parent.is_dir():
         raise InputError(f"--output: there is no folder {path.parent}; make it first.")
     if not os.access(path.parent, os.W_OK):

@@ -36,11 +36,14 @@ def cache_root() -> Path:
 
 @lru_cache
 def kernel_cache() -> Path:
-    """Folder of the compiled kernels of exactly these sources, interpreter and numba."""
-    digest = hashlib.sha256(f"{sys.version}{numba.__version__}".encode())
+    """Folder of the compiled kernels of exactly these sources, interpreter and numba.
+
+    Place and time of the sources count too: numba asks for both before it takes a kernel.
+    """
+    digest = hashlib.sha256(f"{sys.version}{numba.__version__}{PACKAGE}".encode())
     for path in sorted(PACKAGE.rglob("*.py")):
         if path.relative_to(PACKAGE).parts[0] in SOURCES:
-            digest.update(path.read_bytes())
+            digest.update(f"{path.stat().st_mtime_ns}".encode() + path.read_bytes())
     return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
 
 

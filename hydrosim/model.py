@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.dynamics import Model, new_work
+from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import ROWS, Layout
@@ -28,6 +29,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     Raises InputError where a database cannot be read or does not fit the scene.
     """
     notes = Notes() if notes is None else notes
+    _check(scene)
     notes.wet.update({b.name: w for b in scene.bodies if (w := wet_body(b, scene.environment))})
     bodies = _bodies(scene)
     groups = [group for i, b in enumerate(scene.bodies) for group in _groups(i, b, notes.wet)]
@@ -56,6 +58,24 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     )
     take_note(scene, model, notes)
     return model, _first_state(scene, model)
+
+
+def _check(scene: Scene) -> None:
+    """What a case file cannot get wrong, but a scene written in Python can."""
+    names = [body.name for body in scene.bodies]
+    steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
+    whole = scene.solver.method in ADAPTIVE or abs(steps - round(steps)) <= 1e-9 * steps
+    problems = {
+        "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
+        "bodies: one has no degrees of freedom": not all(body.dofs for body in scene.bodies),
+        "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
+        "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
+    }
+    for name, element in scene.forces.items():
+        problems[f"forces.{name}.body: there is no body {element.body}"] = element.body not in names
+    found = [problem for problem, there in problems.items() if there]
+    if found:
+        raise InputError("scene: " + "; ".join(found) + ".")
 
 
 def compile_clock(scene: Scene, model: Model) -> Clock:
@@ -112,7 +132,7 @@ def _bodies(scene: Scene) -> Bodies:
         each=np.array(each, dtype=BODY),
         active=np.array(active, dtype=np.int64),
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
-        exact=scene.solver.kinematics is Kinematics.EXACT,
+        exact=scene.solver.kinematics == Kinematics.EXACT,
     )
 
 
@@ -147,7 +167,7 @@ def _stiffness(scene: Scene, wet: dict[str, WetBody]) -> np.ndarray:
 
 
 def _convolution(scene: Scene, wet: dict[str, WetBody]) -> radiation.ConvolutionKernel:
-    chosen = [b.name for b in scene.bodies if b.radiation is RadiationModel.CONVOLUTION]
+    chosen = [b.name for b in scene.bodies if b.radiation == RadiationModel.CONVOLUTION]
     kernels = {name: wet[name].memory.kernel for name in chosen if name in wet}
     if not kernels:
         return radiation.convolution_model(MEMORY_STEP, np.zeros((2, 0, 0)))
@@ -186,7 +206,7 @@ def _first_state(scene: Scene, model: Model) -> State:
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    fender.settle(y, modes, motion, bodies, p)
+    fender.settle(0.0, y, modes, motion, bodies, p)
     return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
 
 

@@ -169,7 +169,8 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
             t, stop - t, clock, method, state, scratch, counters
         ):
             continue
-        left = _left(end, state.modes, model.bodies, motion, fenders, scratch.margins[AFTER])
+        after = scratch.margins[AFTER]
+        left = _left(stop, end, state.modes, model.bodies, motion, fenders, after)
         if left and clock.events:
             stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
         t = stop
@@ -177,7 +178,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         assign(state.y, end)
         if left:
             events += 1
-            _switch(clock.events, state, model.bodies, motion, fenders, scratch.margins)
+            _switch(clock.events, t, state, model.bodies, motion, fenders, scratch.margins)
         _check(state.y, model.bodies, counters)
         remember(t, state, model.bodies, motion)
     if events > limit:
@@ -239,12 +240,12 @@ def _place(y, bodies, motion):
 
 
 @kernel
-def _left(y, modes, bodies, motion, fenders, out):
-    """Margins of all contact modes at ``y``; True if any mode has ended."""
+def _left(t, y, modes, bodies, motion, fenders, out):
+    """Margins of all contact modes at t, y; True if any mode has ended."""
     if out.size == 0:
         return False
     _place(y, bodies, motion)
-    margins(y, modes, motion, bodies, fenders, out)
+    margins(t, y, modes, motion, bodies, fenders, out)
     return left_behind(out)
 
 
@@ -262,12 +263,12 @@ def _land(t, h, model, method, state, work, scratch, counters):
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     assign(scratch.states[FULL], end)
-    _left(state.y, state.modes, bodies, motion, fenders, before)
+    _left(t, state.y, state.modes, bodies, motion, fenders, before)
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
-    x, on_cubic = _zero_on_cubic(0.0, h, state, bodies, motion, fenders, scratch)
+    x, on_cubic = _zero_on_cubic(0.0, t, h, state, bodies, motion, fenders, scratch)
     while True:
         step(t, x * h, model, method, state, work, scratch, counters)
-        _left(end, state.modes, bodies, motion, fenders, now)
+        _left(t + x * h, end, state.modes, bodies, motion, fenders, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
@@ -276,14 +277,14 @@ def _land(t, h, model, method, state, work, scratch, counters):
         else:
             hi, f_hi = x, value
         defect = value - on_cubic
-        x, on_cubic = _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch)
+        x, on_cubic = _zero_on_cubic(defect, t, h, state, bodies, motion, fenders, scratch)
         if not lo < x < hi:
             x = between(lo, max(f_lo, 0.0), hi, f_hi)
-            on_cubic = _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch)
+            on_cubic = _phi_on_cubic(x, t, h, state, bodies, motion, fenders, scratch)
 
 
 @kernel
-def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
+def _zero_on_cubic(defect, t, h, state, bodies, motion, fenders, scratch):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
     before, after = scratch.margins[BEFORE], scratch.margins[AFTER]
@@ -291,7 +292,7 @@ def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
     hi, f_hi = 0.0, -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
-        f_hi = _phi_on_cubic(hi, h, state, bodies, motion, fenders, scratch) + defect
+        f_hi = _phi_on_cubic(hi, t, h, state, bodies, motion, fenders, scratch) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo, f_lo = hi, f_hi
@@ -302,7 +303,7 @@ def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch) + defect
+        f = _phi_on_cubic(x, t, h, state, bodies, motion, fenders, scratch) + defect
         if f >= 0.0:
             lo, f_lo = x, f
         else:
@@ -311,15 +312,15 @@ def _zero_on_cubic(defect, h, state, bodies, motion, fenders, scratch):
 
 
 @kernel
-def _phi_on_cubic(x, h, state, bodies, motion, fenders, scratch):
+def _phi_on_cubic(x, t, h, state, bodies, motion, fenders, scratch):
     states, stage = scratch.states, scratch.states[STAGE]
     hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
-    _left(stage, state.modes, bodies, motion, fenders, scratch.margins[NOW])
+    _left(t + x * h, stage, state.modes, bodies, motion, fenders, scratch.margins[NOW])
     return phi(scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER])
 
 
 @kernel
-def _switch(located, state, bodies, motion, fenders, margin):
+def _switch(located, t, state, bodies, motion, fenders, margin):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per point."""
     _place(state.y, bodies, motion)
@@ -330,7 +331,7 @@ def _switch(located, state, bodies, motion, fenders, margin):
             m = MARGINS * i + which
             if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
                 continue
-            switch(i, which, state.y, state.modes, motion, bodies, fenders)
+            switch(i, which, t, state.y, state.modes, motion, bodies, fenders)
             break
 
 
@@ -363,7 +364,7 @@ def keep(t, model, state, work, scratch, record, counters):
     for r in range(model.rows):
         assign(wrench[m * r :], work.wrench[r])
     contact = wrench[m * model.rows :].reshape((points, 8))
-    observe(y, modes, motion, model.bodies, model.elements[FENDER], contact)
+    observe(t, y, modes, motion, model.bodies, model.elements[FENDER], contact)
     for i in range(points):
         assign(kept[i], modes[i])
     row[1] = wave_loads(t, model.waves, work.total, work.total)

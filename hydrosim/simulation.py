@@ -28,6 +28,7 @@ from hydrosim.run import (
     EVALUATIONS,
     EVENTS,
     NOT_FINITE,
+    PITCH,
     RECORDS,
     REJECTED,
     STATUS,
@@ -119,15 +120,17 @@ def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     if scene.solver.step <= limit.step:
         return []
     text = f"solver.step {scene.solver.step:g} s: {limit.describe(scene.solver.step)}"
-    if scene.solver.unstable is Unstable.ERROR:
+    if scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"{text}. Choose a smaller step or solver.unstable: warn.")
     return [text]
 
 
-def scene_step_limit(scene: Scene, model: Model, state: State) -> StepLimit:
-    """The largest stable step of a compiled scene with its method."""
+def scene_step_limit(
+    scene: Scene, model: Model, state: State, each_alone: bool = False
+) -> StepLimit:
+    """The largest stable step of a compiled scene with its method, see `stability.step_limit`."""
     names = coordinate_names(scene) + fender_names(scene)
-    return step_limit(model, state, METHODS[scene.solver.method], names)
+    return step_limit(model, state, METHODS[scene.solver.method], names, each_alone)
 
 
 def _chunks(
@@ -154,16 +157,22 @@ def _failure(
     scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray, time: float
 ) -> str:
     """When, what and where: the message of a run that cannot go on."""
-    n = model.bodies.active.size
-    bad = ~np.isfinite(state.y[: 2 * n])
-    first = int(np.argmax(bad)) % n if bad.any() else int(np.argmax(np.abs(state.y[:n])))
-    body, dof = divmod(int(model.bodies.active[first]), 6)
+    body, dof = divmod(int(model.bodies.active[_culprit(model, state)]), 6)
     what = MESSAGES[int(counters[STATUS])].format(body=scene.bodies[body].name, dof=DOFS[dof])
     name, size = _largest_force(scene, model, record, int(counters[RECORDS]))
     return (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {REMEDY}"
     )
+
+
+def _culprit(model: Model, state: State) -> int:
+    """Index of the free coordinate that is no number, or else of the steepest pitch."""
+    n = model.bodies.active.size
+    bad = ~np.isfinite(state.y[: 2 * n])
+    if bad.any():
+        return int(np.argmax(bad)) % n
+    return int(np.argmax(np.abs(state.y[:n]) * (model.bodies.active % 6 == PITCH)))
 
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:

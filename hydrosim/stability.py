@@ -2,9 +2,10 @@
 
 An explicit method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
-open, all sticking, all slipping and each of them alone, on the steepest piece of its curve, and the
-smallest limit on h is the scene's. Growth by less than a thousandth per period of the mode counts
-as an error, not as an instability: without it, no second-order method could take an undamped mode.
+open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
+curve, and the smallest limit on h is the scene's. Growth by less than a thousandth per period of
+the mode counts as an error, not as an instability: else no second-order method could take an
+undamped mode.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scipy import linalg
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import STATES
+from hydrosim.forces.contact.fender import STATES, STICK_SLIP
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.integrate import Tableau
@@ -29,6 +30,7 @@ GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at
 NAMES = {OPEN: "open", STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised
+PRESSED = 0.01  # m: the compression beyond the start of a piece at which contact is linearised
 
 
 @dataclass(frozen=True)
@@ -50,18 +52,21 @@ class StepLimit:
         )
 
 
-def step_limit(model: Model, state: State, method: Tableau, names: list[str]) -> StepLimit:
+def step_limit(
+    model: Model, state: State, method: Tableau, names: list[str], each_alone: bool = False
+) -> StepLimit:
     """The smallest of the limits over all contact modes; ``names`` are those of the free
     coordinates and then of the contact points."""
-    limits = []
-    for contact, modes in _contact_modes(model, names):
+    worst = (np.inf, 0.0j, "", Linear(*[np.zeros(0)] * 4))
+    for contact, modes in _contact_modes(model, names, each_alone):
         linear = linearise(model, _sliding(model, state, modes), modes)
-        values, vectors = linalg.eig(linear.jacobian)
+        values = linalg.eigvals(linear.jacobian)
         steps = ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
-        worst = int(np.argmin(steps))
-        what = _what(linear, vectors[:, worst], model, names)
-        limits.append(StepLimit(float(steps[worst]), complex(values[worst]), contact, what))
-    return min(limits, key=lambda limit: limit.step)
+        k = int(np.argmin(steps))
+        if steps[k] < worst[0]:
+            worst = (float(steps[k]), complex(values[k]), contact, linear)
+    step, value, contact, linear = worst
+    return StepLimit(step, value, contact, _what(linear, value, model, names))
 
 
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
@@ -79,21 +84,25 @@ def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
     return limits
 
 
-def _contact_modes(model: Model, names: list[str]) -> Iterator[tuple[str, np.ndarray]]:
-    """All points open, sticking or slipping, and each alone sticking or slipping."""
+def _contact_modes(
+    model: Model, names: list[str], each_alone: bool
+) -> Iterator[tuple[str, np.ndarray]]:
+    """All points open, sticking or slipping, and if asked each alone sticking or slipping."""
     points = model.elements[FENDER].points
     steep = np.array([_steepest(model, point) for point in points], dtype=np.int64)
     modes = np.stack([np.full(points.size, OPEN), points["first"]], axis=1).astype(np.int64)
     yield "all contacts open" if points.size else "no contact", modes
     for mode in (STICK, SLIP) if points.size else ():
         yield f"all contacts {NAMES[mode]}", np.stack([np.full(points.size, mode), steep], axis=1)
-        for i in range(points.size if points.size > 1 else 0):
+        for i in range(points.size if each_alone and points.size > 1 else 0):
             alone = modes.copy()
             alone[i] = mode, steep[i]
             yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", alone
 
 
 def _steepest(model: Model, point: np.void) -> int:
+    if point["prescribed"]:
+        return int(point["first"])
     pieces = model.elements[FENDER].segments[point["first"] : point["last"] + 1]
     return int(point["first"] + np.argmax(pieces["slope"]))
 
@@ -108,18 +117,28 @@ def _sliding(model: Model, state: State, modes: np.ndarray) -> State:
         if mode != OPEN:
             contact = touch(point, bodies, motion)
             piece = fenders.segments[segment]
-            wanted = piece["start"] + 0.01
+            wanted = PRESSED if point["prescribed"] else piece["start"] + PRESSED
             first = 6 * int(point["body"])
             shift[first : first + 3] = (contact.compression - wanted) * np.array(contact.normal)
     y[:n] += shift[bodies.active]
     if np.any(modes[:, 0] == SLIP):
         y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
+    for i, (point, (mode, segment)) in enumerate(zip(fenders.points, modes, strict=True)):
+        if mode == SLIP and point["law"] == STICK_SLIP:
+            piece = fenders.segments[segment]
+            normal = max(piece["force"] + (not point["prescribed"]) * PRESSED * piece["slope"], 1.0)
+            stretch = point["static"] * normal / point["stiffness"]
+            y[fenders.state + STATES * i :][:2] = stretch / np.sqrt(2.0)
     return state._replace(y=y)
 
 
-def _what(linear: Linear, vector: np.ndarray, model: Model, names: list[str]) -> str:
-    """Name of the coordinate, contact node or radiation that moves most, each kind in its own
-    units: rates of coordinates, rates of stretches."""
+def _what(linear: Linear, value: complex, model: Model, names: list[str]) -> str:
+    """Name of the coordinate, contact node or radiation that moves most in the eigenvalue's mode,
+    each kind in its own units: rates of coordinates, rates of stretches."""
+    if linear.active.size == 0:
+        return "nothing"
+    values, vectors = linalg.eig(linear.jacobian)
+    vector = vectors[:, int(np.argmin(np.abs(values - value)))]
     n, fenders = linear.active.size, model.elements[FENDER]
     in_contact = linear.states >= fenders.state
     size = np.abs(vector)

@@ -63,7 +63,7 @@ def wet_body(body: Body, water: Environment) -> WetBody | None:
     memory = radiation.retardation(
         *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
     )
-    if body.radiation is not RadiationModel.STATE_SPACE:
+    if body.radiation != RadiationModel.STATE_SPACE:
         return WetBody(db, checksum, memory)
     return WetBody(db, checksum, memory, radiation.fit(db.checksum, memory, db.frequency))
 

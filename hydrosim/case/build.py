@@ -118,8 +118,11 @@ def _fender(element: schema.Fender) -> forces.Fender:
     )
 
 
-def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve:
+def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve | forces.PrescribedNormal:
     share = 1.0 / count if normal.total else 1.0
+    if normal.prescribed is not None:
+        time, force = np.array(normal.prescribed.time), np.array(normal.prescribed.force)
+        return forces.PrescribedNormal(time, share * force)
     if normal.stiffness is not None:
         table = np.array([0.0, 1.0]), np.array([0.0, normal.stiffness])
     else:

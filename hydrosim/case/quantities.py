@@ -200,6 +200,7 @@ Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
+ForceTable = Annotated[tuple[Force, ...], AfterValidator(some)]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]
 Forces = PerDof[
     Annotated[tuple[Force, ...], BeforeValidator(_listed)],

@@ -233,20 +233,38 @@ class Plane(Strict):
         return self
 
 
+class Prescribed(Strict):
+    """A normal force over time, wherever the point is."""
+
+    time: of.Times
+    force: of.ForceTable
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if len(self.time) != len(self.force):
+            found = f"{len(self.time)} times and {len(self.force)} forces"
+            raise problem(found, "a force for each time")
+        return self
+
+
 class Normal(Strict):
     """Normal force of a fender; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
     compression: of.Compressions | None = None
     force: of.NormalForces | None = None
+    prescribed: Prescribed | None = None
     damping: of.Damping = 0.0
     total: StrictBool = False
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        given = self.given("stiffness", "compression", "force")
-        if given not in (["stiffness"], ["compression", "force"]):
-            raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
+        given = self.given("stiffness", "compression", "force", "prescribed")
+        if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
+            expected = "stiffness, or compression and force, or prescribed"
+            raise problem(" and ".join(given) or "no curve", expected)
+        if self.prescribed and self.damping:
+            raise problem("prescribed and damping", "one of them")
         if self.compression and self.force and len(self.compression) != len(self.force):
             found = f"{len(self.compression)} values in compression and {len(self.force)} in force"
             raise problem(found, "a force for each compression")
@@ -270,8 +288,6 @@ class StickSlip(Strict):
     def _check_law(self) -> Self:
         if self.static < self.kinetic:
             raise problem(f"static {self.static:g}, kinetic {self.kinetic:g}", "static >= kinetic")
-        if not self.damping + self.slip_damping:
-            raise problem("damping 0 and slip_damping 0", "one of them above 0")
         return self
 
 
@@ -303,6 +319,15 @@ class Fender(Strict):
     plane: Plane
     normal: Normal
     friction: Friction
+
+    @model_validator(mode="after")
+    def _check_rate_free(self) -> Self:
+        law = self.friction
+        rate_free = isinstance(law, StickSlip) and not law.damping + law.slip_damping
+        if rate_free and self.normal.damping:
+            found = "normal.damping and friction without damping and slip_damping"
+            raise problem(found, "one of the latter above 0, or no normal.damping")
+        return self
 
 
 Element = Annotated[LinearMooring | AppliedForce | Fender, Discriminator("type")]

@@ -15,7 +15,7 @@ from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import Fender, Frictionless, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
-from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.linear_mooring import LinearMooring

@@ -112,10 +112,10 @@ def train_loads(waves: Components, bodies: Sequence[WaveBody]) -> TrainLoads:
         if body.wave_forces.first_order:
             transfer = excitation_at(body.database, waves.heading, waves.omega)
             first[:, dofs] = local[:, dofs] * transfer * body.active
-        if body.wave_forces.second_order is not SecondOrder.NONE:
+        if body.wave_forces.second_order != SecondOrder.NONE:
             transfer = mean_drift_at(body.database, waves.heading, waves.omega)
             drift[:, dofs] = transfer * body.active
-            newman[dofs] = body.wave_forces.second_order is SecondOrder.NEWMAN
+            newman[dofs] = body.wave_forces.second_order == SecondOrder.NEWMAN
     return TrainLoads(waves, first, local, drift, newman)
 
 

@@ -29,7 +29,7 @@ from hydrosim.forces import (
 from hydrosim.forces.contact.fender import DISSIPATED, STATES
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
-from hydrosim.rigid import Motion, place_bodies
+from hydrosim.rigid import Motion
 from hydrosim.run import State
 from hydrosim.scene import Body, Kinematics, Scene
 

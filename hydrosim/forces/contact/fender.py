@@ -7,13 +7,15 @@ N: normal force along the plane's normal n (`normal`); f: friction in the plane 
 a mode (open, stick, slip) and a segment of its curve. They change only at events: a mode holds
 while its three margins are positive,
 
-    contact   min(k delta, N), its opposite when open      k: the curve's steepest slope
+    contact   min(k delta, N), its opposite when open      k: the curve's steepest slope; N alone
+                                                           if it is prescribed
     friction  of the friction law                          in contact
     segment   distance to the nearer corner of the curve   in contact
 
-State per point: stretch s (2,), slip distance, energy lost in friction. A point without stretch
-(other laws) keeps s = 0. Stored energy: normal curve and stretch; dissipation: normal damping,
-friction.
+State per point: stretch s (2,), slip distance, energy lost in friction and where contact ends with
+something still stored. A point without stretch (other laws) keeps s = 0. Stored energy: normal
+curve and stretch; dissipation: normal damping, friction; a prescribed normal force stores nothing
+and what it takes from the body counts as dissipation.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ import numpy as np
 from hydrosim.forces.contact import friction_slope, geometry, normal, stick_slip
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import Friction, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.kernels import clear, kernel
@@ -61,7 +63,7 @@ class Fender(ForceElement):
 
     points: np.ndarray
     plane: Plane
-    normal: NormalCurve
+    normal: NormalCurve | PrescribedNormal
     friction: StickSlip | FrictionSlope | Frictionless
 
 
@@ -69,7 +71,8 @@ POINT = np.dtype(
     [
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
-        *(("first", int), ("last", int), ("steepest", float), ("normal_damping", float)),
+        *(("first", int), ("last", int), ("steepest", float)),
+        *(("prescribed", bool), ("normal_damping", float)),
         *(("law", int), ("static", float), ("kinetic", float)),
         *(("stiffness", float), ("damping", float), ("slip_damping", float)),
     ]
@@ -95,7 +98,10 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             curve = normal.segments(e.normal)
             first, last = last + 1, last + curve.size
             pieces.append(curve)
-            shared = (first, last, curve["slope"].max(), e.normal.damping, *_law(e.friction))
+            prescribed = isinstance(e.normal, PrescribedNormal)
+            damping = 0.0 if isinstance(e.normal, PrescribedNormal) else e.normal.damping
+            steepest = curve["slope"].max()
+            shared = (first, last, steepest, prescribed, damping, *_law(e.friction))
             plane = _plane(e.plane, layout)
             rows += [(layout.body[e.body], layout.row[name], p, *plane, *shared) for p in e.points]
     return Params(np.array(rows, dtype=POINT), np.concatenate(pieces), layout.state)
@@ -120,107 +126,141 @@ def _law(law: StickSlip | FrictionSlope | Frictionless) -> tuple[float, ...]:
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every point into its row of ``wrench``, dissipation by normal damping into
-    ``rate``, the rates of stretch, slip distance and energy lost in friction into ``dy``."""
+    """Force of every point into its row of ``wrench``, dissipation along the normal into ``rate``,
+    the rates of stretch, slip distance and energy lost in friction into ``dy``."""
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, 0], p.state + STATES * i
         if mode == OPEN and point.law != STICK_SLIP:
             clear(dy[k : k + STATES])
             continue
         c = geometry.touch(point, bodies, motion)
-        N = pressure(point, mode, p.segments[modes[i, 1]], c)
-        f = friction(mode, N, c.velocity, (y[k], y[k + 1]), point)
+        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c)
+        f = friction(mode, N, dN, c.velocity, (y[k], y[k + 1]), point)
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
         if mode != OPEN:
-            rate[point.row] += point.normal_damping * c.rate * c.rate
+            lost = N if point.prescribed else point.normal_damping * c.rate
+            rate[point.row] += lost * c.rate
             geometry.press(point, c, N, f.force, wrench[point.row])
 
 
 @kernel
-def pressure(point, mode, piece, contact):
-    """Normal force of a point on a piece of its curve, zero when open; not cut at zero, so that it
-    is smooth across the event that ends the contact."""
-    if mode == OPEN:
-        return 0.0
-    return normal.elastic_force(piece, contact.compression) + point.normal_damping * contact.rate
+def on_curve(t, point, contact):
+    """Where a point is on its normal curve, x, and x': compression, or time if prescribed."""
+    return (t, 1.0) if point.prescribed else (contact.compression, contact.rate)
 
 
 @kernel
-def friction(mode, N, v1, s, point):
+def pressure(t, point, mode, piece, contact):
+    """Normal force N of a point on a piece of its curve and N', zero when open; not cut at zero, so
+    that it is smooth across the event that ends the contact. N' leaves out normal damping."""
+    if mode == OPEN:
+        return 0.0, 0.0
+    x, dx = on_curve(t, point, contact)
+    damping = point.normal_damping * contact.rate
+    return normal.curve_force(piece, x) + damping, piece.slope * dx
+
+
+@kernel
+def friction(mode, N, dN, v1, s, point):
     """Friction of a point by its law."""
     if point.law == STICK_SLIP:
-        return stick_slip.friction(mode, N, v1, s, point)
+        return stick_slip.friction(mode, N, dN, v1, s, point)
     if point.law == FRICTION_SLOPE:
-        return friction_slope.friction(mode, N, v1, s, point)
+        return friction_slope.friction(mode, N, dN, v1, s, point)
     return Friction((0.0, 0.0), (0.0, 0.0), hypot(v1[0], v1[1]) if mode == SLIP else 0.0, 0.0)
 
 
 @kernel
-def friction_margin(mode, N, v1, s, point):
+def friction_margin(mode, N, dN, v1, s, point):
     """How far a point is from leaving stick or slip; frictionless points always slip."""
     if point.law == STICK_SLIP:
-        return stick_slip.margin(mode, N, v1, s, point)
+        return stick_slip.margin(mode, N, dN, v1, s, point)
     if point.law == FRICTION_SLOPE:
-        return friction_slope.margin(mode, N, v1, s, point)
+        return friction_slope.margin(mode, N, dN, v1, s, point)
     return 1.0 if mode == SLIP else -1.0
 
 
 @kernel
-def contact_margin(point, pieces, contact):
-    """min(k delta, f(delta) + c delta'): positive in contact."""
-    k = normal.find_segment(point.first, point.last, pieces, contact.compression)
-    N = pressure(point, STICK, pieces[k], contact)
-    return min(point.steepest * contact.compression, N)
+def contact_margin(t, point, piece, contact):
+    """min(k delta, N), or N if it is prescribed: positive in contact."""
+    N, _ = pressure(t, point, STICK, piece, contact)
+    return N if point.prescribed else min(point.steepest * contact.compression, N)
 
 
 @kernel
-def margins(y, modes, motion, bodies, p, out):
+def find_piece(t, point, pieces, contact):
+    """Index of the piece of its curve that a point is on."""
+    x, _ = on_curve(t, point, contact)
+    return normal.find_segment(point.first, point.last, pieces, x)
+
+
+@kernel
+def margins(t, y, modes, motion, bodies, p, out):
     """Margins ``out`` (3 n,) of the modes of all points, negative where a mode has ended."""
     for i in range(p.points.size):
         point, mode, k, m = p.points[i], modes[i, 0], p.state + STATES * i, MARGINS * i
         c = geometry.touch(point, bodies, motion)
         if mode == OPEN:
-            out[m + CONTACT_MARGIN] = -contact_margin(point, p.segments, c)
+            piece = p.segments[find_piece(t, point, p.segments, c)]
+            out[m + CONTACT_MARGIN] = -contact_margin(t, point, piece, c)
             out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = 1.0
             continue
-        piece = p.segments[modes[i, 1]]
-        N = pressure(point, mode, piece, c)
-        out[m + CONTACT_MARGIN] = min(point.steepest * c.compression, N)
-        out[m + FRICTION_MARGIN] = friction_margin(mode, N, c.velocity, (y[k], y[k + 1]), point)
-        out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, c.compression)
+        piece, s = p.segments[modes[i, 1]], (y[k], y[k + 1])
+        N, dN = pressure(t, point, mode, piece, c)
+        out[m + CONTACT_MARGIN] = contact_margin(t, point, piece, c)
+        out[m + FRICTION_MARGIN] = friction_margin(mode, N, dN, c.velocity, s, point)
+        out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, on_curve(t, point, c)[0])
 
 
 @kernel
-def switch(i, which, y, modes, motion, bodies, p):
+def switch(i, which, t, y, modes, motion, bodies, p):
     """Put point ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    point, c = p.points[i], geometry.touch(p.points[i], bodies, motion)
     if which == SEGMENT_MARGIN:
-        piece = p.segments[modes[i, 1]]
-        compression = geometry.touch(p.points[i], bodies, motion).compression
-        modes[i, 1] += 1 if piece.upper - compression < compression - piece.lower else -1
+        piece, x = p.segments[modes[i, 1]], on_curve(t, point, c)[0]
+        modes[i, 1] += 1 if piece.upper - x < x - piece.lower else -1
+    elif which == FRICTION_MARGIN and modes[i, 0] == STICK:
+        _break_away(i, t, y, modes, c, p)
     elif which == FRICTION_MARGIN:
-        modes[i, 0] = SLIP if modes[i, 0] == STICK else STICK
+        modes[i, 0] = STICK
     elif modes[i, 0] == OPEN:
-        _close(i, y, modes, motion, bodies, p)
+        _close(i, t, y, modes, c, p)
     else:
-        _open(i, y, modes, p)
+        _open(i, y, modes, c, p)
 
 
 @kernel
-def _close(i, y, modes, motion, bodies, p):
+def _break_away(i, t, y, modes, contact, p):
+    """Slip begins; in the rate-free limit the node jumps."""
+    k, point = p.state + STATES * i, p.points[i]
+    if point.law == STICK_SLIP:
+        N, _ = pressure(t, point, STICK, p.segments[modes[i, 1]], contact)
+        before = hypot(y[k], y[k + 1])
+        (y[k], y[k + 1]), lost = stick_slip.break_away(N, (y[k], y[k + 1]), point)
+        y[k + SLIP_DISTANCE] += before - hypot(y[k], y[k + 1])
+        y[k + DISSIPATED] += lost
+    modes[i, 0] = SLIP
+
+
+@kernel
+def _close(i, t, y, modes, contact, p):
     """Contact begins: the mode is the one whose margin is positive."""
     k, point = p.state + STATES * i, p.points[i]
-    c = geometry.touch(point, bodies, motion)
-    modes[i, 1] = normal.find_segment(point.first, point.last, p.segments, c.compression)
-    N = pressure(point, STICK, p.segments[modes[i, 1]], c)
-    held = friction_margin(STICK, N, c.velocity, (y[k], y[k + 1]), point) >= 0.0
+    modes[i, 1] = find_piece(t, point, p.segments, contact)
+    piece = p.segments[modes[i, 1]]
+    N, dN = pressure(t, point, STICK, piece, contact)
+    held = friction_margin(STICK, N, dN, contact.velocity, (y[k], y[k + 1]), point) >= 0.0
     modes[i, 0] = STICK if held else SLIP
+    y[k + DISSIPATED] -= _stored_along_normal(point, piece, contact)
 
 
 @kernel
-def _open(i, y, modes, p):
-    """Contact ends; a node without a damper springs back at once and its energy is lost."""
+def _open(i, y, modes, contact, p):
+    """Contact ends: what the normal curve still holds, because its damper pulled, is lost, and so
+    is the stretch of a node without a damper, which springs back at once."""
     k, point = p.state + STATES * i, p.points[i]
+    y[k + DISSIPATED] += _stored_along_normal(point, p.segments[modes[i, 1]], contact)
     modes[i, 0], modes[i, 1] = OPEN, point.first
     if point.law == STICK_SLIP and point.damping == 0.0:
         y[k + DISSIPATED] += stick_slip.stored_energy((y[k], y[k + 1]), point)
@@ -228,13 +268,20 @@ def _open(i, y, modes, p):
 
 
 @kernel
-def settle(y, modes, motion, bodies, p):
+def _stored_along_normal(point, piece, contact):
+    return 0.0 if point.prescribed else normal.stored_energy(piece, contact.compression)
+
+
+@kernel
+def settle(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
         modes[i, 0], modes[i, 1] = OPEN, p.points[i].first
         c = geometry.touch(p.points[i], bodies, motion)
-        if contact_margin(p.points[i], p.segments, c) > 0.0:
-            _close(i, y, modes, motion, bodies, p)
+        piece = p.segments[find_piece(t, p.points[i], p.segments, c)]
+        if contact_margin(t, p.points[i], piece, c) > 0.0:
+            _close(i, t, y, modes, c, p)
+            y[p.state + STATES * i + DISSIPATED] = 0.0  # what is stored at the start was there
 
 
 @kernel
@@ -245,18 +292,18 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         if point.law == STICK_SLIP:
             stored[point.row] += stick_slip.stored_energy((y[k], y[k + 1]), point)
         if modes[i, 0] != OPEN:
-            compression = geometry.touch(point, bodies, motion).compression
-            stored[point.row] += normal.stored_energy(p.segments[modes[i, 1]], compression)
+            contact = geometry.touch(point, bodies, motion)
+            stored[point.row] += _stored_along_normal(point, p.segments[modes[i, 1]], contact)
 
 
 @kernel
-def observe(y, modes, motion, bodies, p, out):
+def observe(t, y, modes, motion, bodies, p, out):
     """Rows ``out`` (n, 8): compression, N, friction (3) in the earth frame, node (3)."""
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, 0], p.state + STATES * i
         c, s = geometry.touch(point, bodies, motion), (y[k], y[k + 1])
-        N = pressure(point, mode, p.segments[modes[i, 1]], c)
-        f = friction(mode, N, c.velocity, s, point).force
+        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c)
+        f = friction(mode, N, dN, c.velocity, s, point).force
         out[i, 0], out[i, 1] = c.compression, N
         for j in range(3):
             t1, t2, n = c.tangent1[j], c.tangent2[j], c.normal[j]

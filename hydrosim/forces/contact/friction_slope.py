@@ -26,7 +26,7 @@ class FrictionSlope:
 
 
 @kernel
-def friction(mode, N, v1, s, p):
+def friction(mode, N, dN, v1, s, p):
     """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
     speed = hypot(v1[0], v1[1])
     if mode == OPEN or speed == 0.0:
@@ -37,7 +37,7 @@ def friction(mode, N, v1, s, p):
 
 
 @kernel
-def margin(mode, N, v1, s, p):
+def margin(mode, N, dN, v1, s, p):
     """How far the point is from the corner mu N = b |v| [N]; negative past it."""
     viscous = p.damping * hypot(v1[0], v1[1])
     return p.kinetic * N - viscous if mode == STICK else viscous - p.kinetic * N

@@ -1,6 +1,6 @@
-"""Normal force of a contact point from a compression-force curve and a damper.
+"""Normal force of a contact point: from a compression-force curve and a damper, or prescribed.
 
-    N = f(delta) + c delta',   N >= 0
+    N = f(delta) + c delta'   or   N = f(t),   N >= 0
 
 f: straight lines through the points of the table, the last slope going on beyond; c: damping. The
 curve's corners are events: a contact point knows its segment, and on it N is smooth. Stored energy
@@ -18,6 +18,15 @@ from hydrosim.kernels import kernel
 
 
 @dataclass(frozen=True)
+class PrescribedNormal:
+    """Per contact point: ``force`` (n,) [N] at ``time`` (n,) [s], straight lines between, constant
+    before and after. Contact is where it is positive, wherever the point is."""
+
+    time: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
 class NormalCurve:
     """Per contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,) [N], not falling
     from 0, and ``damping`` [N s/m]."""
@@ -30,13 +39,26 @@ class NormalCurve:
 SEGMENT = np.dtype(
     [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
 )
-"""A straight piece of a curve: from ``lower`` to ``upper`` the force is ``force + slope (delta -
-start)``; ``energy`` is what is stored at start."""
+"""A straight piece of a curve over x, compression or time: from ``lower`` to ``upper`` the force is
+``force + slope (x - start)``; ``energy`` is what is stored at start."""
 
 
-def segments(curve: NormalCurve) -> np.ndarray:
-    """The straight pieces of a curve, (n - 1,) of `SEGMENT`."""
-    x, f = np.asarray(curve.compression, float), np.asarray(curve.force, float)
+def segments(curve: NormalCurve | PrescribedNormal) -> np.ndarray:
+    """The straight pieces of a curve, of `SEGMENT`; over time instead of compression, and with
+    nothing stored, if it is prescribed."""
+    if isinstance(curve, NormalCurve):
+        return _pieces(curve.compression, curve.force)
+    before, after = [curve.time[0] - 1.0], [curve.time[-1] + 1.0]
+    ends = curve.force[:1], curve.force[-1:]
+    pieces = _pieces(
+        np.concatenate([before, curve.time, after]), np.concatenate([ends[0], curve.force, ends[1]])
+    )
+    pieces["energy"] = 0.0
+    return pieces
+
+
+def _pieces(x: np.ndarray, f: np.ndarray) -> np.ndarray:
+    x, f = np.asarray(x, float), np.asarray(f, float)
     pieces = np.zeros(x.size - 1, dtype=SEGMENT)
     pieces["start"], pieces["force"] = x[:-1], f[:-1]
     pieces["lower"] = np.concatenate([[-inf], x[1:-1]])
@@ -47,9 +69,9 @@ def segments(curve: NormalCurve) -> np.ndarray:
 
 
 @kernel
-def elastic_force(piece, compression):
-    """f(delta) on one piece of a curve."""
-    return piece.force + piece.slope * (compression - piece.start)
+def curve_force(piece, x):
+    """f(x) on one piece of a curve."""
+    return piece.force + piece.slope * (x - piece.start)
 
 
 @kernel
@@ -60,15 +82,15 @@ def stored_energy(piece, compression):
 
 
 @kernel
-def find_segment(first, last, pieces, compression):
-    """Index of the piece, from ``first`` to ``last``, that ``compression`` is on."""
+def find_segment(first, last, pieces, x):
+    """Index of the piece, from ``first`` to ``last``, that x is on."""
     k = first
-    while k < last and compression >= pieces[k].upper:
+    while k < last and x >= pieces[k].upper:
         k += 1
     return k
 
 
 @kernel
-def inside_segment(piece, compression):
-    """Distance [m] to the nearer end of a piece; negative outside."""
-    return min(compression - piece.lower, piece.upper - compression)
+def inside_segment(piece, x):
+    """Distance to the nearer end of a piece; negative outside."""
+    return min(x - piece.lower, piece.upper - x)

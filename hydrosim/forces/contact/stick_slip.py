@@ -10,8 +10,15 @@ plane; s = u1 - u2 is the stretch, v1 = u1' relative to the plane, N the normal 
     s' = v1 - v2,    force on the body  f = -(K2 s + C2 s')
 
 so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy K2 s^2 / 2; dissipation
-C2 s'^2 + (mu_k N + C3 |v2|) |v2|. Needs C2 + C3 > 0. After Plasterk (2017), chapters 5 and 6,
-extended from one axis to the plane.
+C2 s'^2 + (mu_k N + C3 |v2|) |v2|.
+
+Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, K2 |s| = mu_k N, the
+energy of the jump is lost, and in slip it stays on it, so that with d = s / |s|
+
+    slip    v2 = lambda d,  lambda = d v1 - mu_k N' / K2                until lambda = 0
+
+which needs N' and so no normal damping. With C2 = 0 an open node is where the body's point is.
+After Plasterk (2017), chapters 5 and 6, extended from one axis to the plane.
 """
 
 from __future__ import annotations
@@ -47,16 +54,13 @@ class Friction(NamedTuple):
 
 
 @kernel
-def friction(mode, N, v1, s, p):
-    """Stick-slip friction of a contact point in ``mode``."""
+def friction(mode, N, dN, v1, s, p):
+    """Stick-slip friction of a contact point in ``mode``; ``dN`` is N'."""
     K2, C2, C3 = p.stiffness, p.damping, p.slip_damping
     if mode == STICK:
         ds, v2 = v1, 0.0
     elif mode == SLIP:
-        T = traction(v1, s, p)
-        size = hypot(T[0], T[1])
-        v2 = (size - p.kinetic * N) / (C2 + C3)
-        d = (T[0] / size, T[1] / size) if size > 0.0 else (0.0, 0.0)
+        d, v2 = slip(N, dN, v1, s, p)
         ds = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
     else:
         relaxation = K2 / C2 if C2 > 0.0 else 0.0
@@ -69,6 +73,34 @@ def friction(mode, N, v1, s, p):
 
 
 @kernel
+def slip(N, dN, v1, s, p):
+    """Direction d (2,) and speed of the node's slip."""
+    T = traction(v1, s, p)
+    size = hypot(T[0], T[1])
+    if p.damping + p.slip_damping > 0.0:
+        return _unit(T), (size - p.kinetic * N) / (p.damping + p.slip_damping)
+    d = _unit(T) if size > 0.0 else _unit(v1)  # contact that begins in slip has no stretch yet
+    return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * dN / p.stiffness
+
+
+@kernel
+def _unit(a):
+    size = hypot(a[0], a[1])
+    return (a[0] / size, a[1] / size) if size > 0.0 else (0.0, 0.0)
+
+
+@kernel
+def break_away(N, s, p):
+    """Stretch (2,) after break-away, and the energy lost in it: a jump in the rate-free limit."""
+    size = hypot(s[0], s[1])
+    if p.damping + p.slip_damping > 0.0 or size == 0.0:
+        return s, 0.0
+    scale = p.kinetic * N / (p.stiffness * size)
+    kept = (scale * s[0], scale * s[1])
+    return kept, stored_energy(s, p) - stored_energy(kept, p)
+
+
+@kernel
 def traction(v1, s, p):
     """T = K2 s + C2 v1."""
     K2, C2 = p.stiffness, p.damping
@@ -76,11 +108,16 @@ def traction(v1, s, p):
 
 
 @kernel
-def margin(mode, N, v1, s, p):
-    """How far the traction is from ending the ``mode`` [N]; negative past its end."""
+def margin(mode, N, dN, v1, s, p):
+    """How far the traction is from ending the ``mode`` [N], in the rate-free limit the speed of
+    slip [m/s]; negative past its end."""
     T = traction(v1, s, p)
     size = hypot(T[0], T[1])
-    return p.static * N - size if mode == STICK else size - p.kinetic * N
+    if mode == STICK:
+        return p.static * N - size
+    if p.damping + p.slip_damping > 0.0:
+        return size - p.kinetic * N
+    return slip(N, dN, v1, s, p)[1]
 
 
 @kernel

@@ -1,0 +1,401 @@
+"""Contact beyond one axis: ties, reversals, two bodies, turned scenes, the stiff base case."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import (
+    FLOOR,
+    INERTIA,
+    Law,
+    block,
+    errors,
+    heave,
+    moving,
+    observed_orders,
+    on_floor,
+    scene,
+    steady,
+    surge,
+    with_step,
+)
+from numpy.testing import assert_allclose
+from one_axis import Block, integrate
+from scipy.spatial.transform import Rotation
+
+import hydrosim as hs
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+    StickSlip,
+)
+from hydrosim.scene import Kinematics, Scene
+
+Figure = Callable[[str, float], None]
+STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
+LAWS: dict[str, Law] = {
+    "stick-slip": STEEL,
+    "friction slope": FrictionSlope(0.2, 1e5),
+    "frictionless": Frictionless(),
+}
+KNEES = NormalCurve(np.array([0.0, 0.1, 0.2]), np.array([0.0, 1e5, 4e5]))
+SQUARE = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
+
+
+def shared(curve: NormalCurve, count: int) -> NormalCurve:
+    return replace(curve, force=curve.force / count, damping=curve.damping / count)
+
+
+def falling(points: np.ndarray, law: Law, damping: float = 0.0) -> Scene:
+    """A block that falls on its fenders, all at once."""
+    curve = shared(replace(KNEES, damping=damping), len(points))
+    forces = {
+        "weight": steady(heave=-9.81e4),
+        "fender": Fender("block", points, FLOOR, curve, law),
+    }
+    return scene(block(1e4, position=moving(heave=0.5)), forces, 5.0, 0.1, step=0.005)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_fenders_that_touch_at_once_act_as_one(law):
+    """Ties: as many events as a single fender has, no rotation, the same motion."""
+    one = hs.simulate(falling(np.zeros((1, 3)), LAWS[law]))
+    for count in (2, 4):
+        points = SQUARE[[0, 3]] if count == 2 else SQUARE
+        many = hs.simulate(falling(points, LAWS[law]))
+        assert many.solver_events == one.solver_events > 10
+        assert_allclose(heave(many), heave(one), atol=1e-9)
+        assert_allclose(many.position.values[:, 0, 3:], 0.0, atol=1e-12)
+        modes = many.fender_mode.values
+        assert np.array_equal(modes, np.repeat(modes[:, :1], count, axis=1))
+
+
+def test_ledger_closes_through_impacts_on_a_damped_fender(figure: Figure):
+    """A damped fender lets go while it is still compressed; what it holds then is lost."""
+    scenes = [with_step(falling(np.zeros((1, 3)), STEEL, damping=3e4), h) for h in (0.002, 0.001)]
+    residuals = [hs.simulate(s).energy_residual_relative for s in scenes]
+    figure("energy residual", residuals[-1])
+    assert residuals[-1] <= 1e-6
+    assert residuals[-1] <= residuals[0] / 8  # order 3 at least
+
+
+def swinging(law: Law, press: float) -> Block:
+    """A block on a spring, pressed so lightly that it sticks for a moment only where it turns."""
+    return Block(
+        *(1e6, NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8])), law),
+        *(np.array([0.0, 2.5]), np.zeros(2), np.full(2, -press)),
+        spring=(4e6, 0.0),
+        start=(0.0, 1.0, -press / 1e8, 0.0),
+        duration=2.5,
+    )
+
+
+REVERSALS = {
+    "stick-slip": swinging(StickSlip(0.2, 0.1, 1e7, 1e6, 1e5), 1e4),
+    "stick-slip without damping": swinging(StickSlip(0.2, 0.1, 1e7, 0.0, 3e6), 1e5),
+    "friction slope": swinging(FrictionSlope(0.2, 1e7), 1e5),
+}
+
+
+@pytest.mark.parametrize("name", REVERSALS)
+def test_stick_is_found_however_short_it_is(name, figure: Figure):
+    """Stick of milliseconds where slip turns round: a step must not jump over it, or the order is
+    lost. The number of events does not depend on the step."""
+    swing, times = REVERSALS[name], 0.1 * np.arange(26)
+    exact = integrate(swing, times, resolution=1e-3)
+    steps = (0.05, 0.02, 0.01) if name != "friction slope" else (0.02, 0.01, 0.005)
+    runs = [hs.simulate(swing.scene(step)) for step in steps]
+    size = np.array([np.abs(surge(run) - exact.states[:, 0]).max() for run in runs])
+    figure("events", exact.events.size)
+    figure("error", size[-1])
+    figure("order", observed_orders(steps, size)[-1])
+    assert [run.solver_events for run in runs] == [exact.events.size] * len(steps)
+    assert exact.events.size >= 4
+    assert np.all(observed_orders(steps, size) >= 3.5)
+
+
+def test_swings_shorten_by_twice_the_friction_over_the_stiffness(figure: Figure):
+    """The rigid limit of the law, a node two hundred times as stiff as the spring: a mass with dry
+    friction loses 2 mu N / K in every half swing, but for the first quarter's half of it (Den
+    Hartog 1931)."""
+    law, N = StickSlip(0.1, 0.1, 8e8, 1e6), 2e4
+    long = replace(swinging(law, N), time=np.array([0.0, 12.0]), duration=12.0)
+    x = np.abs(surge(hs.simulate(long.scene(0.002, output_step=0.01))))
+    peaks = x[1:-1][(x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:])]
+    loss = 2 * law.kinetic * N / 4e6
+    expected = np.sqrt(1e6 / 4e6) - loss * (np.arange(peaks.size) + 0.5)
+    figure("largest difference", float(np.abs(peaks - expected).max()))
+    # stretching the node takes mu N / K2, 2.5e-6 m, and records 0.01 s apart may miss a peak by
+    # a (w 0.005)^2 / 2, 2.5e-5 m; the loss in all half swings is 7e-3 m
+    assert peaks.size == 8
+    assert_allclose(peaks, expected, atol=6e-5)
+
+
+def test_friction_does_not_know_the_axes():
+    """A straight slide at 36.9 deg is that along x."""
+
+    def slide(direction: np.ndarray) -> np.ndarray:
+        forces = {
+            "weight": steady(heave=-1e6),
+            "springs": LinearMooring("block", np.diag([4e6, 4e6, 0.0, 0.0, 0.0, 0.0])),
+            "fender": on_floor(1e9, StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)),
+        }
+        v = 2.0 * direction
+        body = block(
+            1e6,
+            ("surge", "sway", "heave"),
+            position=moving(heave=-1e-3),
+            velocity=moving(surge=v[0], sway=v[1]),
+        )
+        run = hs.simulate(scene(body, forces, 10.0, 0.1, step=0.01))
+        return run.position.values[:, 0, :2]
+
+    along, oblique = slide(np.array([1.0, 0.0])), slide(np.array([0.8, 0.6]))
+    assert_allclose(oblique, np.outer(along[:, 0], [0.8, 0.6]), atol=1e-9)
+
+
+def test_a_point_driven_in_a_circle(figure: Figure):
+    """The node follows a circle of radius r behind the point's R, at an angle, with
+
+        i (mu_k N + (C2 + C3) w r) exp(-i a) = K2 (R - r exp(-i a)) + i w C2 R
+
+    and the loss is mu_k N times its path, C2 and C3 apart. The body is so heavy that friction does
+    not change its motion."""
+    N, R, w, m, law = 1e5, 2.0, 0.7, 1e13, StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
+    c = law.damping + law.slip_damping
+    a = law.stiffness**2 + (c * w) ** 2
+    b = law.kinetic * N * c * w
+    rest = (law.kinetic * N) ** 2 - (law.stiffness**2 + (law.damping * w) ** 2) * R**2
+    r = (-b + np.sqrt(b * b - a * rest)) / a
+    turn = 1j * (law.kinetic * N + c * w * r) + law.stiffness * r
+    lag = np.angle(turn / ((law.stiffness + 1j * w * law.damping) * R))
+    stretch = abs(R - r * np.exp(1j * lag))
+    loss = law.kinetic * N * w * r + law.slip_damping * (w * r) ** 2
+    loss += law.damping * (w * stretch) ** 2
+
+    springs = LinearMooring("block", np.diag([m * w * w, m * w * w, 0.0, 0.0, 0.0, 0.0]))
+    forces = {"springs": springs, "weight": steady(heave=-N), "fender": on_floor(1e7, law)}
+    body = block(
+        m,
+        ("surge", "sway", "heave"),
+        position=moving(surge=R, heave=-N / 1e7),
+        velocity=moving(sway=w * R),
+    )
+    run = hs.simulate(scene(body, forces, 20.0, 1.0, step=0.01))
+    late = run.isel(time=slice(15, None), fender=0)
+    node = np.linalg.norm(late.fender_node.values[:, :2], axis=1)
+    seconds = float(late.time[-1] - late.time[0])
+    slid = float(late.fender_slip_distance[-1] - late.fender_slip_distance[0])
+    lost = float(late.fender_dissipated[-1] - late.fender_dissipated[0])
+    figure("radius of the node", r)
+    figure("error of the loss", lost / (loss * seconds) - 1)
+    assert_allclose(node, r, rtol=1e-6)
+    assert slid == pytest.approx(w * r * seconds, rel=1e-6)
+    assert lost == pytest.approx(loss * seconds, rel=1e-6)
+
+
+def collision(law: Law) -> Scene:
+    """Two bodies in free flight, one against the deck of the other; nothing else acts."""
+    forces = {
+        "fender": Fender(
+            "block",
+            np.array([[0.4, 0.2, -1.0], [-0.3, -0.4, -1.0]]),
+            Plane((0.0, 0.0, 1.0), (0.1, 0.05, 1.0), body="carrier"),
+            replace(KNEES, damping=2e3),
+            law,
+        )
+    }
+    above = block(
+        1e4,
+        centre_of_gravity=(0.1, -0.2, 2.4),
+        velocity=(1.5, 0.6, -1.5, 0.1, -0.2, 0.3),
+    )
+    below = block(3e4, name="carrier", velocity=(-0.2, 0.1, 0.3, -0.1, 0.1, -0.15))
+    return scene([above, below], forces, 2.0, 0.1, step=0.005)
+
+
+def momenta(run: xr.Dataset, masses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear momentum, and angular momentum about the earth's origin, (nt, 3) each."""
+    place = run.reference_position.values + run.position.values[:, :, :3]
+    v, omega = run.velocity.values[:, :, :3], run.velocity.values[:, :, 3:]
+    angles = run.position.values[:, :, :2:-1]
+    R = Rotation.from_euler("ZYX", angles.reshape(-1, 3)).as_matrix().reshape(*omega.shape, 3)
+    own = np.einsum("tbij,jk,tblk,tbl->tbi", R, INERTIA, R, omega)
+    linear = np.einsum("b,tbi->ti", masses, v)
+    return linear, np.einsum("b,tbi->ti", masses, np.cross(place, v) + own)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_two_bodies_keep_their_momentum(law, figure: Figure):
+    """Momentum to rounding, since a step adds equal and opposite forces; angular momentum, which is
+    not linear in the state, at the order of the method."""
+    masses, drifts = np.array([1e4, 3e4]), []
+    for step in (0.005, 0.0025):
+        run = hs.simulate(with_step(collision(LAWS[law]), step))
+        linear, angular = momenta(run, masses)
+        assert_allclose(linear, linear[[0]] * np.ones((len(linear), 1)), atol=1e-7)
+        drifts.append(np.abs(angular - angular[0]).max() / np.abs(angular[0]).max())
+    figure("drift of angular momentum", drifts[-1])
+    assert np.abs(run.force_fender).max() > 1e4
+    assert run.solver_events >= 4
+    assert drifts[-1] <= 1e-8
+    assert drifts[-1] <= drifts[0] / 8
+
+
+TURN = Rotation.from_euler("z", 0.7).as_matrix()
+SHIFT = np.array([30.0, -20.0, 0.0])
+
+
+def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
+    """A block that is pushed over a sloping floor, as it is or turned and moved."""
+    both = np.kron(np.eye(2), turn)
+    table = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
+    K = np.diag([5e3, 2e4, 0.0])
+    forces = {
+        "push": AppliedForce(
+            "block", tuple(turn @ [0.2, 0.1, 0.0]), np.array([0.0, 3.0]), table @ both.T
+        ),
+        "mooring": LinearMooring("block", np.kron(np.diag([1.0, 0.0]), turn @ K @ turn.T)),
+        "fender": Fender(
+            "block",
+            (SQUARE * [1.5, 1.0, 0.0] - [0.0, 0.0, 1.0]) @ turn.T,
+            Plane(tuple(shift), tuple(turn @ [0.05, -0.1, 1.0])),
+            shared(replace(KNEES, damping=2e4), 4),
+            law,
+        ),
+    }
+    v, omega = turn @ [0.8, -0.3, 0.0], turn @ [0.1, -0.1, 0.2]
+    body = block(
+        1e4,
+        inertia=1e4 * turn @ INERTIA @ turn.T,
+        location=tuple(shift[:2]),
+        centre_of_gravity=(0.0, 0.0, 1.1),
+        velocity=(*v, *omega),
+    )
+    return scene(body, forces, 4.0, 0.1, step=0.01)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_run_turns_with_its_scene(law):
+    """Through stick, slip, contact and corners. Events are located to 1e-10 of a margin's range,
+    and impacts multiply that: hence 1e-6, and 1e-11 for the forces of one instant."""
+    here = hs.simulate(tumbling(np.eye(3), np.zeros(3), LAWS[law]))
+    there = hs.simulate(tumbling(TURN, SHIFT, LAWS[law]))
+    assert there.solver_events == here.solver_events >= 10
+    for name in ("position", "velocity", "force_fender"):
+        a, b = here[name].values[:, 0, :3] @ TURN.T, there[name].values[:, 0, :3]
+        assert_allclose(b, a, atol=1e-6 * np.abs(a).max())
+    assert np.array_equal(here.fender_mode, there.fender_mode)
+    dissipated = here.fender_dissipated.values
+    assert_allclose(there.fender_dissipated.values, dissipated, atol=1e-6 * dissipated.max())
+
+
+def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figure):
+    """The laws of contact know no size: a scene scaled by e moves by e times the same in linear
+    kinematics, and to e^2 in exact kinematics."""
+
+    def run(size: float, kinematics: Kinematics) -> np.ndarray:
+        whole = tumbling(np.eye(3), np.zeros(3), STEEL)
+        fender = whole.forces["fender"]
+        flat = replace(
+            fender,
+            plane=FLOOR,
+            normal=NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
+            points=fender.points - 0.1 * np.eye(3)[2],
+        )
+        push = whole.forces["push"]
+        forces = {
+            **whole.forces,
+            "push": replace(push, force=size * push.force),
+            "fender": flat,
+            "springs": LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
+        }
+        (body,) = whole.bodies
+        body = replace(body, velocity=tuple(size * np.array(body.velocity)))
+        small = replace(whole, bodies=(body,), forces=forces)
+        result = hs.simulate(with_step(small, 0.002, kinematics=kinematics))
+        assert result.solver_events > 4
+        return result.position.values[:, 0]
+
+    large, small = run(1e-3, Kinematics.LINEAR), run(5e-4, Kinematics.LINEAR)
+    assert_allclose(large, 2 * small, atol=1e-12)
+    differences = [
+        np.abs(run(size, Kinematics.EXACT) - linear).max()
+        for size, linear in ((1e-3, large), (5e-4, small))
+    ]
+    order = float(np.log2(differences[0] / differences[1]))
+    figure("order in the size of the motion", order)
+    assert order == pytest.approx(2.0, abs=0.2)
+
+
+def pressed_barge(**law: float) -> Scene:
+    """As heavy and as stiffly held as the reverse float-over: four fenders, lifted through contact
+    while swell pushes and heaves."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 200.5, 0.5)
+    force = np.zeros((t.size, 6))
+    for w, a, p in zip(
+        2 * np.pi / rng.uniform(6, 12, 8), *rng.uniform(0.5, 6, (2, 8)), strict=True
+    ):
+        force[:, 0] += 6e5 * a * np.cos(w * t + p)
+        force[:, 2] += 2e6 * a * np.cos(w * t + p + 1.0)
+        force[:, 4] += 2e7 * a * np.cos(w * t + p + 2.0)
+    force[:, 2] += np.interp(t, [0.0, 200.0], [1.25e8, 1.8e8])
+    m = 1.7e8
+    springs = np.diag([392.4e3, 0.0, 1.32e8, 0.0, 5e11, 0.0])
+    friction = {"stiffness": 1.4e8, "damping": 8.25e6, "slip_damping": 2.5e5} | law
+    corners = np.array([[x, y, 7.5] for x in (20, -20) for y in (20, -20)], dtype=float)
+    forces = {
+        "waves and lift": AppliedForce("block", (0.0, 0.0, 0.0), t, force),
+        "mooring": LinearMooring("block", springs, 0.05 * springs),
+        "fender": Fender(
+            "block",
+            corners,
+            Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0)),
+            NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 9.81e7])),
+            StickSlip(static=0.2, kinetic=0.1, **friction),
+        ),
+    }
+    inertia = m * np.diag([22.0**2, 67.6**2, 68.9**2])
+    body = block(
+        m, ("surge", "heave", "pitch"), inertia=inertia, centre_of_gravity=(0.0, 0.0, -4.9)
+    )
+    start = replace(body, position=moving(heave=0.93))
+    return scene(start, forces, 200.0, 0.5, step=0.1)
+
+
+BARGES = {
+    "K2 1.4e8, C2 8.25e6, C3 2.5e5": {},
+    "no C3": {"slip_damping": 0.0},
+    "ten times softer": {"stiffness": 1.4e7, "damping": 8.25e5},
+    "C3 of 2.5e7": {"slip_damping": 2.5e7},
+}
+
+
+@pytest.mark.parametrize("name", BARGES)
+def test_stiff_fenders_of_the_base_case(name, figure: Figure):
+    """Order 4 down from the base case's own step of 0.1 s, with the same events at every step, and
+    far from it without events."""
+    barge = pressed_barge(**BARGES[name])
+    fine = hs.simulate(with_step(barge, 0.005))
+    span, steps = np.ptp(surge(fine)), (0.1, 0.05, 0.025)
+    size = errors(barge, steps, surge(fine)) / span
+    crude = errors(barge, steps[-1:], surge(fine), events=False) / span
+    coarse = hs.simulate(barge)
+    figure("events", fine.solver_events)
+    figure("error at 0.1 s", size[0])
+    figure("error at 0.025 s", size[-1])
+    figure("error at 0.025 s without events", crude[0])
+    figure("order", observed_orders(steps, size)[-1])
+    assert coarse.solver_events == fine.solver_events >= 20
+    assert np.array_equal(coarse.fender_mode, fine.fender_mode)
+    assert observed_orders(steps, size)[-1] >= 3.5
+    assert crude[0] > 50 * size[-1]

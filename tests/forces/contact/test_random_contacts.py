@@ -1,0 +1,145 @@
+"""Random scenes of contact: what must hold in all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dry_scenes import block, scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hydrosim as hs
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+    StickSlip,
+)
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.scene import DOFS, Scene
+
+MASS, WEIGHT, DURATION = 1e4, 9.81e4, 3.0
+FINENESS = 0.2  # of the step times the fastest rate in the scene
+CLOSED = (
+    6e-5  # of the ledger: RK4 loses (h w)^4 / 72, 2e-5 of the energy of the fastest oscillation
+)
+# per radian, and a contact has about three
+FREE = (DOFS, ("surge", "heave"), ("surge", "sway", "heave"), ("surge", "heave", "pitch"))
+
+
+def between(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_subnormal=False)
+
+
+@st.composite
+def stick_slips(draw: Any, stiffness: float) -> StickSlip:
+    """From light to heavy damping, with and without slip damping, static friction as kinetic or
+    larger; for a total normal stiffness."""
+    static = draw(between(0.05, 1.0))
+    kinetic = static * draw(st.sampled_from([1.0, 0.8, 0.5, 0.2]))
+    K2 = stiffness * draw(between(0.3, 3.0))
+    C2 = draw(st.sampled_from([0.0, 0.05, 0.3])) * np.sqrt(K2 * MASS)
+    C3 = draw(st.sampled_from([0.0, 0.1, 0.5] if C2 else [0.3])) * np.sqrt(K2 * MASS)
+    return StickSlip(static, kinetic, K2, C2, C3)
+
+
+def law_of(friction: StickSlip, kind: int) -> StickSlip | FrictionSlope | Frictionless:
+    if kind == 0:
+        return Frictionless()
+    if kind == 1:
+        return FrictionSlope(friction.kinetic, 0.5 * np.sqrt(friction.stiffness * MASS))
+    return friction
+
+
+@st.composite
+def scenes(draw: Any) -> Scene:
+    """A block of one to four fenders that falls on a slope, with or without a corner in its curve,
+    pushed to and fro, moored softly."""
+    count, k = draw(st.integers(1, 4)), MASS * 10 ** draw(between(1.5, 3.0))
+    friction = draw(stick_slips(k))
+    steeper = draw(st.sampled_from([1.0, 3.0]))
+    curve = NormalCurve(
+        np.array([0.0, 0.05, 0.1]),
+        0.05 * k / count * np.array([0.0, 1.0, 1.0 + steeper]),
+        draw(st.sampled_from([0.0, 0.2])) * np.sqrt(k * MASS) / count,
+    )
+    places = np.array(draw(st.lists(between(-1.5, 1.5), min_size=2 * count, max_size=2 * count)))
+    points = np.column_stack([places.reshape(count, 2), np.full(count, -1.0)])
+    slope = (draw(between(-0.2, 0.2)), draw(between(-0.2, 0.2)), 1.0)
+    pushes = draw(st.lists(between(-0.8, 0.8), min_size=12, max_size=12))
+    table = np.zeros((6, 6))
+    table[:, :2], table[:, 2] = WEIGHT * np.reshape(pushes, (6, 2)), -WEIGHT
+    velocity = draw(st.lists(between(-1.0, 1.0), min_size=6, max_size=6))
+    body = block(
+        MASS,
+        draw(st.sampled_from(FREE)),
+        centre_of_gravity=(0.0, 0.0, draw(between(0.95, 1.5))),
+        velocity=tuple(np.array(velocity) * [2, 2, 2, 0.3, 0.3, 0.3]),
+    )
+    law = law_of(friction, draw(st.integers(0, 3)))
+    forces = {
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), np.linspace(0.0, DURATION, 6), table),
+        "mooring": LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
+        "fender": Fender(
+            "block", points, Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)
+        ),
+    }
+    rate = np.sqrt(4.0 * max(steeper * k, friction.stiffness) / MASS)
+    node = friction.stiffness / (friction.damping + friction.slip_damping)
+    relaxing = friction.stiffness / friction.damping if friction.damping else 0.0
+    step = FINENESS / max(rate, node, relaxing)
+    every = max(round(0.02 / step), 1)
+    steps = every * round(DURATION / (every * step))
+    return scene(body, forces, steps * step, every * step, step=step)
+
+
+def _shared(law: Any, count: int) -> Any:
+    """The law of one of ``count`` points that have a total."""
+    if isinstance(law, StickSlip):
+        parts = (law.stiffness / count, law.damping / count, law.slip_damping / count)
+        return StickSlip(law.static, law.kinetic, *parts)
+    return FrictionSlope(law.coefficient, law.slope / count) if law != Frictionless() else law
+
+
+@settings(max_examples=80, deadline=None, derandomize=True)
+@given(scenes())
+def test_what_holds_in_every_scene_of_contact(scene: Scene) -> None:
+    run = hs.simulate(scene)
+    assert run.status == "complete"
+    assert all(np.isfinite(variable).all() for variable in run.data_vars.values())
+
+    law, damping = scene.forces["fender"].friction, scene.forces["fender"].normal.damping
+    mode, N = run.fender_mode.values, run.fender_normal_force.values
+    friction = run.fender_friction.values
+    size = np.linalg.norm(friction, axis=2)
+    tiny = 1e-9 * max(N.max(), 1.0)
+    assert np.all(N >= -tiny)
+    assert np.all(N[mode == OPEN] == 0.0)
+    assert np.all(size[mode == OPEN] == 0.0)
+    assert np.all(np.abs(friction @ _normal(scene)) <= tiny + 1e-12 * size.max())
+    if isinstance(law, StickSlip):
+        assert np.all(size[mode == STICK] <= law.static * N[mode == STICK] + tiny)
+        assert np.all(size[mode == SLIP] >= law.kinetic * N[mode == SLIP] - tiny)
+    if isinstance(law, FrictionSlope):
+        assert np.all(size[mode == STICK] <= law.coefficient * N[mode == STICK] + tiny)
+        np.testing.assert_allclose(size[mode == SLIP], law.coefficient * N[mode == SLIP], atol=tiny)
+
+    assert np.all(np.diff(run.fender_slip_distance, axis=0) >= 0.0)
+    lost = run.fender_dissipated.values
+    rounding = 1e-12 * max(lost.max(), 1.0)
+    if damping == 0.0:
+        assert np.all(np.diff(lost, axis=0) >= -rounding)
+    assert np.all(run.energy_dissipated_fender >= -rounding)
+    assert run.energy_residual_relative <= CLOSED
+    # a point has some events per oscillation (at most 18 per second were seen), not per step
+    assert run.solver_events <= 40 * len(scene.forces["fender"].points) * DURATION
+
+
+def _normal(scene: Scene) -> np.ndarray:
+    n = np.array(scene.forces["fender"].plane.normal)
+    return n / np.linalg.norm(n)
