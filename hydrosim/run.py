@@ -41,11 +41,12 @@ PITCH = 4  # among a body's six coordinates
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL = range(5)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE = range(4)
-BEFORE, AFTER, NOW = range(3)
+BEFORE, AFTER, NOW, EARLY, LATE = range(5)
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PIECES = 200  # events in one step, per contact point, after which it is called chattering
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
+NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
 class State(NamedTuple):
@@ -76,17 +77,20 @@ class Clock(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (3, nm),
-    ``pace`` (2,), the next adaptive step and the error of the last.
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (5, nm),
+    ``pace`` (2,), the next adaptive step and the error of the last, and ``fresh`` (2,), not zero
+    while k[0] is the slope at the current state, and the slope in ``states`` that at the end.
 
     The states are the end of the step, the end of the uncut step and the slope there, and a stage;
-    the margins are those before and after the uncut step and at the place in question.
+    the margins are those before and after the uncut step, at the place in question, and near both
+    ends.
     """
 
     k: np.ndarray
     states: np.ndarray
     margins: np.ndarray
     pace: np.ndarray
+    fresh: np.ndarray
 
 
 class Record(NamedTuple):
@@ -100,8 +104,8 @@ class Record(NamedTuple):
 def new_scratch(model: Model, method: Tableau, clock: Clock) -> Scratch:
     """Scratch for this model and method."""
     nm, ny = MARGINS * model.elements[FENDER].points.size, model.size
-    pace = np.array([clock.pace, 1.0])
-    return Scratch(np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((3, nm)), pace)
+    k, states, margins = np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((5, nm))
+    return Scratch(k, states, margins, np.array([clock.pace, 1.0]), np.zeros(2, dtype=np.int64))
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -157,7 +161,7 @@ def grid_time(n, clock):
 @kernel
 def _cross(t, goal, clock, model, method, state, work, scratch, counters):
     """Go to the time ``goal``, piece by piece; returns the time reached."""
-    fenders, motion, end = model.elements[FENDER], work.motion, scratch.states[END]
+    fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
     limit = PIECES * (1 + fenders.points.size)
     events = 0
     while t < goal and events <= limit and counters[STATUS] == RUNNING:
@@ -165,26 +169,45 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         if clock.control.adaptive:
             stop = min(stop, t + scratch.pace[0])
         step(t, stop - t, model, method, state, work, scratch, counters)
-        if clock.control.adaptive and not _accepted(
-            t, stop - t, clock, method, state, scratch, counters
-        ):
+        h = stop - t
+        if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):
             continue
-        after = scratch.margins[AFTER]
-        left = _left(stop, end, state.modes, model.bodies, motion, fenders, after)
-        if left and clock.events:
-            stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
-        t = stop
+        reached, left = _cut(t, stop, clock, model, method, state, work, scratch, counters)
+        t = reached
         counters[STEPS] += 1
-        assign(state.y, end)
+        assign(state.y, scratch.states[END])
+        _renew(left, scratch)
         if left:
             events += 1
-            _switch(clock.events, t, state, model.bodies, motion, fenders, scratch.margins)
-        _check(state.y, model.bodies, counters)
-        remember(t, state, model.bodies, motion)
+            _switch(clock.events, t, state, bodies, motion, fenders, scratch.margins)
+        _check(state.y, bodies, counters)
+        remember(t, state, bodies, motion)
     if events > limit:
         counters[STATUS] = CHATTERING
     counters[EVENTS] += events
     return t
+
+
+@kernel
+def _cut(t, stop, clock, model, method, state, work, scratch, counters):
+    """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one. Returns
+    the time at its end and whether a mode has ended there."""
+    fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
+    end, after = scratch.states[END], scratch.margins[AFTER]
+    left = _left(stop, end, state.modes, bodies, motion, fenders, after)
+    if after.size == 0 or not clock.events:
+        return stop, left
+    if not left:
+        part = _dip(t, stop - t, model, state, work, scratch, counters)
+        if part == 1.0:
+            return stop, False
+        stop = t + part * (stop - t)
+        step(t, stop - t, model, method, state, work, scratch, counters)
+        scratch.fresh[1] = 0
+        left = _left(stop, end, state.modes, bodies, motion, fenders, after)
+    if left:
+        stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+    return stop, left
 
 
 @kernel
@@ -225,12 +248,87 @@ def _breakpoint_after(t, goal, clock):
 def step(t, h, model, method, state, work, scratch, counters):
     """One step of the method from ``state`` into ``scratch.states[END]``."""
     y, k, stage = state.y, scratch.k, scratch.states[STAGE]
-    rhs(t, y, state.modes, state.history, model, work, k[0])
+    if scratch.fresh[0] == 0:
+        rhs(t, y, state.modes, state.history, model, work, k[0])
+        scratch.fresh[0] = 1
+        counters[EVALUATIONS] += 1
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
         rhs(t + method.c[i] * h, stage, state.modes, state.history, model, work, k[i])
     advance_state(method, h, y, k, scratch.states[END])
-    counters[EVALUATIONS] += method.c.size
+    counters[EVALUATIONS] += method.c.size - 1
+
+
+@kernel
+def _renew(left, scratch):
+    """After a step: the slope at its end, where it is known and the modes stay, begins the next."""
+    scratch.fresh[0] = 0
+    if scratch.fresh[1] != 0 and not left:
+        assign(scratch.k[0], scratch.states[SLOPE])
+        scratch.fresh[0] = 1
+    scratch.fresh[1] = 0
+
+
+@kernel
+def _dip(t, h, model, state, work, scratch, counters):
+    """Where in a step, as a part of it, a margin that is positive at both ends is deepest below
+    zero on the cubic through them; 1 where none is.
+
+    A margin that falls at first and rises at last is looked into if its tangents meet below zero:
+    so a mode that ends and begins again within a step is not jumped over.
+    """
+    fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
+    margin, x, end = scratch.margins, 1.0, scratch.states[END]
+    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
+    counters[EVALUATIONS] += 1
+    scratch.fresh[1] = 1
+    assign(scratch.states[FULL], end)
+    _left(t, state.y, state.modes, bodies, motion, fenders, margin[BEFORE])
+    _on_cubic(NEAR, t, h, state, bodies, motion, fenders, scratch, margin[EARLY])
+    _on_cubic(1.0 - NEAR, t, h, state, bodies, motion, fenders, scratch, margin[LATE])
+    for i in range(margin.shape[1]):
+        first, last = margin[BEFORE, i], margin[AFTER, i]
+        falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
+        if falling < 0.0 < rising:
+            meet = (last - rising - first) / (falling - rising)
+            if first + falling * meet < 0.0:
+                x = min(x, _deepest(i, t, h, state, bodies, motion, fenders, scratch))
+    return x
+
+
+@kernel
+def _deepest(i, t, h, state, bodies, motion, fenders, scratch):
+    """Place of the minimum of margin ``i`` on the cubic, by golden section, if it is below zero;
+    else 1."""
+    now, golden = scratch.margins[NOW], 0.6180339887498949
+    lo, hi = 0.0, 1.0
+    a, b = 1.0 - golden, golden
+    _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, now)
+    f_a = now[i]
+    _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, now)
+    f_b = now[i]
+    for _ in range(40):
+        if min(f_a, f_b) < 0.0:
+            return a if f_a < f_b else b
+        if f_a < f_b:
+            hi, b, f_b = b, a, f_a
+            a = hi - golden * (hi - lo)
+            _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, now)
+            f_a = now[i]
+        else:
+            lo, a, f_a = a, b, f_b
+            b = lo + golden * (hi - lo)
+            _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, now)
+            f_b = now[i]
+    return 1.0
+
+
+@kernel
+def _on_cubic(x, t, h, state, bodies, motion, fenders, scratch, out):
+    """Margins on the cubic through both ends of the uncut step."""
+    states, stage = scratch.states, scratch.states[STAGE]
+    hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
+    _left(t + x * h, stage, state.modes, bodies, motion, fenders, out)
 
 
 @kernel
@@ -313,9 +411,7 @@ def _zero_on_cubic(defect, t, h, state, bodies, motion, fenders, scratch):
 
 @kernel
 def _phi_on_cubic(x, t, h, state, bodies, motion, fenders, scratch):
-    states, stage = scratch.states, scratch.states[STAGE]
-    hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
-    _left(t + x * h, stage, state.modes, bodies, motion, fenders, scratch.margins[NOW])
+    _on_cubic(x, t, h, state, bodies, motion, fenders, scratch, scratch.margins[NOW])
     return phi(scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER])
 
 

@@ -451,11 +451,6 @@ class TestFender:
                 ".stiffness",
                 "0",
             ),
-            (
-                "law: stick_slip, static: .2, kinetic: .1, stiffness: 1",
-                "",
-                "damping 0 and slip_damping",
-            ),
             ("law: stick_slip, static: .2, kinetic: .1", "", 'no key "stiffness"'),
             ("law: friction_slope, coefficient: .2, slope: 0", ".slope", "0"),
             (
