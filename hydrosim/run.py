@@ -41,11 +41,12 @@ PITCH = 4  # among a body's six coordinates
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL = range(5)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE = range(4)
-BEFORE, AFTER, NOW, EARLY, LATE = range(5)
+BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PIECES = 200  # events in one step, per contact point, after which it is called chattering
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
+DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
@@ -77,13 +78,13 @@ class Clock(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (5, nm),
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (4, ny), ``margins`` (6, nm),
     ``pace`` (2,), the next adaptive step and the error of the last, and ``fresh`` (2,), not zero
     while k[0] is the slope at the current state, and the slope in ``states`` that at the end.
 
     The states are the end of the step, the end of the uncut step and the slope there, and a stage;
-    the margins are those before and after the uncut step, at the place in question, and near both
-    ends.
+    the margins are those before and after the uncut step, at the place in question, near both ends
+    and on trial.
     """
 
     k: np.ndarray
@@ -104,7 +105,7 @@ class Record(NamedTuple):
 def new_scratch(model: Model, method: Tableau, clock: Clock) -> Scratch:
     """Scratch for this model and method."""
     nm, ny = MARGINS * model.elements[FENDER].points.size, model.size
-    k, states, margins = np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((5, nm))
+    k, states, margins = np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((6, nm))
     return Scratch(k, states, margins, np.array([clock.pace, 1.0]), np.zeros(2, dtype=np.int64))
 
 
@@ -197,16 +198,18 @@ def _cut(t, stop, clock, model, method, state, work, scratch, counters):
     left = _left(stop, end, state.modes, bodies, motion, fenders, after)
     if after.size == 0 or not clock.events:
         return stop, left
-    if not left:
-        part = _dip(t, stop - t, model, state, work, scratch, counters)
+    for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
+        if left:
+            stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+        part = _dip(t, stop - t, model, state, work, scratch, counters) if stop > t else 1.0
         if part == 1.0:
-            return stop, False
+            return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, model, method, state, work, scratch, counters)
-        scratch.fresh[1] = 0
         left = _left(stop, end, state.modes, bodies, motion, fenders, after)
     if left:
         stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+    scratch.fresh[1] = 0
     return stop, left
 
 
@@ -271,55 +274,58 @@ def _renew(left, scratch):
 
 @kernel
 def _dip(t, h, model, state, work, scratch, counters):
-    """Where in a step, as a part of it, a margin that is positive at both ends is deepest below
-    zero on the cubic through them; 1 where none is.
+    """Where in a step, as a part of it, a margin that falls at first and rises at last is below
+    zero on the cubic through both ends; 1 where none is.
 
-    A margin that falls at first and rises at last is looked into if its tangents meet below zero:
-    so a mode that ends and begins again within a step is not jumped over.
+    It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
+    step, or before another event, is not jumped over. Leaves the margins of the end in NOW.
     """
     fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
-    margin, x, end = scratch.margins, 1.0, scratch.states[END]
+    margin, end = scratch.margins, scratch.states[END]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     scratch.fresh[1] = 1
     assign(scratch.states[FULL], end)
     _left(t, state.y, state.modes, bodies, motion, fenders, margin[BEFORE])
+    _left(t + h, end, state.modes, bodies, motion, fenders, margin[NOW])
     _on_cubic(NEAR, t, h, state, bodies, motion, fenders, scratch, margin[EARLY])
     _on_cubic(1.0 - NEAR, t, h, state, bodies, motion, fenders, scratch, margin[LATE])
     for i in range(margin.shape[1]):
-        first, last = margin[BEFORE, i], margin[AFTER, i]
+        first, last = margin[BEFORE, i], margin[NOW, i]
         falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
         if falling < 0.0 < rising:
             meet = (last - rising - first) / (falling - rising)
             if first + falling * meet < 0.0:
-                x = min(x, _deepest(i, t, h, state, bodies, motion, fenders, scratch))
-    return x
+                x = _deepest(i, t, h, state, bodies, motion, fenders, scratch)
+                if x < 1.0:
+                    return x
+    return 1.0
 
 
 @kernel
 def _deepest(i, t, h, state, bodies, motion, fenders, scratch):
-    """Place of the minimum of margin ``i`` on the cubic, by golden section, if it is below zero;
-    else 1."""
-    now, golden = scratch.margins[NOW], 0.6180339887498949
+    """Place of a value below zero near the minimum of margin ``i`` on the cubic, by golden section;
+    1 if there is none."""
+    here, golden = scratch.margins[TRIAL], 0.6180339887498949
     lo, hi = 0.0, 1.0
     a, b = 1.0 - golden, golden
-    _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, now)
-    f_a = now[i]
-    _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, now)
-    f_b = now[i]
+    _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, here)
+    f_a = here[i]
+    _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, here)
+    f_b = here[i]
     for _ in range(40):
         if min(f_a, f_b) < 0.0:
             return a if f_a < f_b else b
         if f_a < f_b:
             hi, b, f_b = b, a, f_a
             a = hi - golden * (hi - lo)
-            _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, now)
-            f_a = now[i]
+            _on_cubic(a, t, h, state, bodies, motion, fenders, scratch, here)
+            f_a = here[i]
         else:
             lo, a, f_a = a, b, f_b
             b = lo + golden * (hi - lo)
-            _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, now)
-            f_b = now[i]
+            _on_cubic(b, t, h, state, bodies, motion, fenders, scratch, here)
+            f_b = here[i]
     return 1.0
 
 

@@ -42,8 +42,10 @@ def test_energy_residual_has_the_order_of_the_method(figure: Figure) -> None:
     assert all(run.attrs["solver_events"] > 40 for run in runs)
     assert order[-1] == pytest.approx(4.0, abs=0.3)
     crude = in_contact(duration=60.0, step=steps[-1])
-    crude = replace(crude, solver=replace(crude.solver, events=False))
-    assert hs.simulate(crude).attrs["energy_residual_relative"] > 5 * residual[-1]
+    crude = hs.simulate(replace(crude, solver=replace(crude.solver, events=False)))
+    past, cut = (np.abs(motion(run) - motion(runs[1])).max() for run in (crude, runs[2]))
+    figure("steps that run past events, error over that of steps cut there", past / cut)
+    assert past > 100 * cut
 
 
 def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:
