@@ -8,6 +8,8 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from hydrosim.plot.panels import STYLES
+
 
 def draw_work_precision(study: xr.Dataset, path: Path) -> None:
     """Error of the motion against run time and against evaluations, a line per method."""
@@ -15,9 +17,11 @@ def draw_work_precision(study: xr.Dataset, path: Path) -> None:
     FigureCanvasAgg(figure)
     costs = {"wall_time": "run time [s]", "evaluations": "evaluations of the equation of motion"}
     for axes, (cost, label) in zip(figure.subplots(1, 2, sharey=True), costs.items(), strict=True):
-        for method in dict.fromkeys(study.method.values):
+        names = dict.fromkeys(study.method.values)
+        for method, (colour, dash) in zip(names, STYLES, strict=False):
             of_method = study.isel(trial=study.method.values == method)
-            axes.loglog(of_method[cost], of_method.motion_error, "o-", label=str(method))
+            line = {"marker": "o", "color": colour, "linestyle": dash}
+            axes.loglog(of_method[cost], of_method.motion_error, **line, label=str(method))
         axes.axhline(study.attrs["reference_error"], color="0.5", linestyle=":", label="reference")
         axes.set_xlabel(label)
         axes.grid(alpha=0.3)
