@@ -37,19 +37,19 @@ class Contact:
         self.modes, self.bodies, self.points = modes.copy(), model.bodies, model.elements[FENDER]
         self.motion, self.margins = new_work(model).motion, np.zeros(MARGINS * len(modes))
 
-    def measure(self, y: np.ndarray) -> np.ndarray:
-        """The margins (3 nf,) of the modes at ``y``."""
+    def measure(self, t: float, y: np.ndarray) -> np.ndarray:
+        """The margins (3 nf,) of the modes at t, ``y``."""
         n = self.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
-        margins(y, self.modes, self.motion, self.bodies, self.points, self.margins)
+        margins(t, y, self.modes, self.motion, self.bodies, self.points, self.margins)
         return self.margins
 
-    def switch(self, y: np.ndarray) -> None:
-        """Switch all modes that have ended at ``y``."""
-        for i, left in enumerate(self.measure(y).reshape(-1, MARGINS)):
+    def switch(self, t: float, y: np.ndarray) -> None:
+        """Switch all modes that have ended at t, ``y``."""
+        for i, left in enumerate(self.measure(t, y).reshape(-1, MARGINS)):
             if left.min() < ENDED:
                 which = int(left.argmin())
-                switch(i, which, y, self.modes, self.motion, self.bodies, self.points)
+                switch(i, which, t, y, self.modes, self.motion, self.bodies, self.points)
 
 
 def solve(
@@ -76,7 +76,7 @@ def solve(
             largest = np.maximum(largest, np.abs(piece.y).max(axis=1))
             evaluations += piece.nfev
             if piece.status == 1:
-                contact.switch(y)
+                contact.switch(t, y)
                 events += 1
     return Solution(np.concatenate(kept), largest, evaluations, events)
 
@@ -104,8 +104,8 @@ def _derivative(
 
 
 def _end_of_mode(contact: Contact) -> Any:
-    def smallest_margin(_: float, y: np.ndarray) -> float:
-        return float(contact.measure(y).min())
+    def smallest_margin(t: float, y: np.ndarray) -> float:
+        return float(contact.measure(t, y).min())
 
     smallest_margin.terminal = True  # type: ignore[attr-defined]
     smallest_margin.direction = -1.0  # type: ignore[attr-defined]
