@@ -441,7 +441,7 @@ def _switch(located, t, state, bodies, motion, fenders, margin):
 def _check(y, bodies, counters):
     """Set the status where a number is not finite or a pitch angle is too steep."""
     n = bodies.active.size
-    for j in range(2 * n):
+    for j in range(y.size):
         if not isfinite(y[j]):
             counters[STATUS] = NOT_FINITE
         elif j < n and bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST and bodies.exact:

@@ -11,6 +11,8 @@ import xarray as xr
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.forces import FENDER
+from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
@@ -53,8 +55,8 @@ METHODS: dict[Method, Tableau] = {
 }
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
-    NOT_FINITE: "the motion is no longer finite, first in {dof} of body {body}",
-    CAPSIZED: "the pitch of body {body} is beyond 85 deg, where its angles lose their meaning",
+    NOT_FINITE: "{where} is no longer finite",
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
     CHATTERING: "a contact point changes its mode without end (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
 }
@@ -157,8 +159,7 @@ def _failure(
     scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray, time: float
 ) -> str:
     """When, what and where: the message of a run that cannot go on."""
-    body, dof = divmod(int(model.bodies.active[_culprit(model, state)]), 6)
-    what = MESSAGES[int(counters[STATUS])].format(body=scene.bodies[body].name, dof=DOFS[dof])
+    what = MESSAGES[int(counters[STATUS])].format(where=_where(scene, model, state))
     name, size = _largest_force(scene, model, record, int(counters[RECORDS]))
     return (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
@@ -166,13 +167,19 @@ def _failure(
     )
 
 
-def _culprit(model: Model, state: State) -> int:
-    """Index of the free coordinate that is no number, or else of the steepest pitch."""
-    n = model.bodies.active.size
-    bad = ~np.isfinite(state.y[: 2 * n])
-    if bad.any():
-        return int(np.argmax(bad)) % n
-    return int(np.argmax(np.abs(state.y[:n]) * (model.bodies.active % 6 == PITCH)))
+def _where(scene: Scene, model: Model, state: State) -> str:
+    """What is not finite in the state, or else the body with the steepest pitch."""
+    n, y, fenders = model.bodies.active.size, state.y, model.elements[FENDER]
+    first = int(np.argmax(~np.isfinite(y)))
+    if np.isfinite(y[first]):
+        steepest = np.argmax(np.abs(y[:n]) * (model.bodies.active % 6 == PITCH))
+        return scene.bodies[model.bodies.active[steepest] // 6].name
+    if first < 2 * n:
+        body, dof = divmod(int(model.bodies.active[first % n]), 6)
+        return f"{DOFS[dof]} of body {scene.bodies[body].name}"
+    if fenders.state <= first < model.energy:
+        return f"the contact node of {fender_names(scene)[(first - fenders.state) // STATES]}"
+    return "a radiation state" if first < fenders.state else "an energy"
 
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:

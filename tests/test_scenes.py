@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.forces import LinearMooring
+from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
 from hydrosim.linear import NaturalMode
-from hydrosim.scene import DOFS, Body, Scene
+from hydrosim.scene import DOFS, Body, Scene, Solver
 
 MASS = np.array([4.0, 4.0, 4.0, 2.0, 6.0, 5.0])
 BLOCK = Body("block", mass=4.0, inertia=np.diag(MASS[3:]))
@@ -50,3 +50,21 @@ def test_the_body_that_turns_over_is_named() -> None:
     with pytest.raises(hs.SimulationError, match="pitch of body turning") as caught:
         hs.simulate(Scene("two", 10.0, (far, turning)))
     assert 1.0 <= caught.value.dataset.time[-1] < 1.6  # 85 deg are 1.48 rad
+
+
+def test_a_node_that_overflows_far_from_contact_is_no_silent_nan() -> None:
+    """An open node relaxes at K2 / C2 = 1000 1/s, ten steps of it in one: it overflows while the
+    block flies on unharmed, and the run must not be called complete."""
+    down, up = np.array([0.0, 0.0, -9810.0, 0, 0, 0]), np.array([0.0, 0.0, 5000.0, 0, 0, 0])
+    push = AppliedForce(
+        "block", (0.0, 0.0, 0.0), np.array([0.0, 0.3, 0.4, 10.0]), np.array([down, down, up, up])
+    )
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
+    law = StickSlip(0.2, 0.1, stiffness=1e6, damping=1e3, slip_damping=1e4)
+    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    start = {"position": (0, 0, 0.1, 0, 0, 0), "velocity": (1.0, 0, -1.0, 0, 0, 0)}
+    block = Body("block", 1e3, np.eye(3), dofs=("surge", "heave"), **start)
+    forces = {"push": push, "pad": Fender("block", np.zeros((1, 3)), plane, curve, law)}
+    scene = Scene("bounce", 6.0, (block,), forces=forces, solver=Solver(step=0.01))
+    with pytest.raises(hs.SimulationError, match="the contact node of pad 1 is no longer finite"):
+        hs.simulate(scene)
