@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from hydrosim.dynamics import Model, new_work, rhs
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS, STATES, margins, switch
+from hydrosim.forces.contact.fender import MARGINS, STATES, find_headings, margins, switch
 from hydrosim.rigid import place_bodies
 from hydrosim.run import State
 
@@ -36,12 +36,20 @@ class Contact:
     def __init__(self, model: Model, modes: np.ndarray) -> None:
         self.modes, self.bodies, self.points = modes.copy(), model.bodies, model.elements[FENDER]
         self.motion, self.margins = new_work(model).motion, np.zeros(MARGINS * len(modes))
+        self.headings = np.zeros((len(modes), 2))
+
+    def head(self, y: np.ndarray) -> None:
+        """Note where the points slip to at ``y``, from where the solver begins."""
+        n = self.bodies.active.size
+        place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
+        find_headings(y, self.modes, self.motion, self.bodies, self.points, self.headings)
 
     def measure(self, t: float, y: np.ndarray) -> np.ndarray:
         """The margins (3 nf,) of the modes at t, ``y``."""
         n = self.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
-        margins(t, y, self.modes, self.motion, self.bodies, self.points, self.margins)
+        points, headings = self.points, self.headings
+        margins(t, y, self.modes, self.motion, self.bodies, points, headings, self.margins)
         return self.margins
 
     def switch(self, t: float, y: np.ndarray) -> None:
@@ -68,6 +76,7 @@ def solve(
     t, kept, largest, evaluations, events = times[0], [y[None, :n]], np.abs(y), 0, 0
     for stop in (*breakpoints, times[-1]):
         while t < stop - SHORTEST:
+            contact.head(y)
             piece = solve_ivp(derivative, (t, stop), y, "RK45", dense_output=True, **settings)
             inside = times[(times > t) & (times <= piece.t[-1])]
             if inside.size:

@@ -18,7 +18,7 @@ import numpy as np
 
 from hydrosim.dynamics import Model, rhs, stored_energies
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS, margins, observe, switch
+from hydrosim.forces.contact.fender import MARGINS, find_headings, margins, observe, switch
 from hydrosim.integrate import (
     Control,
     Tableau,
@@ -92,6 +92,7 @@ class Scratch(NamedTuple):
     margins: np.ndarray
     pace: np.ndarray
     fresh: np.ndarray
+    headings: np.ndarray
 
 
 class Record(NamedTuple):
@@ -106,7 +107,8 @@ def new_scratch(model: Model, method: Tableau, clock: Clock) -> Scratch:
     """Scratch for this model and method."""
     nm, ny = MARGINS * model.elements[FENDER].points.size, model.size
     k, states, margins = np.zeros((method.b.size, ny)), np.zeros((4, ny)), np.zeros((6, nm))
-    return Scratch(k, states, margins, np.array([clock.pace, 1.0]), np.zeros(2, dtype=np.int64))
+    pace, headings = np.array([clock.pace, 1.0]), np.zeros((nm // MARGINS, 2))
+    return Scratch(k, states, margins, pace, np.zeros(2, dtype=np.int64), headings)
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -169,6 +171,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         stop = _breakpoint_after(t, goal, clock)
         if clock.control.adaptive:
             stop = min(stop, t + scratch.pace[0])
+        _head(state, bodies, motion, fenders, scratch.headings)
         step(t, stop - t, model, method, state, work, scratch, counters)
         h = stop - t
         if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):
@@ -195,7 +198,7 @@ def _cut(t, stop, clock, model, method, state, work, scratch, counters):
     the time at its end and whether a mode has ended there."""
     fenders, bodies, motion = model.elements[FENDER], model.bodies, work.motion
     end, after = scratch.states[END], scratch.margins[AFTER]
-    left = _left(stop, end, state.modes, bodies, motion, fenders, after)
+    left = _left(stop, end, state.modes, bodies, motion, fenders, scratch.headings, after)
     if after.size == 0 or not clock.events:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
@@ -206,7 +209,7 @@ def _cut(t, stop, clock, model, method, state, work, scratch, counters):
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, model, method, state, work, scratch, counters)
-        left = _left(stop, end, state.modes, bodies, motion, fenders, after)
+        left = _left(stop, end, state.modes, bodies, motion, fenders, scratch.headings, after)
     if left:
         stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
     scratch.fresh[1] = 0
@@ -286,8 +289,8 @@ def _dip(t, h, model, state, work, scratch, counters):
     counters[EVALUATIONS] += 1
     scratch.fresh[1] = 1
     assign(scratch.states[FULL], end)
-    _left(t, state.y, state.modes, bodies, motion, fenders, margin[BEFORE])
-    _left(t + h, end, state.modes, bodies, motion, fenders, margin[NOW])
+    _left(t, state.y, state.modes, bodies, motion, fenders, scratch.headings, margin[BEFORE])
+    _left(t + h, end, state.modes, bodies, motion, fenders, scratch.headings, margin[NOW])
     _on_cubic(NEAR, t, h, state, bodies, motion, fenders, scratch, margin[EARLY])
     _on_cubic(1.0 - NEAR, t, h, state, bodies, motion, fenders, scratch, margin[LATE])
     for i in range(margin.shape[1]):
@@ -334,7 +337,7 @@ def _on_cubic(x, t, h, state, bodies, motion, fenders, scratch, out):
     """Margins on the cubic through both ends of the uncut step."""
     states, stage = scratch.states, scratch.states[STAGE]
     hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
-    _left(t + x * h, stage, state.modes, bodies, motion, fenders, out)
+    _left(t + x * h, stage, state.modes, bodies, motion, fenders, scratch.headings, out)
 
 
 @kernel
@@ -344,12 +347,20 @@ def _place(y, bodies, motion):
 
 
 @kernel
-def _left(t, y, modes, bodies, motion, fenders, out):
+def _head(state, bodies, motion, fenders, headings):
+    """Note where all points slip to at the start of a step."""
+    if headings.size > 0:
+        _place(state.y, bodies, motion)
+        find_headings(state.y, state.modes, motion, bodies, fenders, headings)
+
+
+@kernel
+def _left(t, y, modes, bodies, motion, fenders, headings, out):
     """Margins of all contact modes at t, y; True if any mode has ended."""
     if out.size == 0:
         return False
     _place(y, bodies, motion)
-    margins(t, y, modes, motion, bodies, fenders, out)
+    margins(t, y, modes, motion, bodies, fenders, headings, out)
     return left_behind(out)
 
 
@@ -367,12 +378,12 @@ def _land(t, h, model, method, state, work, scratch, counters):
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     assign(scratch.states[FULL], end)
-    _left(t, state.y, state.modes, bodies, motion, fenders, before)
+    _left(t, state.y, state.modes, bodies, motion, fenders, scratch.headings, before)
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, state, bodies, motion, fenders, scratch)
     while True:
         step(t, x * h, model, method, state, work, scratch, counters)
-        _left(t + x * h, end, state.modes, bodies, motion, fenders, now)
+        _left(t + x * h, end, state.modes, bodies, motion, fenders, scratch.headings, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h

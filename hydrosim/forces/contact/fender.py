@@ -172,12 +172,12 @@ def friction(mode, N, dN, v1, s, point):
 
 
 @kernel
-def friction_margin(mode, N, dN, v1, s, point):
+def friction_margin(mode, N, dN, v1, s, heading, point):
     """How far a point is from leaving stick or slip; frictionless points always slip."""
     if point.law == STICK_SLIP:
-        return stick_slip.margin(mode, N, dN, v1, s, point)
+        return stick_slip.margin(mode, N, dN, v1, s, heading, point)
     if point.law == FRICTION_SLOPE:
-        return friction_slope.margin(mode, N, dN, v1, s, point)
+        return friction_slope.margin(mode, N, dN, v1, s, heading, point)
     return 1.0 if mode == SLIP else -1.0
 
 
@@ -196,7 +196,7 @@ def find_piece(t, point, pieces, contact):
 
 
 @kernel
-def margins(t, y, modes, motion, bodies, p, out):
+def margins(t, y, modes, motion, bodies, p, headings, out):
     """Margins ``out`` (3 n,) of the modes of all points, negative where a mode has ended."""
     for i in range(p.points.size):
         point, mode, k, m = p.points[i], modes[i, 0], p.state + STATES * i, MARGINS * i
@@ -209,8 +209,24 @@ def margins(t, y, modes, motion, bodies, p, out):
         piece, s = p.segments[modes[i, 1]], (y[k], y[k + 1])
         N, dN = pressure(t, point, mode, piece, c)
         out[m + CONTACT_MARGIN] = contact_margin(t, point, piece, c)
-        out[m + FRICTION_MARGIN] = friction_margin(mode, N, dN, c.velocity, s, point)
+        heading = (headings[i, 0], headings[i, 1])
+        out[m + FRICTION_MARGIN] = friction_margin(mode, N, dN, c.velocity, s, heading, point)
         out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, on_curve(t, point, c)[0])
+
+
+@kernel
+def find_headings(y, modes, motion, bodies, p, out):
+    """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all points that slip."""
+    for i in range(p.points.size):
+        point, k = p.points[i], p.state + STATES * i
+        if modes[i, 0] != SLIP or point.law == FRICTIONLESS:
+            continue
+        a = geometry.touch(point, bodies, motion).velocity
+        if point.law == STICK_SLIP:
+            a = stick_slip.traction(a, (y[k], y[k + 1]), point)
+        size = hypot(a[0], a[1])
+        if size > 0.0:
+            out[i, 0], out[i, 1] = a[0] / size, a[1] / size
 
 
 @kernel
@@ -250,7 +266,8 @@ def _close(i, t, y, modes, contact, p):
     modes[i, 1] = find_piece(t, point, p.segments, contact)
     piece = p.segments[modes[i, 1]]
     N, dN = pressure(t, point, STICK, piece, contact)
-    held = friction_margin(STICK, N, dN, contact.velocity, (y[k], y[k + 1]), point) >= 0.0
+    v, s = contact.velocity, (y[k], y[k + 1])
+    held = friction_margin(STICK, N, dN, v, s, (0.0, 0.0), point) >= 0.0
     modes[i, 0] = STICK if held else SLIP
     y[k + DISSIPATED] -= _stored_along_normal(point, piece, contact)
 

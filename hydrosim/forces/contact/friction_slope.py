@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import hypot
 
 from hydrosim.forces.contact.modes import OPEN, STICK
-from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.forces.contact.stick_slip import Friction, size_along
 from hydrosim.kernels import kernel
 
 
@@ -37,7 +37,9 @@ def friction(mode, N, dN, v1, s, p):
 
 
 @kernel
-def margin(mode, N, dN, v1, s, p):
-    """How far the point is from the corner mu N = b |v| [N]; negative past it."""
-    viscous = p.damping * hypot(v1[0], v1[1])
-    return p.kinetic * N - viscous if mode == STICK else viscous - p.kinetic * N
+def margin(mode, N, dN, v1, s, heading, p):
+    """How far the point is from the corner mu N = b |v| [N]; negative past it, and where the
+    velocity has turned round from its ``heading`` (2,) at the start of the step."""
+    if mode == STICK:
+        return p.kinetic * N - p.damping * hypot(v1[0], v1[1])
+    return p.damping * size_along(v1, heading) - p.kinetic * N

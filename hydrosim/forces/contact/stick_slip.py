@@ -30,6 +30,8 @@ from typing import NamedTuple
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
 
+REVERSED = 10.0  # 1 / cos(84 deg)
+
 
 @dataclass(frozen=True)
 class StickSlip:
@@ -108,15 +110,15 @@ def traction(v1, s, p):
 
 
 @kernel
-def margin(mode, N, dN, v1, s, p):
+def margin(mode, N, dN, v1, s, heading, p):
     """How far the traction is from ending the ``mode`` [N], in the rate-free limit the speed of
-    slip [m/s]; negative past its end."""
+    slip [m/s]; negative past its end, and where the traction has turned round from its ``heading``
+    (2,) at the start of the step."""
     T = traction(v1, s, p)
-    size = hypot(T[0], T[1])
     if mode == STICK:
-        return p.static * N - size
+        return p.static * N - hypot(T[0], T[1])
     if p.damping + p.slip_damping > 0.0:
-        return size - p.kinetic * N
+        return size_along(T, heading) - p.kinetic * N
     return slip(N, dN, v1, s, p)[1]
 
 
@@ -124,3 +126,11 @@ def margin(mode, N, dN, v1, s, p):
 def stored_energy(s, p):
     """K2 s^2 / 2."""
     return 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1])
+
+
+@kernel
+def size_along(a, heading):
+    """|a|, but negative where ``a`` has turned round from the unit vector ``heading``; smooth for
+    turns below 84 deg."""
+    along = a[0] * heading[0] + a[1] * heading[1]
+    return min(hypot(a[0], a[1]), REVERSED * along)
