@@ -38,17 +38,12 @@ class Contact:
         self.motion, self.margins = new_work(model).motion, np.zeros(MARGINS * len(modes))
         self.headings = np.zeros((len(modes), 2))
 
-    def head(self, y: np.ndarray) -> None:
-        """Note where the points slip to at ``y``, from where the solver begins."""
-        n = self.bodies.active.size
-        place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
-        find_headings(y, self.modes, self.motion, self.bodies, self.points, self.headings)
-
     def measure(self, t: float, y: np.ndarray) -> np.ndarray:
-        """The margins (3 nf,) of the modes at t, ``y``."""
+        """The margins (3 nf,) of the modes at t, ``y``; slip is measured along its own direction."""
         n = self.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
         points, headings = self.points, self.headings
+        find_headings(y, self.modes, self.motion, self.bodies, points, headings)
         margins(t, y, self.modes, self.motion, self.bodies, points, headings, self.margins)
         return self.margins
 
@@ -76,7 +71,6 @@ def solve(
     t, kept, largest, evaluations, events = times[0], [y[None, :n]], np.abs(y), 0, 0
     for stop in (*breakpoints, times[-1]):
         while t < stop - SHORTEST:
-            contact.head(y)
             piece = solve_ivp(derivative, (t, stop), y, "RK45", dense_output=True, **settings)
             inside = times[(times > t) & (times <= piece.t[-1])]
             if inside.size:
