@@ -39,7 +39,7 @@ class Contact:
         self.headings = np.zeros((len(modes), 2))
 
     def measure(self, t: float, y: np.ndarray) -> np.ndarray:
-        """The margins (3 nf,) of the modes at t, ``y``; slip is measured along its own direction."""
+        """Margins (3 nf,) of the modes at t, ``y``; slip is measured along its own direction."""
         n = self.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
         points, headings = self.points, self.headings
