@@ -53,7 +53,7 @@ def to_dataset(
     scene: Scene, model: Model, record: Record, count: int, attributes: Mapping[str, object]
 ) -> xr.Dataset:
     """The first ``count`` records as a dataset with ``attributes``."""
-    values = _unpack(model, record, count)
+    values = unpack(model, record, count)
     time = values["time"]
     data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
         "position": (MOTION, _by_body(values["coordinates"])),
@@ -67,7 +67,6 @@ def to_dataset(
     data.update(_fenders(values["contact"], record.modes[:count], points))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values, points).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
-    dataset["reference_position"].attrs["axis_of"] = "earth"
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     dataset.attrs["energy_residual_relative"] = _relative_residual(dataset)
@@ -109,7 +108,7 @@ def program_version() -> str:
         return "not installed"
 
 
-def _unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:
+def unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:
     """Channels by name, (count, ...) each."""
     values, at = {}, 0
     for name, shape in channels(model).items():

@@ -22,6 +22,7 @@ from hydrosim.output import (
     force_names,
     program_version,
     to_dataset,
+    unpack,
 )
 from hydrosim.run import (
     CAPSIZED,
@@ -40,7 +41,6 @@ from hydrosim.run import (
     Record,
     State,
     advance,
-    channels,
     new_record,
     new_scratch,
 )
@@ -184,11 +184,8 @@ def _where(scene: Scene, model: Model, state: State) -> str:
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
     """Name and size of the largest force at the last record."""
-    sizes = [int(np.prod(shape)) for shape in channels(model).values()]
-    at = sum(sizes[: list(channels(model)).index("wrench")])
-    wrench = record.channels[count - 1, at : at + sizes[list(channels(model)).index("wrench")]]
-    rows = wrench.reshape(model.rows, -1, 6)[:, :, :3]
-    size = np.abs(rows).max(axis=(1, 2))
+    wrench = unpack(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
+    size = np.abs(wrench[:, :, :3]).max(axis=(1, 2))
     return force_names(scene)[int(size.argmax())], float(size.max())
 
 
