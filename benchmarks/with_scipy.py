@@ -13,7 +13,7 @@ from hydrosim.dynamics import Model, new_work, rhs
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import MARGINS, STATES, find_headings, margins, switch
 from hydrosim.rigid import place_bodies
-from hydrosim.run import State
+from hydrosim.stepper import State
 
 ENDED = 1e-2  # N: a margin this near to zero has ended its mode; forces here are of 1e6 N
 SHORTEST = 1e-9  # s: of a piece between two events

@@ -8,7 +8,7 @@ q: free coordinates of all bodies; v: velocities of the centres of gravity and a
 the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency; F_gyroscopic =
 omega x (R I R^T omega). A_inf, the retardation functions and the wave loads belong to the mean
 position: they stay in axes parallel to the body's at rest and do not turn with yaw. (Cummins 1962;
-Ogilvie 1964.)
+Ogilvie 1964.) Points that rigid friction holds add J q'' = c, with J^T lambda on the right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
 that ride along: of every row of forces its work (waves, applied forces) or its dissipation (all
@@ -21,7 +21,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import add_element_energies, add_elements
+from hydrosim.forces import FENDER, add_element_energies, add_elements
+from hydrosim.forces.contact.coulomb import Holds, new_holds
+from hydrosim.forces.contact.fender import (
+    COULOMB,
+    STATES,
+    STICK_SLIP,
+    add_reactions,
+    hold_points,
+)
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.kernels import assign, clear, kernel
@@ -43,6 +51,7 @@ from hydrosim.rigid import (
     new_motion,
     place_bodies,
 )
+from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.waves.loads import WaveLoads, wave_loads
 
@@ -75,11 +84,13 @@ class Work(NamedTuple):
     total: np.ndarray  # (6 nb,)
     mass: np.ndarray  # (6 nb, 6 nb)
     inertia: np.ndarray  # (n, n)
+    holds: Holds
 
 
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
     m, n = 6 * model.bodies.each.size, model.bodies.active.size
+    law = model.elements[FENDER].points["law"]
     return Work(
         new_motion(model.bodies),
         np.zeros((model.rows, m)),
@@ -87,7 +98,17 @@ def new_work(model: Model) -> Work:
         np.zeros(m),
         np.zeros((m, m)),
         np.zeros((n, n)),
+        new_holds(law.size, np.count_nonzero(law == COULOMB), n),
     )
+
+
+def dynamic_states(model: Model) -> np.ndarray:
+    """Entries (m,) of y that act on others: all but slip distances, headings and energies."""
+    fenders = model.elements[FENDER]
+    first = fenders.state + STATES * np.arange(fenders.points.size)
+    first = first[fenders.points["law"] == STICK_SLIP]
+    stretch = np.concatenate([first, first + 1])
+    return np.concatenate([np.arange(fenders.state), np.sort(stretch)]).astype(np.int64)
 
 
 @kernel
@@ -106,8 +127,34 @@ def rhs(t, y, modes, history, model, work, dy):
     acceleration = dy[n : 2 * n]
     generalised_force(model.bodies, motion, work.total, acceleration)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
+    accelerate(modes, model, work, acceleration)
+
+
+@kernel
+def accelerate(modes, model, work, x):
+    """Turn generalised forces ``x`` (n,) into accelerations; reactions of the points that rigid
+    friction holds go into ``work.holds`` and their rows of ``work.wrench``."""
+    motion, fenders, holds = work.motion, model.elements[FENDER], work.holds
+    hold_points(modes, motion, model.bodies, fenders, work.total, holds)
+    solve_for_pivots(holds.constraints)
+    eliminate(holds.constraints, work.inertia, x)
     cholesky(work.inertia)
-    cholesky_solve(work.inertia, acceleration)
+    cholesky_solve(work.inertia, x)
+    find_forces(holds.constraints, x)
+    restore(holds.constraints, x)
+    add_reactions(modes, motion, model.bodies, fenders, holds, work.wrench)
+
+
+@kernel
+def still(y, modes, model, work):
+    """Take from the rates in ``y`` what rigid friction does not let move, where it holds."""
+    n, motion, holds = model.bodies.active.size, work.motion, work.holds
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    hold_points(modes, motion, model.bodies, model.elements[FENDER], work.total, holds)
+    if holds.constraints.count[0] > 0:
+        clear(holds.constraints.bound)
+        solve_for_pivots(holds.constraints)
+        restore(holds.constraints, y[n : 2 * n])
 
 
 @kernel

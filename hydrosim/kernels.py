@@ -20,8 +20,8 @@ from numba import njit
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
-SOURCES = {"kernels.py", "dynamics.py", "run.py", "rigid", "integrate", "forces"}
-SOURCES |= {"waves", "radiation"}
+SOURCES = {"kernels.py", "dynamics.py", "stepper.py", "crossing.py", "run.py"}
+SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 
 

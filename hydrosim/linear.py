@@ -12,11 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, optimize
 
-from hydrosim.dynamics import Model, jacobian, new_work
-from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import STATES, STICK_SLIP
+from hydrosim.dynamics import Model, dynamic_states, jacobian, new_work
 from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
-from hydrosim.run import State
+from hydrosim.stepper import State
 from hydrosim.scene import DOFS
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
@@ -85,7 +83,7 @@ def linearise(
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """
     work, held = new_work(model), state.modes if modes is None else modes
-    states, n = _dynamic_states(model), model.bodies.active.size
+    states, n = dynamic_states(model), model.bodies.active.size
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, STEP, scratch, J)
     inertia = np.zeros((n, n))
@@ -124,12 +122,3 @@ def _natural_period(linear: Linear, i: int, eigenvalue: complex) -> float:
         if abs(omega - last) <= 1e-10 * last:
             break
     return 2 * np.pi / omega if omega > SLOW else np.inf
-
-
-def _dynamic_states(model: Model) -> np.ndarray:
-    """Entries of y that act on others: all but slip distances and energies."""
-    fenders = model.elements[FENDER]
-    first = fenders.state + STATES * np.arange(fenders.points.size)
-    first = first[fenders.points["law"] == STICK_SLIP]
-    stretch = np.concatenate([first, first + 1])
-    return np.concatenate([np.arange(fenders.state), np.sort(stretch)]).astype(np.int64)

@@ -12,13 +12,15 @@ from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, AppliedForce
 from hydrosim.forces.contact import fender
+from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS, Layout
 from hydrosim.integrate import Control
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
-from hydrosim.run import Clock, State
+from hydrosim.run import Clock
 from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene
+from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, wave_loads_model
 from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, wet_body
 
@@ -57,7 +59,9 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         size=energy + rows + 1,
     )
     take_note(scene, model, notes)
-    return model, _first_state(scene, model)
+    state = _first_state(scene, model)
+    _check_rigid_friction(scene, model, state)
+    return model, state
 
 
 def _check(scene: Scene) -> None:
@@ -76,6 +80,28 @@ def _check(scene: Scene) -> None:
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
+
+
+def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
+    """Refuse rigid friction in more directions than there is motion to hold."""
+    fenders, work, n = model.elements[FENDER], new_work(model), model.bodies.active.size
+    rigid = fenders.points["law"] == fender.COULOMB
+    if not rigid.any():
+        return
+    held = np.stack([np.where(rigid, STICK, OPEN), fenders.points["first"]], axis=1)
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
+    fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
+    rows = work.holds.constraints.J[: work.holds.constraints.count[0]]
+    rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
+    if rank < len(rows):
+        rows_of = set(fenders.points["row"][rigid] - len(ROWS))
+        names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
+        raise InputError(
+            f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()} points"
+            f" where the bodies can move in {rank} of them, and how the points share the load is"
+            " not defined; expected law: stick_slip there (with a large stiffness, if it must be),"
+            " or fewer points."
+        )
 
 
 def compile_clock(scene: Scene, model: Model) -> Clock:

@@ -43,6 +43,7 @@ class Method(StrEnum):
     HEUN = "heun"
     RK4 = "rk4"
     DOPRI5 = "dopri5"
+    ESDIRK4 = "esdirk4"
 
 
 ADAPTIVE = frozenset({Method.DOPRI5})

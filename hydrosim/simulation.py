@@ -13,7 +13,7 @@ from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
-from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.output import (
@@ -24,34 +24,32 @@ from hydrosim.output import (
     to_dataset,
     unpack,
 )
-from hydrosim.run import (
+from hydrosim.run import PITCH, Clock, Record, advance, new_record
+from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
+from hydrosim.stability import StepLimit, step_limit
+from hydrosim.stepper import (
     CAPSIZED,
     CHATTERING,
     COUNTERS,
     EVALUATIONS,
     EVENTS,
+    NO_SOLUTION,
     NOT_FINITE,
-    PITCH,
     RECORDS,
     REJECTED,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
-    Clock,
-    Record,
     State,
-    advance,
-    new_record,
     new_scratch,
 )
-from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
-from hydrosim.stability import StepLimit, step_limit
 
 METHODS: dict[Method, Tableau] = {
     Method.RK2: RK2,
     Method.HEUN: HEUN,
     Method.RK4: RK4,
     Method.DOPRI5: DOPRI5,
+    Method.ESDIRK4: ESDIRK4,
 }
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
@@ -59,6 +57,7 @@ MESSAGES = {
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
     CHATTERING: "a contact point changes its mode without end (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
+    NO_SOLUTION: "the implicit method finds no solution for a step",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 
@@ -145,7 +144,7 @@ def _chunks(
 ) -> Iterator[float]:
     """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached, first of
     all that of the start."""
-    work, scratch = new_work(model), new_scratch(model, method, clock)
+    work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
     first, count = 0, 0
     while first < clock.points and not counters[STATUS]:
         begin = perf_counter()

@@ -1,6 +1,6 @@
 """The largest stable step of a scene, before it is run.
 
-An explicit method with stability function R damps a mode of eigenvalue lambda only while
+A method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
 open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
 curve, and the smallest limit on h is the scene's. Growth by less than a thousandth per period of
@@ -18,13 +18,13 @@ from scipy import linalg
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import STATES, STICK_SLIP
+from hydrosim.forces.contact.fender import COULOMB, STATES, STICK_SLIP
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.integrate import Tableau
 from hydrosim.linear import Linear, linearise
 from hydrosim.rigid import place_bodies
-from hydrosim.run import State
+from hydrosim.stepper import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at
@@ -72,16 +72,21 @@ def step_limit(
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
     infinite for rays into the right half plane, where the motion itself grows."""
-    stages = range(method.b.size)
-    powers = [method.b @ np.linalg.matrix_power(method.a, k).sum(axis=1) for k in stages]
     r = np.linspace(0.0, REACH, 8001)[1:]
     limits = np.full(angle.size, np.inf)
     for i, phi in enumerate(angle):
         if np.cos(phi) <= 1e-9:
-            growth = np.abs(np.polyval([*powers[::-1], 1.0], r * np.exp(1j * phi)))
+            growth = np.abs(stability_function(method, r * np.exp(1j * phi)))
             unstable = np.flatnonzero(growth > 1.0 + GROWTH * r / (2 * np.pi))
             limits[i] = r[unstable[0]] if unstable.size else np.inf
     return limits
+
+
+def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
+    """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
+    z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
+    numerator = np.poly(method.a - np.outer(np.ones(method.b.size), method.b))[::-1]
+    return np.polyval(numerator, z) / np.polyval(np.poly(method.a)[::-1], z)
 
 
 def _contact_modes(
@@ -129,6 +134,10 @@ def _sliding(model: Model, state: State, modes: np.ndarray) -> State:
             normal = max(piece["force"] + (not point["prescribed"]) * PRESSED * piece["slope"], 1.0)
             stretch = point["static"] * normal / point["stiffness"]
             y[fenders.state + STATES * i :][:2] = stretch / np.sqrt(2.0)
+        if mode == SLIP and point["law"] == COULOMB:
+            place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+            velocity = np.array(touch(point, bodies, motion).velocity)
+            y[fenders.state + STATES * i :][:2] = velocity / max(np.hypot(*velocity), 1e-12)
     return state._replace(y=y)
 
 

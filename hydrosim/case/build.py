@@ -133,9 +133,11 @@ def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve | forces.Pr
 
 def _friction(
     friction: schema.Friction, count: int
-) -> forces.StickSlip | forces.FrictionSlope | forces.Frictionless:
+) -> forces.StickSlip | forces.FrictionSlope | forces.Coulomb | forces.Frictionless:
     if isinstance(friction, schema.Frictionless):
         return forces.Frictionless()
+    if isinstance(friction, schema.Coulomb):
+        return forces.Coulomb(friction.static, friction.kinetic)
     share = 1.0 / count if friction.total else 1.0
     if isinstance(friction, schema.FrictionSlope):
         return forces.FrictionSlope(friction.coefficient, share * friction.slope)

@@ -273,6 +273,11 @@ class Normal(Strict):
         return self
 
 
+def _check_coefficients(static: float, kinetic: float) -> None:
+    if static < kinetic:
+        raise problem(f"static {static:g}, kinetic {kinetic:g}", "static >= kinetic")
+
+
 class StickSlip(Strict):
     """The thesis' new friction model; ``total`` values are shared by the points."""
 
@@ -286,8 +291,20 @@ class StickSlip(Strict):
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
-        if self.static < self.kinetic:
-            raise problem(f"static {self.static:g}, kinetic {self.kinetic:g}", "static >= kinetic")
+        _check_coefficients(self.static, self.kinetic)
+        return self
+
+
+class Coulomb(Strict):
+    """Rigid friction: what sticks does not move."""
+
+    law: Literal["coulomb"]
+    static: of.Factor
+    kinetic: of.Factor
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        _check_coefficients(self.static, self.kinetic)
         return self
 
 
@@ -307,7 +324,7 @@ class Frictionless(Strict):
     law: Literal["none"]
 
 
-Friction = Annotated[StickSlip | FrictionSlope | Frictionless, Discriminator("law")]
+Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]
 
 
 class Fender(Strict):

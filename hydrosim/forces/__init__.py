@@ -13,6 +13,7 @@ from typing import Any
 from hydrosim.forces import applied_force, linear_mooring
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.contact import fender
+from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Fender, Frictionless, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal

@@ -1,9 +1,11 @@
-"""Time stepping without physics: methods as tableaux, stage combination, event location."""
+"""Time stepping without physics: methods as tableaux, stages, error control, event location."""
 
 from hydrosim.integrate.control import Control, error_norm, step_factor
 from hydrosim.integrate.dopri5 import DOPRI5
+from hydrosim.integrate.esdirk4 import ESDIRK4
 from hydrosim.integrate.events import between, left_behind, phi, scaled
-from hydrosim.integrate.explicit import Tableau, advance_state, hermite, stage_state
 from hydrosim.integrate.heun import HEUN
+from hydrosim.integrate.implicit import Newton, improve, new_newton, prepare
 from hydrosim.integrate.rk2 import RK2
 from hydrosim.integrate.rk4 import RK4
+from hydrosim.integrate.runge_kutta import Tableau, advance_state, hermite, stage_state

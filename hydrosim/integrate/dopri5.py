@@ -1,6 +1,6 @@
 """Dormand and Prince's pair of orders 5 and 4 (Dormand & Prince 1980), for adaptive steps."""
 
-from hydrosim.integrate.explicit import tableau
+from hydrosim.integrate.runge_kutta import tableau
 
 DOPRI5 = tableau(
     [

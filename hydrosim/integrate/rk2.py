@@ -1,5 +1,5 @@
 """Midpoint rule, order 2 (Runge 1895): the reference method of the founding study."""
 
-from hydrosim.integrate.explicit import tableau
+from hydrosim.integrate.runge_kutta import tableau
 
 RK2 = tableau([[1 / 2]], [0.0, 1.0], order=2)

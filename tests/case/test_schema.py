@@ -458,7 +458,7 @@ class TestFender:
                 ".static",
                 "an unknown key",
             ),
-            ("law: coulomb, coefficient: .2", ".law", '"coulomb"; expected one of: stick_slip,'),
+            ("law: glue, coefficient: .2", ".law", '"glue"; expected one of: stick_slip,'),
             ("coefficient: .2", "", 'no key "law"'),
         ],
     )

@@ -31,7 +31,7 @@ from hydrosim.forces.contact.fender import DISSIPATED, STATES
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
 from hydrosim.rigid import Motion
-from hydrosim.run import State
+from hydrosim.stepper import State
 from hydrosim.scene import Body, Kinematics, Scene
 
 RNG = np.random.default_rng(5)

@@ -27,7 +27,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.contact import friction_slope, geometry, normal, stick_slip
+from hydrosim.forces.contact import coulomb, friction_slope, geometry, normal, stick_slip
+from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
@@ -36,11 +37,12 @@ from hydrosim.forces.layout import Layout
 from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
-FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE = range(3)
+FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(4)
 STATES = 4  # per point: stretch (2), slip distance, dissipated energy
 SLIP_DISTANCE, DISSIPATED = 2, 3
 CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN = range(3)
 MARGINS = 3
+AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Fender(ForceElement):
     points: np.ndarray
     plane: Plane
     normal: NormalCurve | PrescribedNormal
-    friction: StickSlip | FrictionSlope | Frictionless
+    friction: StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
 POINT = np.dtype(
@@ -114,13 +116,15 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     return (body, plane.point, n, *geometry.tangents(n))
 
 
-def _law(law: StickSlip | FrictionSlope | Frictionless) -> tuple[float, ...]:
+def _law(law: StickSlip | FrictionSlope | Coulomb | Frictionless) -> tuple[float, ...]:
     """Kind, mu_s, mu_k, K2, C2 (or the slope b), C3."""
     if isinstance(law, StickSlip):
         constants = (law.stiffness, law.damping, law.slip_damping)
         return (STICK_SLIP, law.static, law.kinetic, *constants)
     if isinstance(law, FrictionSlope):
         return (FRICTION_SLOPE, law.coefficient, law.coefficient, 0.0, law.slope, 0.0)
+    if isinstance(law, Coulomb):
+        return (COULOMB, law.static, law.kinetic, 0.0, 0.0, 0.0)
     return (FRICTIONLESS, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -168,16 +172,20 @@ def friction(mode, N, dN, v1, s, point):
         return stick_slip.friction(mode, N, dN, v1, s, point)
     if point.law == FRICTION_SLOPE:
         return friction_slope.friction(mode, N, dN, v1, s, point)
+    if point.law == COULOMB:
+        return coulomb.friction(mode, N, dN, v1, s, point)
     return Friction((0.0, 0.0), (0.0, 0.0), hypot(v1[0], v1[1]) if mode == SLIP else 0.0, 0.0)
 
 
 @kernel
-def friction_margin(mode, N, dN, v1, s, heading, point):
+def friction_margin(mode, N, dN, v1, s, heading, reaction, point):
     """How far a point is from leaving stick or slip; frictionless points always slip."""
     if point.law == STICK_SLIP:
         return stick_slip.margin(mode, N, dN, v1, s, heading, point)
     if point.law == FRICTION_SLOPE:
         return friction_slope.margin(mode, N, dN, v1, s, heading, point)
+    if point.law == COULOMB:
+        return coulomb.margin(mode, N, v1, s, reaction, point)
     return 1.0 if mode == SLIP else -1.0
 
 
@@ -196,7 +204,7 @@ def find_piece(t, point, pieces, contact):
 
 
 @kernel
-def margins(t, y, modes, motion, bodies, p, headings, out):
+def margins(t, y, modes, motion, bodies, p, headings, reactions, out):
     """Margins ``out`` (3 n,) of the modes of all points, negative where a mode has ended."""
     for i in range(p.points.size):
         point, mode, k, m = p.points[i], modes[i, 0], p.state + STATES * i, MARGINS * i
@@ -209,14 +217,16 @@ def margins(t, y, modes, motion, bodies, p, headings, out):
         piece, s = p.segments[modes[i, 1]], (y[k], y[k + 1])
         N, dN = pressure(t, point, mode, piece, c)
         out[m + CONTACT_MARGIN] = contact_margin(t, point, piece, c)
-        heading = (headings[i, 0], headings[i, 1])
-        out[m + FRICTION_MARGIN] = friction_margin(mode, N, dN, c.velocity, s, heading, point)
+        heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
+        grip = friction_margin(mode, N, dN, c.velocity, s, heading, reaction, point)
+        out[m + FRICTION_MARGIN] = grip
         out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, on_curve(t, point, c)[0])
 
 
 @kernel
 def find_headings(y, modes, motion, bodies, p, out):
-    """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all points that slip."""
+    """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all points that slip;
+    rigid friction keeps its own in y."""
     for i in range(p.points.size):
         point, k = p.points[i], p.state + STATES * i
         if modes[i, 0] != SLIP or point.law == FRICTIONLESS:
@@ -227,19 +237,58 @@ def find_headings(y, modes, motion, bodies, p, out):
         size = hypot(a[0], a[1])
         if size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
+            if point.law == COULOMB and out[i, 0] * y[k] + out[i, 1] * y[k + 1] > 0.0:
+                y[k], y[k + 1] = out[i, 0], out[i, 1]
 
 
 @kernel
-def switch(i, which, t, y, modes, motion, bodies, p):
-    """Put point ``i`` into the mode that follows when margin ``which`` has reached zero."""
+def hold_points(modes, motion, bodies, p, wrench, holds):
+    """Constraints of all points that rigid friction holds; ``wrench`` (6 nb,) is scratch."""
+    holds.constraints.count[0] = 0
+    for i in range(p.points.size):
+        point = p.points[i]
+        if point.law == COULOMB and modes[i, 0] == STICK:
+            contact = geometry.touch(point, bodies, motion)
+            coulomb.hold(i, point, contact, bodies, motion, wrench, holds)
+
+
+@kernel
+def add_reactions(modes, motion, bodies, p, holds, wrench):
+    """Reactions of the held points into their rows of ``wrench``."""
+    coulomb.collect_reactions(holds)
+    for r in range(holds.constraints.count[0]):
+        i = holds.point[r]
+        if r == 0 or holds.point[r - 1] != i:
+            point, f = p.points[i], (holds.reaction[i, 0], holds.reaction[i, 1])
+            geometry.press(point, geometry.touch(point, bodies, motion), 0.0, f, wrench[point.row])
+
+
+@kernel
+def break_loose(t, y, modes, motion, bodies, p, reactions):
+    """Let the first point slip whose reaction is more than rigid friction can hold, if any."""
+    for i in range(p.points.size):
+        point = p.points[i]
+        if point.law == COULOMB and modes[i, 0] == STICK:
+            c = geometry.touch(point, bodies, motion)
+            N, _ = pressure(t, point, STICK, p.segments[modes[i, 1]], c)
+            if hypot(reactions[i, 0], reactions[i, 1]) > point.static * N:
+                _break_away(i, t, y, modes, c, reactions, p)
+                return True
+    return False
+
+
+@kernel
+def switch(i, which, size, t, y, modes, motion, bodies, reactions, p):
+    """Put point ``i`` into the mode that follows when margin ``which``, which was of this ``size``
+    before or after, has reached zero."""
     point, c = p.points[i], geometry.touch(p.points[i], bodies, motion)
     if which == SEGMENT_MARGIN:
         piece, x = p.segments[modes[i, 1]], on_curve(t, point, c)[0]
         modes[i, 1] += 1 if piece.upper - x < x - piece.lower else -1
     elif which == FRICTION_MARGIN and modes[i, 0] == STICK:
-        _break_away(i, t, y, modes, c, p)
+        _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
-        modes[i, 0] = STICK
+        _grip(i, size, modes, c, p)
     elif modes[i, 0] == OPEN:
         _close(i, t, y, modes, c, p)
     else:
@@ -247,9 +296,12 @@ def switch(i, which, t, y, modes, motion, bodies, p):
 
 
 @kernel
-def _break_away(i, t, y, modes, contact, p):
+def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins; in the rate-free limit the node jumps."""
     k, point = p.state + STATES * i, p.points[i]
+    if point.law == COULOMB:
+        size = hypot(reactions[i, 0], reactions[i, 1])
+        y[k], y[k + 1] = -reactions[i, 0] / size, -reactions[i, 1] / size
     if point.law == STICK_SLIP:
         N, _ = pressure(t, point, STICK, p.segments[modes[i, 1]], contact)
         before = hypot(y[k], y[k + 1])
@@ -260,6 +312,14 @@ def _break_away(i, t, y, modes, contact, p):
 
 
 @kernel
+def _grip(i, size, modes, contact, p):
+    """Slip ends, unless a rigid point has only turned round."""
+    v = contact.velocity
+    if p.points[i].law != COULOMB or hypot(v[0], v[1]) <= AT_REST * size:
+        modes[i, 0] = STICK
+
+
+@kernel
 def _close(i, t, y, modes, contact, p):
     """Contact begins: the mode is the one whose margin is positive."""
     k, point = p.state + STATES * i, p.points[i]
@@ -267,7 +327,10 @@ def _close(i, t, y, modes, contact, p):
     piece = p.segments[modes[i, 1]]
     N, dN = pressure(t, point, STICK, piece, contact)
     v, s = contact.velocity, (y[k], y[k + 1])
-    held = friction_margin(STICK, N, dN, v, s, (0.0, 0.0), point) >= 0.0
+    held = friction_margin(STICK, N, dN, v, s, (0.0, 0.0), (0.0, 0.0), point) >= 0.0
+    if point.law == COULOMB:
+        held = v[0] == 0.0 and v[1] == 0.0
+        y[k], y[k + 1] = coulomb.direction(v, (0.0, 0.0))
     modes[i, 0] = STICK if held else SLIP
     y[k + DISSIPATED] -= _stored_along_normal(point, piece, contact)
 
@@ -314,13 +377,15 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 
 @kernel
-def observe(t, y, modes, motion, bodies, p, out):
+def observe(t, y, modes, motion, bodies, p, reactions, out):
     """Rows ``out`` (n, 8): compression, N, friction (3) in the earth frame, node (3)."""
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, 0], p.state + STATES * i
         c, s = geometry.touch(point, bodies, motion), (y[k], y[k + 1])
         N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c)
         f = friction(mode, N, dN, c.velocity, s, point).force
+        if point.law == COULOMB:
+            s, f = (0.0, 0.0), (reactions[i, 0], reactions[i, 1]) if mode == STICK else f
         out[i, 0], out[i, 1] = c.compression, N
         for j in range(3):
             t1, t2, n = c.tangent1[j], c.tangent2[j], c.normal[j]

@@ -71,6 +71,37 @@ def _from_moving_plane(b, r, a, c, p, bodies, motion):
 
 
 @kernel
+def tangential_bias(point, contact, bodies, motion):
+    """u1'' (2,) of a point when all q'' are zero: what rotations and their rates' map leave."""
+    if not bodies.exact:
+        return (0.0, 0.0)
+    a = _point_bias(point.body, contact.arm, motion)
+    w, turn = point_velocity(point.body, contact.arm, motion), (0.0, 0.0, 0.0)
+    if point.plane_body != EARTH:
+        turn = vector(motion.velocity, 6 * point.plane_body + 3)
+        centre = vector(motion.velocity, 6 * point.plane_body)
+        a = sub(a, _plane_bias(point.plane_body, contact.plane_arm, sub(w, centre), motion))
+        w = sub(w, point_velocity(point.plane_body, contact.plane_arm, motion))
+    t1, t2 = contact.tangent1, contact.tangent2
+    return (dot(t1, a) + dot(cross(turn, t1), w), dot(t2, a) + dot(cross(turn, t2), w))
+
+
+@kernel
+def _point_bias(b, arm, motion):
+    """Acceleration S' q' x arm + omega x (omega x arm) of a body's point."""
+    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
+    return add(cross(bias, arm), cross(omega, cross(omega, arm)))
+
+
+@kernel
+def _plane_bias(b, arm, velocity, motion):
+    """Rate of omega x arm of the plane's body, whose ``arm`` goes at ``velocity`` with the point
+    it ends at."""
+    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
+    return add(cross(bias, arm), cross(omega, velocity))
+
+
+@kernel
 def press(point, contact, normal_force, friction, wrench):
     """Put the force of the plane on the point's body, and its opposite on the plane's body, into
     ``wrench``: ``normal_force`` along the normal and the tangential ``friction`` (2,)."""

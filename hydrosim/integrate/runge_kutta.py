@@ -1,11 +1,14 @@
-"""Explicit Runge-Kutta steps and the cubic that joins them.
+"""Runge-Kutta steps and the cubic that joins them.
 
 A method is a `Tableau`; a step of length h from (t, y) is
 
-    Y_i = y + h sum_{j<i} a_ij k_j,   k_i = f(t + c_i h, Y_i),   y_new = y + h sum_i b_i k_i
+    Y_i = y + h sum_{j<i} a_ij k_j,   k_i = f(t + c_i h, Y_i + h a_ii k_i)
+    y_new = y + h sum_i b_i k_i
+
+where a_ii = 0 for explicit methods; otherwise `implicit` finds k_i.
 
 The caller evaluates f: kernels that take functions cannot be cached on disk, so the loop over the
-stages stands beside the equation it integrates (`hydrosim.run`, or a test's own loop):
+stages stands beside the equation it integrates (`hydrosim.stepper`, or a test's own loop):
 
     for i in range(1, c.size):
         stage_state(i, tableau, h, y, k, Y)
@@ -23,7 +26,7 @@ from hydrosim.kernels import assign, kernel
 
 
 class Tableau(NamedTuple):
-    """Butcher tableau of an explicit method: ``a`` (s, s) strictly lower, ``b``, ``c`` (s,).
+    """Butcher tableau: ``a`` (s, s) lower triangular with a_11 = 0, ``b``, ``c`` (s,).
 
     ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any.
     """

@@ -1,0 +1,251 @@
+"""Cutting a step where a contact mode ends inside it, and switching the mode.
+
+A mode holds while its margins (see `hydrosim.forces.contact.fender`) are positive. A step is cut at
+the first zero of any; one that dips below zero and comes back within the step counts too. The
+right hand side is smooth on every piece, so a method keeps its order through stick, slip and
+contact.
+"""
+
+from __future__ import annotations
+
+from hydrosim.dynamics import rhs, still
+from hydrosim.forces import FENDER
+from hydrosim.forces.contact.fender import MARGINS, break_loose, find_headings, margins, switch
+from hydrosim.integrate import between, hermite, left_behind, phi, scaled
+from hydrosim.integrate.implicit import STALE
+from hydrosim.kernels import assign, kernel
+from hydrosim.rigid import place_bodies
+from hydrosim.stepper import (
+    AFTER,
+    BEFORE,
+    EARLY,
+    END,
+    EVALUATIONS,
+    FULL,
+    LATE,
+    NOW,
+    SLOPE,
+    SPARE,
+    STAGE,
+    TRIAL,
+    step,
+)
+
+LANDED = 1e-10  # of a margin's range over the step: an event is located to this
+SWITCHED = 1e-8  # margins this near to zero switch together
+DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
+NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
+
+
+@kernel
+def cut(t, stop, located, model, method, state, work, scratch, counters):
+    """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
+    is to be ``located``. Returns the time at its end and whether a mode has ended there."""
+    end, after = scratch.states[END], scratch.margins[AFTER]
+    left = _left(stop, end, model, state, work, scratch, after)
+    if after.size == 0 or not located:
+        return stop, left
+    for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
+        if left:
+            stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+        part = _dip(t, stop - t, model, state, work, scratch, counters) if stop > t else 1.0
+        if part == 1.0:
+            return stop, left
+        stop = t + part * (stop - t)
+        step(t, stop - t, model, method, state, work, scratch, counters)
+        left = _left(stop, end, model, state, work, scratch, after)
+    if left:
+        stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+    scratch.fresh[1] = 0
+    return stop, left
+
+
+@kernel
+def _left(t, y, model, state, work, scratch, out):
+    """Margins of all contact modes at t, y; True if any mode has ended."""
+    if out.size == 0:
+        return False
+    n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
+    if holds.point.size > 0:  # the reactions are margins of rigid friction
+        rhs(t, y, state.modes, state.history, model, work, scratch.states[SPARE])
+    else:
+        place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    headings, reactions = scratch.headings, holds.reaction
+    margins(t, y, state.modes, work.motion, model.bodies, fenders, headings, reactions, out)
+    return left_behind(out)
+
+
+@kernel
+def _land(t, h, model, method, state, work, scratch, counters):
+    """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
+
+    The zero is sought on the cubic through both ends, and the difference between the method's own
+    step and the cubic at that place is then taken off (a contraction of order h^3), within a
+    bracket that always shrinks. Returns the length of the cut step.
+    """
+    end = scratch.states[END]
+    before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
+    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
+    counters[EVALUATIONS] += 1
+    assign(scratch.states[FULL], end)
+    _left(t, state.y, model, state, work, scratch, before)
+    lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
+    x, on_cubic = _zero_on_cubic(0.0, t, h, model, state, work, scratch)
+    while True:
+        step(t, x * h, model, method, state, work, scratch, counters)
+        _left(t + x * h, end, model, state, work, scratch, now)
+        value = phi(now, before, after)
+        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
+            return x * h
+        if value >= 0.0:
+            lo, f_lo = x, value
+        else:
+            hi, f_hi = x, value
+        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, model, state, work, scratch)
+        if not lo < x < hi:
+            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            on_cubic = _phi_on_cubic(x, t, h, model, state, work, scratch)
+
+
+@kernel
+def _zero_on_cubic(defect, t, h, model, state, work, scratch):
+    """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
+    zero if phi is never positive (a mode that ends as soon as it begins)."""
+    before, after = scratch.margins[BEFORE], scratch.margins[AFTER]
+    lo, f_lo = 0.0, phi(before, before, after) + defect
+    hi, f_hi = 0.0, -1.0
+    for j in range(1, 9):
+        hi = (j / 8) ** 2  # closer together where a mode has just begun
+        f_hi = _phi_on_cubic(hi, t, h, model, state, work, scratch) + defect
+        if f_hi < 0.0 <= f_lo:
+            break
+        lo, f_lo = hi, f_hi
+    if not f_hi < 0.0 <= f_lo:
+        return 0.0, f_lo - defect
+    x, f = hi, f_hi
+    for _ in range(60):
+        if hi - lo < 1e-14 or abs(f) < 1e-13:
+            break
+        x = between(lo, f_lo, hi, f_hi)
+        f = _phi_on_cubic(x, t, h, model, state, work, scratch) + defect
+        if f >= 0.0:
+            lo, f_lo = x, f
+        else:
+            hi, f_hi = x, f
+    return x, f - defect
+
+
+@kernel
+def _phi_on_cubic(x, t, h, model, state, work, scratch):
+    now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
+    _on_cubic(x, t, h, model, state, work, scratch, now)
+    return phi(now, before, after)
+
+
+@kernel
+def _on_cubic(x, t, h, model, state, work, scratch, out):
+    """Margins on the cubic through both ends of the uncut step."""
+    states, stage = scratch.states, scratch.states[STAGE]
+    hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
+    _left(t + x * h, stage, model, state, work, scratch, out)
+
+
+@kernel
+def _dip(t, h, model, state, work, scratch, counters):
+    """Where in a step, as a part of it, a margin that falls at first and rises at last is below
+    zero on the cubic through both ends; 1 where none is.
+
+    It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
+    step, or before another event, is not jumped over. Leaves the margins of the end in NOW.
+    """
+    margin, end = scratch.margins, scratch.states[END]
+    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
+    counters[EVALUATIONS] += 1
+    scratch.fresh[1] = 1
+    assign(scratch.states[FULL], end)
+    _left(t, state.y, model, state, work, scratch, margin[BEFORE])
+    _left(t + h, end, model, state, work, scratch, margin[NOW])
+    _on_cubic(NEAR, t, h, model, state, work, scratch, margin[EARLY])
+    _on_cubic(1.0 - NEAR, t, h, model, state, work, scratch, margin[LATE])
+    for i in range(margin.shape[1]):
+        first, last = margin[BEFORE, i], margin[NOW, i]
+        falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
+        if falling < 0.0 < rising:
+            meet = (last - rising - first) / (falling - rising)
+            floor = -LANDED * max(abs(first), abs(last))
+            if first + falling * meet < floor:
+                x = _deepest(i, floor, t, h, model, state, work, scratch)
+                if x < 1.0:
+                    return x
+    return 1.0
+
+
+@kernel
+def _deepest(i, floor, t, h, model, state, work, scratch):
+    """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
+    section; 1 if there is none."""
+    golden = 0.6180339887498949
+    lo, hi = 0.0, 1.0
+    a, b = 1.0 - golden, golden
+    f_a = _margin_on_cubic(i, a, t, h, model, state, work, scratch)
+    f_b = _margin_on_cubic(i, b, t, h, model, state, work, scratch)
+    for _ in range(40):
+        if min(f_a, f_b) < floor:
+            return a if f_a < f_b else b
+        if f_a < f_b:
+            hi, b, f_b = b, a, f_a
+            a = hi - golden * (hi - lo)
+            f_a = _margin_on_cubic(i, a, t, h, model, state, work, scratch)
+        else:
+            lo, a, f_a = a, b, f_b
+            b = lo + golden * (hi - lo)
+            f_b = _margin_on_cubic(i, b, t, h, model, state, work, scratch)
+    return 1.0
+
+
+@kernel
+def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
+    _on_cubic(x, t, h, model, state, work, scratch, scratch.margins[TRIAL])
+    return scratch.margins[TRIAL, i]
+
+
+@kernel
+def note_headings(model, state, work, headings):
+    """Note where all points slip to at the start of a step."""
+    if headings.size > 0:
+        n = model.bodies.active.size
+        place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
+        fenders = model.elements[FENDER]
+        find_headings(state.y, state.modes, work.motion, model.bodies, fenders, headings)
+
+
+@kernel
+def switch_modes(located, t, model, state, work, scratch):
+    """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
+    location all whose margin is negative. One switch per point."""
+    y, modes, n = state.y, state.modes, model.bodies.active.size
+    fenders, motion, reactions = model.elements[FENDER], work.motion, work.holds.reaction
+    before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
+    near = max(phi(now, before, after), 0.0) + SWITCHED
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    for i in range(fenders.points.size):
+        for which in range(MARGINS):
+            m = MARGINS * i + which
+            if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
+                continue
+            size = max(abs(before[m]), abs(after[m]))
+            switch(i, which, size, t, y, modes, motion, model.bodies, reactions, fenders)
+            break
+    scratch.newton.status[0] = STALE
+    make_consistent(t, model, state, work, scratch)
+
+
+@kernel
+def make_consistent(t, model, state, work, scratch):
+    """Bring what rigid friction holds to rest, and let break loose what it cannot hold."""
+    still(state.y, state.modes, model, work)
+    for _ in range(work.holds.point.size):
+        rhs(t, state.y, state.modes, state.history, model, work, scratch.states[SPARE])
+        fenders, reactions = model.elements[FENDER], work.holds.reaction
+        if not break_loose(t, state.y, state.modes, work.motion, model.bodies, fenders, reactions):
+            return

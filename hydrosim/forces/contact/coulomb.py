@@ -1,0 +1,134 @@
+"""Coulomb's friction, rigid: what sticks does not move at all.
+
+    stick   v = 0 by a reaction in the plane              until |reaction| = mu_s N
+    slip    f = -mu_k N d,  d = v / |v|                   until v = 0
+
+v: velocity of the body's point relative to the plane. A held point is a constraint on the
+accelerations, J q'' = c, whose force is the reaction (`hydrosim.rigid.constraints`); it holds in as
+many directions of the plane as the point could move in. Slip begins against the reaction that it
+took to hold, and goes on in the half plane of its heading, so that it is smooth through its end.
+Dissipation mu_k N |v|; nothing is stored. Limits: where several held points over-determine a rigid
+body, each one's share is not defined; such scenes are refused. In the plane, slip that is being
+driven sideways stops with a turn that is not smooth: the order drops at such a stop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.contact.geometry import press, tangential_bias
+from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.kernels import clear, kernel
+from hydrosim.rigid import generalised_force
+from hydrosim.rigid.constraints import Constraints, new_constraints
+
+RANK = 1e-12  # of the larger: a direction of motion less than this is none
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Coefficients ``static`` mu_s >= ``kinetic`` mu_k."""
+
+    static: float
+    kinetic: float
+
+
+class Holds(NamedTuple):
+    """Scratch: the constraints of held points, for each of them the ``point`` (r,) and the
+    ``direction`` (r, 2) in the plane, and the ``reaction`` (points, 2) on each point's body."""
+
+    constraints: Constraints
+    point: np.ndarray
+    direction: np.ndarray
+    reaction: np.ndarray
+
+
+def new_holds(points: int, rigid: int, n: int) -> Holds:
+    """Scratch for ``rigid`` of ``points`` contact points and ``n`` free coordinates."""
+    rows = new_constraints(2 * rigid, n)
+    of, along = np.zeros(2 * rigid, dtype=np.int64), np.zeros((2 * rigid, 2))
+    return Holds(rows, of, along, np.zeros((points, 2)))
+
+
+@kernel
+def friction(mode, N, dN, v, heading, p):
+    """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
+    if mode != SLIP:
+        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+    d, speed = direction(v, heading), hypot(v[0], v[1])
+    size = p.kinetic * N
+    power = size * (d[0] * v[0] + d[1] * v[1])
+    return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power)
+
+
+@kernel
+def direction(v, heading):
+    """v / |v| turned into the half plane of the unit vector ``heading`` (2,)."""
+    speed = hypot(v[0], v[1])
+    if speed == 0.0:
+        return heading
+    if v[0] * heading[0] + v[1] * heading[1] < 0.0:
+        speed = -speed
+    return (v[0] / speed, v[1] / speed)
+
+
+@kernel
+def margin(mode, N, v, heading, reaction, p):
+    """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
+    [m/s]; negative past the end of the ``mode``."""
+    if mode == STICK:
+        return p.static * N - hypot(reaction[0], reaction[1])
+    return v[0] * heading[0] + v[1] * heading[1]
+
+
+@kernel
+def hold(i, point, contact, bodies, motion, wrench, holds):
+    """Add the rows that hold point ``i``; ``wrench`` (6 nb,) is scratch."""
+    rows, r = holds.constraints, holds.constraints.count[0]
+    bias = tangential_bias(point, contact, bodies, motion)
+    for a in range(2):
+        along = (1.0, 0.0) if a == 0 else (0.0, 1.0)
+        clear(wrench)
+        press(point, contact, 0.0, along, wrench)
+        generalised_force(bodies, motion, wrench, rows.J[r + a])
+        holds.point[r + a] = i
+        holds.direction[r + a, 0], holds.direction[r + a, 1] = along
+        rows.bound[r + a] = -bias[a]
+    rows.count[0] += _independent(r, holds)
+
+
+@kernel
+def _independent(r, holds):
+    """Number of directions that row ``r`` and the next hold; if it is one, row r is the one."""
+    rows = holds.constraints
+    g11, g12, g22 = 0.0, 0.0, 0.0
+    for j in range(rows.J.shape[1]):
+        g11 += rows.J[r, j] * rows.J[r, j]
+        g12 += rows.J[r, j] * rows.J[r + 1, j]
+        g22 += rows.J[r + 1, j] * rows.J[r + 1, j]
+    if g11 + g22 == 0.0:
+        return 0
+    if g11 * g22 - g12 * g12 > RANK * (g11 + g22) ** 2:
+        return 2
+    angle = 0.5 * atan2(2.0 * g12, g11 - g22)
+    u1, u2 = cos(angle), sin(angle)
+    for j in range(rows.J.shape[1]):
+        rows.J[r, j] = u1 * rows.J[r, j] + u2 * rows.J[r + 1, j]
+    rows.bound[r] = u1 * rows.bound[r] + u2 * rows.bound[r + 1]
+    holds.direction[r, 0], holds.direction[r, 1] = u1, u2
+    return 1
+
+
+@kernel
+def collect_reactions(holds):
+    """Reactions of all points from the forces of their constraints."""
+    clear(holds.reaction.reshape(holds.reaction.size))
+    for r in range(holds.constraints.count[0]):
+        for a in range(2):
+            force = holds.constraints.force[r] * holds.direction[r, a]
+            holds.reaction[holds.point[r], a] += force

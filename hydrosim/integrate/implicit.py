@@ -1,0 +1,115 @@
+"""Implicit stages: Newton's method with a Jacobian that is kept over many steps.
+
+A stage of a diagonally implicit method is k = f(t + c h, Y + g k) with g = h a_ii. From a guess,
+
+    (I - g J) d = f(t + c h, Y + g k) - k,   k += d
+
+until the change g d is small in units of the tolerances. J is the Jacobian of f over the ``states``
+that act on others; all other states are given by them and need no solution. J is renewed only
+where Newton's method has become slow, and where f itself has changed; the factors of I - g J hold
+for one g. (Hairer & Wanner 1996, IV.8.)
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.kernels import assign, kernel
+
+ENOUGH = 1e-4  # of the tolerances of a step, to which stages are solved
+ITERATIONS, SLOW = 12, 5
+STALE, READY = range(2)
+
+
+class Newton(NamedTuple):
+    """Scratch: the ``states`` (m,) of y that are solved for, ``J`` and the ``factors`` of I - g J
+    (m, m) with their ``order`` of rows (m,), the ``change`` (m,), whether J is `STALE`,
+    ``status`` (1,), the ``weight`` g (1,) of the factors, and room ``shifted`` (3, ny)."""
+
+    states: np.ndarray
+    J: np.ndarray
+    factors: np.ndarray
+    order: np.ndarray
+    change: np.ndarray
+    status: np.ndarray
+    weight: np.ndarray
+    shifted: np.ndarray
+
+
+def new_newton(states: np.ndarray, size: int) -> Newton:
+    """Scratch for ``states`` (m,) of ``size`` in all; of none for explicit methods."""
+    m = states.size
+    flags, order = np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64)
+    J, factors = np.zeros((m, m)), np.zeros((m, m))
+    room = np.zeros((3, size))
+    return Newton(states, J, factors, order, np.zeros(m), flags, np.zeros(1), room)
+
+
+@kernel
+def improve(k, f, y, weight, newton, control):
+    """One iteration: changes ``k`` (ny,) given ``f`` at it; returns the size of the change of the
+    stage in units of what is `ENOUGH`. ``y`` sets the scale of relative tolerances."""
+    d, states, total = newton.change, newton.states, 0.0
+    for i in range(states.size):
+        d[i] = f[states[i]] - k[states[i]]
+    solve(newton.factors, newton.order, d)
+    for i in range(states.size):
+        m = states[i]
+        scale = ENOUGH * (control.absolute[m] + control.relative * abs(y[m]))
+        total += (weight * d[i] / scale) ** 2
+        d[i] += k[m]
+    assign(k, f)
+    for i in range(states.size):
+        k[states[i]] = d[i]
+    return sqrt(total / max(states.size, 1))
+
+
+@kernel
+def prepare(weight, newton):
+    """Factors of I - g J for this weight g."""
+    m = newton.states.size
+    for i in range(m):
+        for j in range(m):
+            newton.factors[i, j] = -weight * newton.J[i, j]
+        newton.factors[i, i] += 1.0
+    factorise(newton.factors, newton.order)
+    newton.weight[0] = weight
+
+
+@kernel
+def factorise(A, order):
+    """Factors L U of ``A`` in place, with the ``order`` of its rows after partial pivoting."""
+    n = A.shape[0]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[best, k]):
+                best = i
+        order[k] = best
+        if best != k:
+            for j in range(n):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+        for i in range(k + 1, n):
+            factor = A[i, k] / A[k, k]
+            A[i, k] = factor
+            if factor != 0.0:
+                for j in range(k + 1, n):
+                    A[i, j] -= factor * A[k, j]
+
+
+@kernel
+def solve(factors, order, x):
+    """Solve A x = x in place by the factors of A."""
+    n = x.size
+    for k in range(n):
+        x[k], x[order[k]] = x[order[k]], x[k]
+    for i in range(n):
+        for j in range(i):
+            x[i] -= factors[i, j] * x[j]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            x[i] -= factors[i, j] * x[j]
+        x[i] /= factors[i, i]

@@ -1,0 +1,130 @@
+"""The implicit method on textbook problems: order conditions, stability, stiff problems, factors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from test_runge_kutta import conditions
+
+from hydrosim.integrate import (
+    ESDIRK4,
+    Control,
+    advance_state,
+    improve,
+    new_newton,
+    prepare,
+    stage_state,
+)
+from hydrosim.integrate.implicit import ITERATIONS, factorise, solve
+from hydrosim.stability import stability_function
+
+Figure = Callable[[str, float], None]
+Slope = Callable[[float, np.ndarray], np.ndarray]
+
+
+def integrate(
+    f: Slope, J: np.ndarray, start: np.ndarray, end: float, steps: int, tolerance: float = 1e-10
+) -> np.ndarray:
+    """y(end) by equal steps; the package's stages and iterations with a constant Jacobian."""
+    h, y, method = end / steps, start.astype(float).copy(), ESDIRK4
+    newton, control = new_newton(np.arange(y.size), y.size), Control(False, tolerance, tolerance)
+    control = control._replace(absolute=np.full(y.size, tolerance))
+    newton.J[:] = J
+    k, stage, after = np.zeros((method.b.size, y.size)), np.zeros(y.size), np.zeros(y.size)
+    for n in range(steps):
+        t = n * h
+        k[0] = f(t, y)
+        for i in range(1, method.c.size):
+            stage_state(i, method, h, y, k, stage)
+            weight, at = h * method.a[i, i], t + method.c[i] * h
+            prepare(weight, newton)
+            k[i] = k[i - 1]
+            for _ in range(ITERATIONS):
+                if improve(k[i], f(at, stage + weight * k[i]), y, weight, newton, control) <= 1.0:
+                    break
+            else:
+                pytest.fail("Newton's method does not converge")
+        advance_state(method, h, y, k, after)
+        y[:] = after
+    return y
+
+
+def test_order_conditions() -> None:
+    embedded = ESDIRK4._replace(b=ESDIRK4.b - ESDIRK4.error)
+    assert all(np.isclose(found, wanted, rtol=1e-14) for _, found, wanted in conditions(ESDIRK4))
+    of_embedded = [np.isclose(found, wanted, rtol=1e-14) for _, found, wanted in conditions(embedded)]
+    assert all(of_embedded[:4])
+    assert not all(of_embedded)
+    assert_allclose(ESDIRK4.c, ESDIRK4.a.sum(axis=1))
+    # stages of order 2 (from the second on), the last one is the end of the step
+    assert_allclose((ESDIRK4.a @ ESDIRK4.c)[1:], ESDIRK4.c[1:] ** 2 / 2, rtol=1e-13)
+    assert_allclose(ESDIRK4.a[-1], ESDIRK4.b)
+
+
+def test_stable_in_the_left_half_plane_and_damping_at_infinity() -> None:
+    edge = 1j * np.concatenate([np.linspace(1e-3, 50.0, 20001), np.logspace(2, 8, 200)])
+    assert np.abs(stability_function(ESDIRK4, edge)).max() <= 1.0 + 1e-12  # A-stable: no poles left
+    assert np.abs(stability_function(ESDIRK4, np.array([-1e8, 1e8j]))).max() < 1e-6
+    # and what a step really makes of y' = lambda y
+    for z in (-0.3, -7.0, -200.0):
+        y = integrate(lambda t, y, z=z: z * y, np.array([[z]]), np.ones(1), 1.0, 1)
+        assert y[0] == pytest.approx(stability_function(ESDIRK4, np.array([z]))[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e3])
+def test_order_on_a_rotating_decay(rate: float, figure: Figure) -> None:
+    A = np.array([[-rate, 1.0], [-1.0, -0.5]])
+    vectors = np.linalg.eig(A)
+    start = np.array([1.0 / rate, 1.0])
+    exact = (vectors[1] * np.exp(2.0 * vectors[0])) @ np.linalg.solve(vectors[1], start)
+    steps = np.array([20, 40, 80])
+    found = [integrate(lambda t, y: A @ y, A, start, 2.0, n, 1e-12) for n in steps]
+    error = np.array([np.abs(y - exact.real).max() for y in found])
+    orders = np.log2(error[:-1] / error[1:])
+    figure(f"order at rate {rate:g}", orders[-1])
+    assert orders[-1] == pytest.approx(4.0, abs=0.25)
+
+
+@pytest.mark.parametrize("rate", [1e4, 1e8])
+def test_a_stiff_slave_follows(rate: float, figure: Figure) -> None:
+    """Prothero and Robinson's problem: the error falls with the step however stiff it is."""
+    J = np.array([[-rate]])
+
+    def f(t: float, y: np.ndarray) -> np.ndarray:
+        return -rate * (y - np.sin(t)) + np.cos(t)
+
+    error = [abs(integrate(f, J, np.zeros(1), 3.0, n)[0] - np.sin(3.0)) for n in (15, 30, 60)]
+    figure(f"error at rate {rate:g}", error[-1])
+    assert error[0] < 1e-4
+    assert error[2] < error[0] / 8  # between the orders 2 of the stages and 4 of the method
+
+
+def test_a_nonlinear_stiff_problem_against_scipy(figure: Figure) -> None:
+    """Robertson's reactions, with a Jacobian of the wrong place: only the solution counts."""
+
+    def f(t: float, y: np.ndarray) -> np.ndarray:
+        a, b = -0.04 * y[0] + 1e4 * y[1] * y[2], 3e7 * y[1] ** 2
+        return np.array([a, -a - b, b])
+
+    J = np.array([[-0.04, 0.0, 0.3], [0.04, -2.2e3, -0.3], [0.0, 2.2e3, 0.0]])
+    start = np.array([1.0, 3.6e-5, 0.0])
+    exact = solve_ivp(f, (0, 0.4), start, "Radau", rtol=1e-11, atol=1e-14).y[:, -1]
+    error = np.abs(integrate(f, J, start, 0.4, 40, 1e-10) - exact).max()
+    figure("error", error)
+    assert error < 1e-7
+
+
+def test_factors_solve_what_lapack_solves() -> None:
+    rng = np.random.default_rng(3)
+    for n in (1, 2, 7, 30):
+        A, b = rng.normal(size=(n, n)), rng.normal(size=n)
+        A[0, 0] = 0.0 if n > 1 else A[0, 0]
+        wanted = np.linalg.solve(A, b)
+        order = np.zeros(n, dtype=np.int64)
+        factorise(A, order)
+        solve(A, order, b)
+        assert_allclose(b, wanted, rtol=1e-9, atol=1e-12)
