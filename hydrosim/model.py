@@ -10,9 +10,10 @@ import numpy as np
 from hydrosim import forces, radiation
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, AppliedForce
+from hydrosim.forces import FENDER, Recorded, signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import ROWS, Layout
+from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
@@ -76,6 +77,18 @@ def _check(scene: Scene) -> None:
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
+    for key, signal in signals_of(scene.forces):
+        if isinstance(signal, Recorded):
+            _check_record(key, signal.time, scene.duration)
+
+
+def _check_record(key: str, time: np.ndarray, duration: float) -> None:
+    """A record is not known outside its times."""
+    if time[0] > 0.0 or time[-1] < duration * (1.0 - 1e-9):
+        raise InputError(
+            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected one of the whole"
+            f" run, from 0 s to its end at {duration:g} s. Shorten the duration, or record more."
+        )
 
 
 def compile_clock(scene: Scene, model: Model) -> Clock:
@@ -84,15 +97,15 @@ def compile_clock(scene: Scene, model: Model) -> Clock:
     adaptive = solver.method in ADAPTIVE
     step = scene.output_step if adaptive else solver.step
     ramps = [w.ramp for w in scene.environment.waves]
-    tables = [e.time for e in scene.forces.values() if isinstance(e, AppliedForce)]
-    corners = np.unique(np.concatenate([ramps, *tables])) if ramps or tables else np.zeros(0)
+    tables = [corners(signal) for _, signal in signals_of(scene.forces)]
+    breakpoints = np.unique(np.concatenate([ramps, *tables]))
     return Clock(
         start=0.0,
         step=step,
         end=scene.duration,
         points=ceil(scene.duration / step - 1e-9),
         every=round(scene.output_step / step),
-        breakpoints=corners[(corners > 0.0) & (corners < scene.duration)],
+        breakpoints=breakpoints[(breakpoints > 0.0) & (breakpoints < scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, model)),
         pace=solver.step,

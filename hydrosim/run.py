@@ -47,6 +47,7 @@ PIECES = 200  # events in one step, per contact point, after which it is called 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
+INSIDE = 1e-15  # of the time: what a corner is seen from inside by
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
@@ -252,15 +253,19 @@ def _breakpoint_after(t, goal, clock):
 
 @kernel
 def step(t, h, model, method, state, work, scratch, counters):
-    """One step of the method from ``state`` into ``scratch.states[END]``."""
-    y, k, stage = state.y, scratch.k, scratch.states[STAGE]
+    """One step of the method from ``state`` into ``scratch.states[END]``.
+
+    Its end is seen from inside, a few roundings early: a rate may jump there.
+    """
+    y, k, stage, last = state.y, scratch.k, scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
     if scratch.fresh[0] == 0:
         rhs(t, y, state.modes, state.history, model, work, k[0])
         scratch.fresh[0] = 1
         counters[EVALUATIONS] += 1
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
-        rhs(t + method.c[i] * h, stage, state.modes, state.history, model, work, k[i])
+        time = min(t + method.c[i] * h, last)
+        rhs(time, stage, state.modes, state.history, model, work, k[i])
     advance_state(method, h, y, k, scratch.states[END])
     counters[EVALUATIONS] += method.c.size - 1
 

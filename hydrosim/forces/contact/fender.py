@@ -30,9 +30,10 @@ import numpy as np
 from hydrosim.forces.contact import friction_slope, geometry, normal, stick_slip
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
+from hydrosim.forces.contact.normal import FLAT, NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import Friction, StickSlip
 from hydrosim.forces.layout import Layout
+from hydrosim.forces.signal import NOTHING, SIGNAL, compile_signals, rate, value
 from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
@@ -72,39 +73,41 @@ POINT = np.dtype(
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
         *(("first", int), ("last", int), ("steepest", float)),
-        *(("prescribed", bool), ("normal_damping", float)),
+        *(("normal_damping", float), ("prescribed", bool), ("signal", SIGNAL)),
         *(("law", int), ("static", float), ("kinetic", float)),
         *(("stiffness", float), ("damping", float), ("slip_damping", float)),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
-of its normal curve, its friction law."""
+of its normal curve or the signal that prescribes its normal force, its friction law."""
 
 
 class Params(NamedTuple):
-    """``points`` (n,) of `POINT`, the ``segments`` of their curves, and the first entry of their
-    states in y."""
+    """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
+    signals, and the first entry of their states in y."""
 
     points: np.ndarray
     segments: np.ndarray
+    pieces: np.ndarray
     state: int
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of all contact points of the fenders among ``elements``, in their order."""
-    rows, pieces, last = [], [np.zeros(0, dtype=normal.SEGMENT)], -1
-    for name, e in elements.items():
-        if isinstance(e, Fender):
-            curve = normal.segments(e.normal)
-            first, last = last + 1, last + curve.size
-            pieces.append(curve)
-            prescribed = isinstance(e.normal, PrescribedNormal)
-            damping = 0.0 if isinstance(e.normal, PrescribedNormal) else e.normal.damping
-            steepest = curve["slope"].max()
-            shared = (first, last, steepest, prescribed, damping, *_law(e.friction))
-            plane = _plane(e.plane, layout)
-            rows += [(layout.body[e.body], layout.row[name], p, *plane, *shared) for p in e.points]
-    return Params(np.array(rows, dtype=POINT), np.concatenate(pieces), layout.state)
+    fenders = {name: e for name, e in elements.items() if isinstance(e, Fender)}
+    normals = [e.normal for e in fenders.values()]
+    signals, pieces = compile_signals([n.force for n in normals if isinstance(n, PrescribedNormal)])
+    rows, segments, first, following = [], [np.zeros(0, dtype=normal.SEGMENT)], 0, iter(signals)
+    for name, e in fenders.items():
+        curve = e.normal if isinstance(e.normal, NormalCurve) else FLAT
+        signal = (False, NOTHING) if curve is e.normal else (True, next(following))
+        segments.append(normal.segments(curve))
+        last, steepest = first + segments[-1].size - 1, segments[-1]["slope"].max()
+        shared = (first, last, steepest, curve.damping, *signal, *_law(e.friction))
+        place = (layout.body[e.body], layout.row[name])
+        rows += [(*place, p, *_plane(e.plane, layout), *shared) for p in e.points]
+        first = last + 1
+    return Params(np.array(rows, dtype=POINT), np.concatenate(segments), pieces, layout.state)
 
 
 def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
@@ -134,7 +137,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             clear(dy[k : k + STATES])
             continue
         c = geometry.touch(point, bodies, motion)
-        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c)
+        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c, p.pieces)
         f = friction(mode, N, dN, c.velocity, (y[k], y[k + 1]), point)
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
@@ -145,20 +148,17 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def on_curve(t, point, contact):
-    """Where a point is on its normal curve, x, and x': compression, or time if prescribed."""
-    return (t, 1.0) if point.prescribed else (contact.compression, contact.rate)
-
-
-@kernel
-def pressure(t, point, mode, piece, contact):
-    """Normal force N of a point on a piece of its curve and N', zero when open; not cut at zero, so
-    that it is smooth across the event that ends the contact. N' leaves out normal damping."""
+def pressure(t, point, mode, piece, contact, pieces):
+    """Normal force N of a point, on a piece of its curve or prescribed, and N', zero when open; not
+    cut at zero, so that it is smooth across the event that ends the contact. N' leaves out normal
+    damping."""
     if mode == OPEN:
         return 0.0, 0.0
-    x, dx = on_curve(t, point, contact)
+    if point.prescribed:
+        return value(t, point.signal, pieces), rate(t, point.signal, pieces)
     damping = point.normal_damping * contact.rate
-    return normal.curve_force(piece, x) + damping, piece.slope * dx
+    N = normal.curve_force(piece, contact.compression) + damping
+    return N, piece.slope * contact.rate
 
 
 @kernel
@@ -182,17 +182,16 @@ def friction_margin(mode, N, dN, v1, s, heading, point):
 
 
 @kernel
-def contact_margin(t, point, piece, contact):
+def contact_margin(t, point, piece, contact, pieces):
     """min(k delta, N), or N if it is prescribed: positive in contact."""
-    N, _ = pressure(t, point, STICK, piece, contact)
+    N, _ = pressure(t, point, STICK, piece, contact, pieces)
     return N if point.prescribed else min(point.steepest * contact.compression, N)
 
 
 @kernel
-def find_piece(t, point, pieces, contact):
+def find_piece(point, segments, contact):
     """Index of the piece of its curve that a point is on."""
-    x, _ = on_curve(t, point, contact)
-    return normal.find_segment(point.first, point.last, pieces, x)
+    return normal.find_segment(point.first, point.last, segments, contact.compression)
 
 
 @kernel
@@ -202,16 +201,16 @@ def margins(t, y, modes, motion, bodies, p, headings, out):
         point, mode, k, m = p.points[i], modes[i, 0], p.state + STATES * i, MARGINS * i
         c = geometry.touch(point, bodies, motion)
         if mode == OPEN:
-            piece = p.segments[find_piece(t, point, p.segments, c)]
-            out[m + CONTACT_MARGIN] = -contact_margin(t, point, piece, c)
+            piece = p.segments[find_piece(point, p.segments, c)]
+            out[m + CONTACT_MARGIN] = -contact_margin(t, point, piece, c, p.pieces)
             out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = 1.0
             continue
         piece, s = p.segments[modes[i, 1]], (y[k], y[k + 1])
-        N, dN = pressure(t, point, mode, piece, c)
-        out[m + CONTACT_MARGIN] = contact_margin(t, point, piece, c)
+        N, dN = pressure(t, point, mode, piece, c, p.pieces)
+        out[m + CONTACT_MARGIN] = contact_margin(t, point, piece, c, p.pieces)
         heading = (headings[i, 0], headings[i, 1])
         out[m + FRICTION_MARGIN] = friction_margin(mode, N, dN, c.velocity, s, heading, point)
-        out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, on_curve(t, point, c)[0])
+        out[m + SEGMENT_MARGIN] = normal.inside_segment(piece, c.compression)
 
 
 @kernel
@@ -232,9 +231,9 @@ def find_headings(y, modes, motion, bodies, p, out):
 @kernel
 def switch(i, which, t, y, modes, motion, bodies, p):
     """Put point ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    point, c = p.points[i], geometry.touch(p.points[i], bodies, motion)
+    c = geometry.touch(p.points[i], bodies, motion)
     if which == SEGMENT_MARGIN:
-        piece, x = p.segments[modes[i, 1]], on_curve(t, point, c)[0]
+        piece, x = p.segments[modes[i, 1]], c.compression
         modes[i, 1] += 1 if piece.upper - x < x - piece.lower else -1
     elif which == FRICTION_MARGIN and modes[i, 0] == STICK:
         _break_away(i, t, y, modes, c, p)
@@ -251,7 +250,7 @@ def _break_away(i, t, y, modes, contact, p):
     """Slip begins; in the rate-free limit the node jumps."""
     k, point = p.state + STATES * i, p.points[i]
     if point.law == STICK_SLIP:
-        N, _ = pressure(t, point, STICK, p.segments[modes[i, 1]], contact)
+        N, _ = pressure(t, point, STICK, p.segments[modes[i, 1]], contact, p.pieces)
         before = hypot(y[k], y[k + 1])
         (y[k], y[k + 1]), lost = stick_slip.break_away(N, (y[k], y[k + 1]), point)
         y[k + SLIP_DISTANCE] += before - hypot(y[k], y[k + 1])
@@ -263,13 +262,13 @@ def _break_away(i, t, y, modes, contact, p):
 def _close(i, t, y, modes, contact, p):
     """Contact begins: the mode is the one whose margin is positive."""
     k, point = p.state + STATES * i, p.points[i]
-    modes[i, 1] = find_piece(t, point, p.segments, contact)
+    modes[i, 1] = find_piece(point, p.segments, contact)
     piece = p.segments[modes[i, 1]]
-    N, dN = pressure(t, point, STICK, piece, contact)
+    N, dN = pressure(t, point, STICK, piece, contact, p.pieces)
     v, s = contact.velocity, (y[k], y[k + 1])
     held = friction_margin(STICK, N, dN, v, s, (0.0, 0.0), point) >= 0.0
     modes[i, 0] = STICK if held else SLIP
-    y[k + DISSIPATED] -= _stored_along_normal(point, piece, contact)
+    y[k + DISSIPATED] -= normal.stored_energy(piece, contact.compression)
 
 
 @kernel
@@ -277,16 +276,11 @@ def _open(i, y, modes, contact, p):
     """Contact ends: what the normal curve still holds, because its damper pulled, is lost, and so
     is the stretch of a node without a damper, which springs back at once."""
     k, point = p.state + STATES * i, p.points[i]
-    y[k + DISSIPATED] += _stored_along_normal(point, p.segments[modes[i, 1]], contact)
+    y[k + DISSIPATED] += normal.stored_energy(p.segments[modes[i, 1]], contact.compression)
     modes[i, 0], modes[i, 1] = OPEN, point.first
     if point.law == STICK_SLIP and point.damping == 0.0:
         y[k + DISSIPATED] += stick_slip.stored_energy((y[k], y[k + 1]), point)
         y[k], y[k + 1] = 0.0, 0.0
-
-
-@kernel
-def _stored_along_normal(point, piece, contact):
-    return 0.0 if point.prescribed else normal.stored_energy(piece, contact.compression)
 
 
 @kernel
@@ -295,8 +289,8 @@ def settle(t, y, modes, motion, bodies, p):
     for i in range(p.points.size):
         modes[i, 0], modes[i, 1] = OPEN, p.points[i].first
         c = geometry.touch(p.points[i], bodies, motion)
-        piece = p.segments[find_piece(t, p.points[i], p.segments, c)]
-        if contact_margin(t, p.points[i], piece, c) > 0.0:
+        piece = p.segments[find_piece(p.points[i], p.segments, c)]
+        if contact_margin(t, p.points[i], piece, c, p.pieces) > 0.0:
             _close(i, t, y, modes, c, p)
             y[p.state + STATES * i + DISSIPATED] = 0.0  # what is stored at the start was there
 
@@ -310,7 +304,8 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
             stored[point.row] += stick_slip.stored_energy((y[k], y[k + 1]), point)
         if modes[i, 0] != OPEN:
             contact = geometry.touch(point, bodies, motion)
-            stored[point.row] += _stored_along_normal(point, p.segments[modes[i, 1]], contact)
+            piece = p.segments[modes[i, 1]]
+            stored[point.row] += normal.stored_energy(piece, contact.compression)
 
 
 @kernel
@@ -319,7 +314,7 @@ def observe(t, y, modes, motion, bodies, p, out):
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, 0], p.state + STATES * i
         c, s = geometry.touch(point, bodies, motion), (y[k], y[k + 1])
-        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c)
+        N, dN = pressure(t, point, mode, p.segments[modes[i, 1]], c, p.pieces)
         f = friction(mode, N, dN, c.velocity, s, point).force
         out[i, 0], out[i, 1] = c.compression, N
         for j in range(3):
