@@ -47,7 +47,7 @@ class Barge(NamedTuple):
 def barge(model: Model, scene: Scene) -> Barge:
     """The constants, out of the compiled base case."""
     mooring = model.elements[CATALOGUE.index(linear_mooring)][0]
-    lift = model.elements[CATALOGUE.index(applied_force)]
+    lift = model.elements[CATALOGUE.index(applied_force)].pieces
     fenders, waves, h = model.elements[FENDER], model.waves, scene.solver.step
     if not np.isclose(waves.step[0], h / 2):
         raise ValueError(f"the table of waves has a step of {waves.step[0]} s, not of {h / 2} s")
@@ -62,8 +62,8 @@ def barge(model: Model, scene: Scene) -> Barge:
         ramp=waves.ramp[0],
         first_dof=waves.first_dof,
         second_dof=waves.second_dof,
-        lift_time=lift.time,
-        lift=lift.force[:, 2].copy(),
+        lift_time=lift["start"].copy(),
+        lift=lift["a"].copy(),
         places=fenders.points["place"].copy(),
         gap=point["plane_point"][2] - (model.bodies.each[0]["origin"] + point["place"])[2],
         spring=point["steepest"],

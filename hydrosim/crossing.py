@@ -1,7 +1,7 @@
 """Cutting a step where a contact mode ends inside it, and switching the mode.
 
-A mode holds while its margins (see `hydrosim.forces.contact.fender`) are positive. A step is cut at
-the first zero of any; one that dips below zero and comes back within the step counts too. The
+A mode holds while its margins (`hydrosim.forces.contact.transitions`) are positive. A step is cut
+at the first zero of any; one that dips below zero and comes back within the step counts too. The
 right hand side is smooth on every piece, so a method keeps its order through stick, slip and
 contact.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from hydrosim.dynamics import rhs, still
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS, break_loose, find_headings, margins, switch
+from hydrosim.forces.contact.transitions import MARGINS, break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.kernels import assign, kernel
@@ -210,13 +210,13 @@ def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
 
 
 @kernel
-def note_headings(model, state, work, headings):
+def note_headings(t, model, state, work, headings):
     """Note where all points slip to at the start of a step."""
     if headings.size > 0:
         n = model.bodies.active.size
         place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
         fenders = model.elements[FENDER]
-        find_headings(state.y, state.modes, work.motion, model.bodies, fenders, headings)
+        find_headings(t, state.y, state.modes, work.motion, model.bodies, fenders, headings)
 
 
 @kernel

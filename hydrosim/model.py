@@ -10,10 +10,12 @@ import numpy as np
 from hydrosim import forces, radiation
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, AppliedForce
+from hydrosim.forces import FENDER, Recorded, signals_of
 from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.forces.contact.modes import COLUMNS, MODE, OPEN, STICK
+from hydrosim.forces.contact.transitions import settle
 from hydrosim.forces.layout import ROWS, Layout
+from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
@@ -80,6 +82,18 @@ def _check(scene: Scene) -> None:
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
+    for key, signal in signals_of(scene.forces):
+        if isinstance(signal, Recorded):
+            _check_record(key, signal.time, scene.duration)
+
+
+def _check_record(key: str, time: np.ndarray, duration: float) -> None:
+    """A record is not known outside its times."""
+    if time[0] > 0.0 or time[-1] < duration * (1.0 - 1e-9):
+        raise InputError(
+            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected one of the whole"
+            f" run, from 0 s to its end at {duration:g} s. Shorten the duration, or record more."
+        )
 
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
@@ -88,7 +102,8 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     rigid = fenders.points["law"] == fender.COULOMB
     if not rigid.any():
         return
-    held = np.stack([np.where(rigid, STICK, OPEN), fenders.points["first"]], axis=1)
+    held = state.modes.copy()
+    held[:, MODE] = np.where(rigid, STICK, OPEN)
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
     fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
     rows = work.holds.constraints.J[: work.holds.constraints.count[0]]
@@ -110,15 +125,15 @@ def compile_clock(scene: Scene, model: Model) -> Clock:
     adaptive = solver.method in ADAPTIVE
     step = scene.output_step if adaptive else solver.step
     ramps = [w.ramp for w in scene.environment.waves]
-    tables = [e.time for e in scene.forces.values() if isinstance(e, AppliedForce)]
-    corners = np.unique(np.concatenate([ramps, *tables])) if ramps or tables else np.zeros(0)
+    tables = [corners(signal) for _, signal in signals_of(scene.forces)]
+    breakpoints = np.unique(np.concatenate([ramps, *tables]))
     return Clock(
         start=0.0,
         step=step,
         end=scene.duration,
         points=ceil(scene.duration / step - 1e-9),
         every=round(scene.output_step / step),
-        breakpoints=corners[(corners > 0.0) & (corners < scene.duration)],
+        breakpoints=breakpoints[(breakpoints > 0.0) & (breakpoints < scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, model)),
         pace=solver.step,
@@ -227,12 +242,12 @@ def _first_state(scene: Scene, model: Model) -> State:
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
     p = model.elements[FENDER]
-    modes = np.zeros((p.points.size, 2), dtype=np.int64)
+    modes = np.zeros((p.points.size, COLUMNS), dtype=np.int64)
     motion = new_work(model).motion
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    fender.settle(0.0, y, modes, motion, bodies, p)
+    settle(0.0, y, modes, motion, bodies, p)
     return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
 
 

@@ -16,6 +16,7 @@ from hydrosim.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import observe
+from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.integrate import Control, error_norm, step_factor
 from hydrosim.kernels import assign, kernel
 from hydrosim.radiation.memory import push
@@ -64,7 +65,7 @@ class Clock(NamedTuple):
 
 class Record(NamedTuple):
     """What is kept at every output time: ``channels`` (nt, nc), see `channels`, and the contact
-    ``modes`` (nt, nf, 2)."""
+    ``modes`` (nt, nf, 3)."""
 
     channels: np.ndarray
     modes: np.ndarray
@@ -91,7 +92,7 @@ def new_record(model: Model, clock: Clock) -> Record:
     nt = clock.points // clock.every + 1
     width = sum(prod(shape) for shape in channels(model).values())
     nf = model.elements[FENDER].points.size
-    return Record(np.zeros((nt, width)), np.zeros((nt, nf, 2), dtype=np.int64))
+    return Record(np.zeros((nt, width)), np.zeros((nt, nf, COLUMNS), dtype=np.int64))
 
 
 @kernel
@@ -130,7 +131,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         stop = _breakpoint_after(t, goal, clock)
         if clock.control.adaptive:
             stop = min(stop, t + scratch.pace[0])
-        note_headings(model, state, work, scratch.headings)
+        note_headings(t, model, state, work, scratch.headings)
         step(t, stop - t, model, method, state, work, scratch, counters)
         h = stop - t
         if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):

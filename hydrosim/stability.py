@@ -3,9 +3,9 @@
 A method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
 open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
-curve, and the smallest limit on h is the scene's. Growth by less than a thousandth per period of
-the mode counts as an error, not as an instability: else no second-order method could take an
-undamped mode.
+curve (when it is pressed most, if that is prescribed), and the smallest limit on h is the scene's.
+Growth by less than a thousandth per period of the mode counts as an error, not as an instability:
+else no second-order method could take an undamped mode.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import COULOMB, STATES, STICK_SLIP
 from hydrosim.forces.contact.geometry import touch
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.modes import COLUMNS, MODE, OPEN, SEGMENT, SLIP, STICK
+from hydrosim.forces.signal import crest, value
 from hydrosim.integrate import Tableau
 from hydrosim.linear import Linear, linearise
 from hydrosim.rigid import place_bodies
@@ -58,8 +59,9 @@ def step_limit(
     """The smallest of the limits over all contact modes; ``names`` are those of the free
     coordinates and then of the contact points."""
     worst = (np.inf, 0.0j, "", Linear(*[np.zeros(0)] * 4))
+    time = _pressed_most(model)
     for contact, modes in _contact_modes(model, names, each_alone):
-        linear = linearise(model, _sliding(model, state, modes), modes)
+        linear = linearise(model, _sliding(model, state, modes, time), modes, time)
         values = linalg.eigvals(linear.jacobian)
         steps = ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
         k = int(np.argmin(steps))
@@ -95,44 +97,57 @@ def _contact_modes(
     """All points open, sticking or slipping, and if asked each alone sticking or slipping."""
     points = model.elements[FENDER].points
     steep = np.array([_steepest(model, point) for point in points], dtype=np.int64)
-    modes = np.stack([np.full(points.size, OPEN), points["first"]], axis=1).astype(np.int64)
+    modes = np.zeros((points.size, COLUMNS), dtype=np.int64)
+    modes[:, MODE], modes[:, SEGMENT] = OPEN, points["first"]
     yield "all contacts open" if points.size else "no contact", modes
     for mode in (STICK, SLIP) if points.size else ():
-        yield f"all contacts {NAMES[mode]}", np.stack([np.full(points.size, mode), steep], axis=1)
+        closed = modes.copy()
+        closed[:, MODE], closed[:, SEGMENT] = mode, steep
+        yield f"all contacts {NAMES[mode]}", closed
         for i in range(points.size if each_alone and points.size > 1 else 0):
             alone = modes.copy()
-            alone[i] = mode, steep[i]
+            alone[i] = closed[i]
             yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", alone
 
 
 def _steepest(model: Model, point: np.void) -> int:
-    if point["prescribed"]:
-        return int(point["first"])
     pieces = model.elements[FENDER].segments[point["first"] : point["last"] + 1]
     return int(point["first"] + np.argmax(pieces["slope"]))
 
 
-def _sliding(model: Model, state: State, modes: np.ndarray) -> State:
+def _pressed_most(model: Model) -> float:
+    """Time of the largest prescribed normal forces; 0 without any."""
+    fenders = model.elements[FENDER]
+    signals = fenders.points["signal"][fenders.points["prescribed"]]
+
+    def total(time: float) -> float:
+        return sum(value(time, signal, fenders.pieces) for signal in signals)
+
+    return max((crest(signal, fenders.pieces) for signal in signals), key=total, default=0.0)
+
+
+def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
     """The state with the bodies moved so that the points in contact are pressed, and sliding."""
     fenders, bodies, n = model.elements[FENDER], model.bodies, model.bodies.active.size
     y, motion = state.y.copy(), new_work(model).motion
     shift = np.zeros(6 * bodies.each.size)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    for point, (mode, segment) in zip(fenders.points, modes, strict=True):
+    for point, (mode, segment, _) in zip(fenders.points, modes, strict=True):
         if mode != OPEN:
             contact = touch(point, bodies, motion)
-            piece = fenders.segments[segment]
-            wanted = PRESSED if point["prescribed"] else piece["start"] + PRESSED
+            wanted = fenders.segments[segment]["start"] + PRESSED
             first = 6 * int(point["body"])
             shift[first : first + 3] = (contact.compression - wanted) * np.array(contact.normal)
     y[:n] += shift[bodies.active]
     if np.any(modes[:, 0] == SLIP):
         y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
-    for i, (point, (mode, segment)) in enumerate(zip(fenders.points, modes, strict=True)):
+    for i, (point, (mode, segment, _)) in enumerate(zip(fenders.points, modes, strict=True)):
         if mode == SLIP and point["law"] == STICK_SLIP:
             piece = fenders.segments[segment]
-            normal = max(piece["force"] + (not point["prescribed"]) * PRESSED * piece["slope"], 1.0)
-            stretch = point["static"] * normal / point["stiffness"]
+            normal = piece["force"] + PRESSED * piece["slope"]
+            if point["prescribed"]:
+                normal = value(time, point["signal"], fenders.pieces)
+            stretch = point["static"] * max(normal, 1.0) / point["stiffness"]
             y[fenders.state + STATES * i :][:2] = stretch / np.sqrt(2.0)
         if mode == SLIP and point["law"] == COULOMB:
             place_bodies(y[:n], y[n : 2 * n], bodies, motion)

@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrosim.dynamics import Model, dynamic_states, jacobian, rhs
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS
+from hydrosim.forces.contact.transitions import MARGINS
 from hydrosim.integrate import (
     Control,
     Newton,
@@ -31,11 +31,12 @@ RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
+INSIDE = 1e-15  # of the time: what a corner is seen from inside by
 SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
 
 class State(NamedTuple):
-    """All that a run remembers: ``y``, contact ``modes`` (nf, 2), the velocity ``history``."""
+    """All that a run remembers: ``y``, contact ``modes`` (nf, 3), the velocity ``history``."""
 
     y: np.ndarray
     modes: np.ndarray
@@ -81,15 +82,18 @@ def new_scratch(model: Model, method: Tableau, control: Control, pace: float) ->
 
 @kernel
 def step(t, h, model, method, state, work, scratch, counters):
-    """One step of the method from ``state`` into ``scratch.states[END]``."""
-    y, k, stage = state.y, scratch.k, scratch.states[STAGE]
+    """One step of the method from ``state`` into ``scratch.states[END]``.
+
+    Its end is seen from inside, a few roundings early: a rate may jump there.
+    """
+    y, k, stage, last = state.y, scratch.k, scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
     if scratch.fresh[0] == 0:
         rhs(t, y, state.modes, state.history, model, work, k[0])
         scratch.fresh[0] = 1
         counters[EVALUATIONS] += 1
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
-        at, weight = t + method.c[i] * h, h * method.a[i, i]
+        at, weight = min(t + method.c[i] * h, last), h * method.a[i, i]
         if weight == 0.0:
             rhs(at, stage, state.modes, state.history, model, work, k[i])
             counters[EVALUATIONS] += 1

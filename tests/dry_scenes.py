@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 import hydrosim as hs
 from hydrosim.forces import (
@@ -17,7 +18,10 @@ from hydrosim.forces import (
     FrictionSlope,
     NormalCurve,
     Plane,
+    Signal,
     StickSlip,
+    Table,
+    constant,
 )
 from hydrosim.scene import DOFS, Body, ForceElement, Scene, Solver
 
@@ -36,9 +40,16 @@ def moving(**values: float) -> tuple[float, ...]:
     return tuple(values.get(dof, 0.0) for dof in DOFS)
 
 
+def table(time: ArrayLike, force: ArrayLike) -> dict[str, Signal]:
+    """Forces and moments (n, 6) at ``time`` (n,), by the names of the DOFs."""
+    time, force = np.asarray(time, float), np.asarray(force, float)
+    return {dof: Table(time, column) for dof, column in zip(DOFS, force.T, strict=True)}
+
+
 def steady(body: str = "block", **force: float) -> AppliedForce:
     """A constant force on the centre of gravity."""
-    return AppliedForce(body, (0.0, 0.0, 0.0), np.zeros(1), np.array([moving(**force)]))
+    signals = {dof: constant(size) for dof, size in force.items()}
+    return AppliedForce(body, (0.0, 0.0, 0.0), signals)
 
 
 def on_floor(

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from dry_scenes import steady
 
 from hydrosim import load_case
 from hydrosim.database import HydroDatabase, load
-from hydrosim.forces import AppliedForce, Fender, NormalCurve, StickSlip
+from hydrosim.forces import Fender, NormalCurve, StickSlip
 from hydrosim.scene import Jonswap, Scene, Solver, WaveTrain
 
 ROOT = Path(__file__).parents[1]
@@ -51,12 +52,7 @@ def in_contact(duration: float, step: float = 0.1, points: np.ndarray | None = N
     base = scene_of("base")
     fender = base.forces["interface"]
     assert isinstance(fender, Fender)
-    lift = AppliedForce(
-        "barge",
-        point=(0.0, 0.0, 0.0),
-        time=np.array([0.0]),
-        force=np.array([[0.0, 0.0, 160e6, 0.0, 0.0, 0.0]]),
-    )
+    lift = steady("barge", heave=160e6)
     interface = fender if points is None else _shared(fender, np.asarray(points, dtype=float))
     scene = with_body(in_waves(base, WaveTrain(SEA)), position=(0.0, 0.0, 1.05, 0.0, 0.0, 0.0))
     return replace(

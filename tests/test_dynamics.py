@@ -12,7 +12,7 @@ from moored_barge import SEA, hull, in_contact, in_waves, motion, scene_of, with
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce
+from hydrosim.forces import AppliedForce, Table
 from hydrosim.scene import RadiationModel, Scene, Solver, WaveTrain
 
 Figure = Callable[[str, float], None]
@@ -71,9 +71,8 @@ def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:
 
 def lifted(x: float, body_fixed: bool) -> xr.Dataset:
     """The moored barge in calm water, lifted at x on its centre line, until it has settled."""
-    force = np.array([[0.0] * 6, [0.0, 0.0, LIFT, 0.0, 0.0, 0.0]])
-    table = np.array([0.0, 100.0])
-    lift = AppliedForce("barge", (x, 0.0, 0.0), table, force, body_fixed=body_fixed)
+    ramp = Table(np.array([0.0, 100.0]), np.array([0.0, LIFT]))
+    lift = AppliedForce("barge", (x, 0.0, 0.0), {"heave": ramp}, body_fixed=body_fixed)
     scene = in_waves(scene_of("free_floating"))
     forces = {**scene.forces, "lift": lift}
     run = hs.simulate(replace(scene, forces=forces, duration=1300.0))

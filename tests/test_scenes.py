@@ -7,6 +7,7 @@ from math import inf
 
 import numpy as np
 import pytest
+from dry_scenes import table
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
@@ -57,7 +58,7 @@ def test_a_node_that_overflows_far_from_contact_is_no_silent_nan() -> None:
     block flies on unharmed, and the run must not be called complete."""
     down, up = np.array([0.0, 0.0, -9810.0, 0, 0, 0]), np.array([0.0, 0.0, 5000.0, 0, 0, 0])
     push = AppliedForce(
-        "block", (0.0, 0.0, 0.0), np.array([0.0, 0.3, 0.4, 10.0]), np.array([down, down, up, up])
+        "block", (0.0, 0.0, 0.0), table([0.0, 0.3, 0.4, 10.0], [down, down, up, up])
     )
     curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
     law = StickSlip(0.2, 0.1, stiffness=1e6, damping=1e3, slip_damping=1e4)

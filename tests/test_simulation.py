@@ -8,12 +8,13 @@ from math import pi
 import numpy as np
 import pytest
 import xarray as xr
+from dry_scenes import steady
 from moored_barge import CASES, SEA, hull, in_contact, in_waves, motion, scene_of, with_body
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, LinearMooring
+from hydrosim.forces import LinearMooring
 from hydrosim.scene import Method, RadiationModel, Scene, Solver, WaveForces, WaveTrain
 
 REPEAT = 10800.0  # s
@@ -176,9 +177,7 @@ def test_an_unstable_run_says_when_where_and_what_to_try() -> None:
 
 
 def test_a_barge_that_turns_over_is_an_error() -> None:
-    moment = AppliedForce(
-        "barge", (0.0, 0.0, 0.0), np.array([0.0]), np.array([[0.0, 0.0, 0.0, 0.0, 3e12, 0.0]])
-    )
+    moment = steady("barge", pitch=3e12)
     scene = in_waves(scene_of("free_floating"))
     with pytest.raises(hs.SimulationError, match="pitch of body barge is beyond 85 deg") as caught:
         hs.simulate(replace(scene, forces={**scene.forces, "push": moment}))

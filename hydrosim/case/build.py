@@ -97,12 +97,12 @@ def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
 
 
 def _applied_force(element: schema.AppliedForce) -> forces.AppliedForce:
-    zero = (0.0,) * len(element.time)
+    time = np.array(element.time)
+    given = zip(scene.DOFS, element.force.values(absent=None), strict=True)
     return forces.AppliedForce(
         element.body,
         point=element.point,
-        time=np.array(element.time),
-        force=np.array(element.force.values(absent=zero)).T.copy(),
+        force={dof: forces.Table(time, np.array(values)) for dof, values in given if values},
         body_fixed=element.frame == "body",
     )
 
@@ -122,7 +122,7 @@ def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve | forces.Pr
     share = 1.0 / count if normal.total else 1.0
     if normal.prescribed is not None:
         time, force = np.array(normal.prescribed.time), np.array(normal.prescribed.force)
-        return forces.PrescribedNormal(time, share * force)
+        return forces.PrescribedNormal(forces.Table(time, share * force))
     if normal.stiffness is not None:
         table = np.array([0.0, 1.0]), np.array([0.0, normal.stiffness])
     else:
@@ -147,4 +147,12 @@ def _friction(
         share * friction.stiffness,
         share * friction.damping,
         share * friction.slip_damping,
+        load=_load(friction.load, share),
     )
+
+
+def _load(load: schema.LoadPowers | None, share: float) -> forces.LoadPowers | None:
+    if load is None:
+        return None
+    powers = (load.stiffness, load.damping, load.slip_damping)
+    return forces.LoadPowers(share * load.reference, *powers)

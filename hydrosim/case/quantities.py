@@ -45,6 +45,8 @@ Force = Annotated[float, Quantity("force", "N", "100 kN")]
 Moment = Annotated[float, Quantity("moment", "N*m", "100 kN*m")]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m", above=0)]
 Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m", at_least=0)]
+ReferenceForce = Annotated[float, Quantity("force", "N", "1000 kN", above=0)]
+Power = Annotated[float, Quantity("power", "", "0.5", at_least=0, at_most=1)]
 Slope = Annotated[float, Quantity("friction slope", "N*s/m", "1e6 kN*s/m", above=0)]
 
 _Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne")]

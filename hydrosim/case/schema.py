@@ -278,6 +278,24 @@ def _check_coefficients(static: float, kinetic: float) -> None:
         raise problem(f"static {static:g}, kinetic {kinetic:g}", "static >= kinetic")
 
 
+class LoadPowers(Strict):
+    """Powers of the normal force over a ``reference`` that the coefficients go with; a ``total``
+    reference is shared by the points, as the coefficients are."""
+
+    reference: of.ReferenceForce
+    stiffness: of.Power
+    damping: of.Power = 0.0
+    slip_damping: of.Power = 0.0
+
+    @model_validator(mode="after")
+    def _check_powers(self) -> Self:
+        if max(self.damping, self.slip_damping) > self.stiffness:
+            found = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
+            expected = f"no more than that of the stiffness, {self.stiffness:g}"
+            raise problem(found, expected, "else the node stiffens without bound as the load goes")
+        return self
+
+
 class StickSlip(Strict):
     """The thesis' new friction model; ``total`` values are shared by the points."""
 
@@ -287,6 +305,7 @@ class StickSlip(Strict):
     stiffness: of.Stiffness
     damping: of.Damping = 0.0
     slip_damping: of.Damping = 0.0
+    load: LoadPowers | None = None
     total: StrictBool = False
 
     @model_validator(mode="after")

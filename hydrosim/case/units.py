@@ -48,6 +48,7 @@ class Quantity:
     example: str
     above: float | None = None
     at_least: float | None = None
+    at_most: float | None = None
     infinite: bool = False
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
@@ -64,6 +65,8 @@ class Quantity:
             raise self._wrong(value, f"it must be above {self.above:g}")
         if self.at_least is not None and not number >= self.at_least:
             raise self._wrong(value, f"it must be {self.at_least:g} or more")
+        if self.at_most is not None and not number <= self.at_most:
+            raise self._wrong(value, f"it must be {self.at_most:g} or less")
         return number
 
     def _plain(self, value: object) -> float:

@@ -7,19 +7,21 @@ its call in the sum (with the same index).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hydrosim.forces import applied_force, linear_mooring
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.coulomb import Coulomb
-from hydrosim.forces.contact.fender import Fender, Frictionless, Plane
+from hydrosim.forces.contact.fender import Fender, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
+from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
-from hydrosim.forces.contact.stick_slip import StickSlip
+from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.kernels import kernel
 from hydrosim.scene import ForceElement
 
@@ -41,6 +43,15 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     linear_mooring.add_energy(t, y, modes, motion, bodies, elements[0], stored)
     applied_force.add_energy(t, y, modes, motion, bodies, elements[1], stored)
     fender.add_energy(t, y, modes, motion, bodies, elements[2], stored)
+
+
+def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
+    """All signals over time among ``elements``, each with the key of a case file where it is."""
+    for name, e in elements.items():
+        if isinstance(e, AppliedForce):
+            yield from ((f"forces.{name}.force.{dof}", signal) for dof, signal in e.force.items())
+        elif isinstance(e, Fender) and isinstance(e.normal, PrescribedNormal):
+            yield f"forces.{name}.normal.prescribed", e.normal.force
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:

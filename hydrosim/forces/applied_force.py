@@ -1,11 +1,10 @@
-"""Applied force: a table in time on a point of a body, earth-fixed or body-fixed.
+"""Applied force: signals over time on a point of a body, earth-fixed or body-fixed.
 
     F = f(t)  or  R f(t),   M = m(t) + arm x F  (m turned as F is)
 
-f, m: force and moment between the table's points on straight lines, constant before the first and
-after the last; arm: from the centre of gravity to the point. Work is F v. The corners of the table
-are breakpoints of the integration. A deballasting ramp is an earth-fixed force; fixed to the body
-it would push sideways through pitch and roll.
+f, m: force and moment, a signal for each DOF that has one; arm: from the centre of gravity to the
+point. Work is F v. A deballasting ramp is an earth-fixed force; fixed to the body it would push
+sideways through pitch and roll.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.forces.layout import Layout
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, value
 from hydrosim.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
-from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
-from hydrosim.scene import ForceElement
+from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
+from hydrosim.scene import DOFS, ForceElement
 
 
 @dataclass(frozen=True)
 class AppliedForce(ForceElement):
-    """``force`` (n, 6) [N, N m] at ``time`` (n,) [s] on ``point`` of the body frame."""
+    """``force`` [N, N m] by the names of the DOFs on ``point`` of the body frame."""
 
     supplies: ClassVar[bool] = True
     point: tuple[float, ...]
-    time: np.ndarray
-    force: np.ndarray
+    force: Mapping[str, Signal]
     body_fixed: bool = False
 
 
@@ -40,28 +39,31 @@ APPLIED = np.dtype(
         *(("first", int), ("last", int)),
     ]
 )
+PART = np.dtype([("dof", int), ("signal", SIGNAL)])
 
 
 class Params(NamedTuple):
-    """``each`` (ne,) of `APPLIED`; the table of one is ``time`` and ``force`` (nt, 6) from its row
-    ``first`` to before its row ``last``."""
+    """``each`` (ne,) of `APPLIED`; one acts along the ``parts`` (np,) of `PART` from its ``first``
+    to before its ``last``; ``pieces`` are those of their signals."""
 
     each: np.ndarray
-    time: np.ndarray
-    force: np.ndarray
+    parts: np.ndarray
+    pieces: np.ndarray
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the applied forces among ``elements``."""
-    rows, time, force, last = [], [np.zeros(0)], [np.zeros((0, 6))], 0
-    for name, e in elements.items():
-        if isinstance(e, AppliedForce):
-            first, last = last, last + len(e.time)
-            place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
-            rows.append((*place, first, last))
-            time.append(e.time)
-            force.append(e.force)
-    return Params(np.array(rows, dtype=APPLIED), np.concatenate(time), np.concatenate(force))
+    applied = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
+    rows, last = [], 0
+    for name, e in applied.items():
+        first, last = last, last + len(e.force)
+        place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
+        rows.append((*place, first, last))
+    parts = np.zeros(last, dtype=PART)
+    parts["dof"] = [DOFS.index(dof) for e in applied.values() for dof in e.force]
+    signals = [signal for e in applied.values() for signal in e.force.values()]
+    parts["signal"], pieces = compile_signals(signals)
+    return Params(np.array(rows, dtype=APPLIED), parts, pieces)
 
 
 @kernel
@@ -69,7 +71,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Every applied force into its row of ``wrench``, its power into ``rate``."""
     for e in p.each:
         b, row = e.body, e.row
-        force, moment = table_value(t, p.time, p.force, e.first, e.last)
+        force, moment = total(t, e.first, e.last, p)
         if e.body_fixed:
             force, moment = matvec(motion.rotation[b], force), matvec(motion.rotation[b], moment)
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
@@ -79,17 +81,24 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def table_value(t, time, force, first, last):
-    """Force and moment at ``t`` from rows ``first`` to ``last`` of a table, linear between."""
-    k = first + np.searchsorted(time[first:last], t)
-    if not first < k < last:
-        k = min(k, last - 1)
-        return vector(force[k], 0), vector(force[k], 3)
-    x = (t - time[k - 1]) / (time[k] - time[k - 1])
-    before, after = force[k - 1], force[k]
+def total(t, first, last, p):
+    """Force and moment at ``t`` of the parts from ``first`` to before ``last``."""
+    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for k in range(first, last):
+        part = p.parts[k]
+        f = value(t, part.signal, p.pieces)
+        force = add(force, along(part.dof, f))
+        moment = add(moment, along(part.dof - 3, f))
+    return force, moment
+
+
+@kernel
+def along(axis, size):
+    """Vector of this size along an axis; zero if there is no such axis."""
     return (
-        add(scale(1.0 - x, vector(before, 0)), scale(x, vector(after, 0))),
-        add(scale(1.0 - x, vector(before, 3)), scale(x, vector(after, 3))),
+        size if axis == 0 else 0.0,
+        size if axis == 1 else 0.0,
+        size if axis == 2 else 0.0,
     )
 
 

@@ -337,16 +337,19 @@ class TestAppliedForce:
         force = load(text).scene().forces["element"]
         assert isinstance(force, forces.AppliedForce)
         assert (force.body_fixed, force.point) == (True, (1.0, 0.0, 0.0))
-        assert_array_equal(force.time, [0, 3600])
-        assert_array_equal(force.force, [[0, 0, 0, 0, 1000, 0], [0, 0, 1000, 0, 0, 0]])
-        assert force.force.flags.c_contiguous
+        assert list(force.force) == ["heave", "pitch"]
+        for signal, values in zip(force.force.values(), ([0, 1000], [1000, 0]), strict=True):
+            assert isinstance(signal, forces.Table)
+            assert_array_equal([signal.time, signal.value], [[0, 3600], values])
 
     def test_constant(self, load: Load) -> None:
         text = element("type: applied_force, body: block, force: {surge: 1 kN, yaw: 2 N*m}")
         force = load(text).scene().forces["element"]
         assert force.body_fixed is False
-        assert_array_equal(force.time, [0.0])
-        assert_array_equal(force.force, [[1000, 0, 0, 0, 0, 2]])
+        assert {dof: float(signal.value) for dof, signal in force.force.items()} == {
+            "surge": 1000.0,
+            "yaw": 2.0,
+        }
 
     @pytest.mark.parametrize(
         ("keys", "key", "found"),

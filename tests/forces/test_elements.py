@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene
+from dry_scenes import block, moving, scene, steady, table
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
@@ -26,13 +26,14 @@ from hydrosim.forces import (
     Plane,
     PrescribedNormal,
     StickSlip,
+    Table,
 )
 from hydrosim.forces.contact.fender import DISSIPATED, STATES
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
 from hydrosim.rigid import Motion
-from hydrosim.stepper import State
 from hydrosim.scene import Body, Kinematics, Scene
+from hydrosim.stepper import State
 
 RNG = np.random.default_rng(5)
 ELEMENT = len(ROWS)  # the row of the one element of a scene
@@ -47,7 +48,7 @@ def positive_definite(n: int) -> np.ndarray:
 
 STIFFNESS, DAMPING = positive_definite(6), positive_definite(6)
 KNEES = NormalCurve(np.array([0.0, 0.2, 0.5, 1.0]), np.array([0.0, 1e4, 4e4, 2e5]), damping=3e3)
-PRESSED = PrescribedNormal(np.array([0.0, 10.0]), np.array([1e4, 3e4]))
+PRESSED = PrescribedNormal(Table(np.array([0.0, 10.0]), np.array([1e4, 3e4])))
 POINTS = np.array([[1.0, 0.5, -1.0], [-0.8, -0.6, -1.1]])
 EARTH_PLANE = Plane((0.2, 0.1, -0.2), (0.1, -0.2, 1.0))
 DECK = Plane((0.3, -0.2, 0.9), (0.1, -0.2, 1.0), body="carrier")
@@ -58,15 +59,18 @@ LAWS = {
 }
 
 
-def table(body_fixed: bool) -> AppliedForce:
-    force = np.array([np.zeros(6), [3e3, -2e3, 5e3, 1e3, -4e3, 2e3]])
-    return AppliedForce("block", (0.4, -0.3, 0.8), np.array([0.0, 10.0]), force, body_fixed)
+PUSH = [3e3, -2e3, 5e3, 1e3, -4e3, 2e3]
+
+
+def push(body_fixed: bool) -> AppliedForce:
+    force = table([0.0, 10.0], [np.zeros(6), PUSH])
+    return AppliedForce("block", (0.4, -0.3, 0.8), force, body_fixed)
 
 
 ELEMENTS = {
     "linear mooring": LinearMooring("block", STIFFNESS, DAMPING),
-    "applied force": table(body_fixed=False),
-    "applied force, body-fixed": table(body_fixed=True),
+    "applied force": push(body_fixed=False),
+    "applied force, body-fixed": push(body_fixed=True),
     **{
         f"fender on {where}, {name}": Fender("block", POINTS, plane, KNEES, law)
         for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
@@ -243,7 +247,7 @@ def turned_element(element: Any) -> Any:
         return replace(element, stiffness=K, damping=C)
     if isinstance(element, AppliedForce):
         point = tuple(TURN @ element.point)
-        return replace(element, point=point, force=element.force @ both.T)
+        return replace(element, point=point, force=table([0.0, 10.0], [np.zeros(6), both @ PUSH]))
     plane = element.plane
     point = TURN @ plane.point + (SHIFT if plane.body is None else 0.0)
     plane = replace(plane, point=tuple(point), normal=tuple(TURN @ plane.normal))
@@ -312,7 +316,7 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
 
 IDLE = {
     "linear mooring": LinearMooring("block", np.zeros((6, 6))),
-    "applied force": AppliedForce("block", (0.0, 0.0, 0.0), np.zeros(1), np.zeros((1, 6))),
+    "applied force": steady(surge=0.0, yaw=0.0),
     **{
         f"fender, {name}": Fender(
             "block", POINTS, Plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0)), KNEES, law
@@ -340,7 +344,8 @@ def test_an_element_that_does_nothing_changes_nothing(name):
 def test_absent_elements_have_no_size():
     model, state = hs.compile_scene(drifting({}))
     mooring, applied, fender = model.elements
-    assert [mooring.size, applied.each.size, applied.time.size, fender.points.size] == [1, 0, 0, 0]
-    assert state.modes.shape == (0, 2)
+    assert mooring.size == 1
+    assert not any(a.size for a in (*applied, fender.points, fender.segments, fender.pieces))
+    assert state.modes.shape == (0, 3)
     assert model.energy == model.radiation == 12  # coordinates and rates alone
     assert model.size - model.energy == len(ROWS) + 2  # its rows, the mooring's, |wave power|

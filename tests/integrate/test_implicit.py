@@ -1,4 +1,4 @@
-"""The implicit method on textbook problems: order conditions, stability, stiff problems, factors."""
+"""The implicit method on textbook problems: order conditions, stability, stiffness, factors."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ def integrate(
 def test_order_conditions() -> None:
     embedded = ESDIRK4._replace(b=ESDIRK4.b - ESDIRK4.error)
     assert all(np.isclose(found, wanted, rtol=1e-14) for _, found, wanted in conditions(ESDIRK4))
-    of_embedded = [np.isclose(found, wanted, rtol=1e-14) for _, found, wanted in conditions(embedded)]
+    of_embedded = [
+        np.isclose(found, wanted, rtol=1e-14) for _, found, wanted in conditions(embedded)
+    ]
     assert all(of_embedded[:4])
     assert not all(of_embedded)
     assert_allclose(ESDIRK4.c, ESDIRK4.a.sum(axis=1))

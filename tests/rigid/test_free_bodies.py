@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_bodies import INERTIA, dry_body, rate_map, rotation, skew
+from dry_scenes import table
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -160,11 +161,10 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
         NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 20.0]), damping=1.0),
         StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0),
     )
-    table = np.array([0.0, 2.0])
     forces = {
         "lower": LinearMooring("lower", stiffness, 0.1 * stiffness),
         "upper": LinearMooring("upper", stiffness),
-        "push": AppliedForce("upper", (0.5, 0.2, 0.1), table, size * push),
+        "push": AppliedForce("upper", (0.5, 0.2, 0.1), table([0.0, 2.0], size * push)),
         "fender": fender,
     }
     solver = Solver(step=0.01, kinematics=kinematics)

@@ -56,12 +56,12 @@ def new_holds(points: int, rigid: int, n: int) -> Holds:
 
 
 @kernel
-def friction(mode, N, dN, v, heading, p):
+def friction(mode, load, v, heading, p):
     """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
     if mode != SLIP:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
     d, speed = direction(v, heading), hypot(v[0], v[1])
-    size = p.kinetic * N
+    size = p.kinetic * load.N
     power = size * (d[0] * v[0] + d[1] * v[1])
     return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power)
 
@@ -78,11 +78,11 @@ def direction(v, heading):
 
 
 @kernel
-def margin(mode, N, v, heading, reaction, p):
+def margin(mode, load, v, heading, reaction, p):
     """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
     [m/s]; negative past the end of the ``mode``."""
     if mode == STICK:
-        return p.static * N - hypot(reaction[0], reaction[1])
+        return p.static * load.N - hypot(reaction[0], reaction[1])
     return v[0] * heading[0] + v[1] * heading[1]
 
 

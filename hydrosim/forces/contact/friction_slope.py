@@ -26,20 +26,20 @@ class FrictionSlope:
 
 
 @kernel
-def friction(mode, N, dN, v1, s, p):
+def friction(mode, load, v1, s, p):
     """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
     speed = hypot(v1[0], v1[1])
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
-    size = p.damping * speed if mode == STICK else p.kinetic * N
+    size = p.damping * speed if mode == STICK else p.kinetic * load.N
     force = (-size * v1[0] / speed, -size * v1[1] / speed)
     return Friction(force, (0.0, 0.0), speed, size * speed)
 
 
 @kernel
-def margin(mode, N, dN, v1, s, heading, p):
+def margin(mode, load, v1, heading, p):
     """How far the point is from the corner mu N = b |v| [N]; negative past it, and where the
     velocity has turned round from its ``heading`` (2,) at the start of the step."""
     if mode == STICK:
-        return p.kinetic * N - p.damping * hypot(v1[0], v1[1])
-    return p.damping * size_along(v1, heading) - p.kinetic * N
+        return p.kinetic * load.N - p.damping * hypot(v1[0], v1[1])
+    return p.damping * size_along(v1, heading) - p.kinetic * load.N

@@ -2,9 +2,9 @@
 
     N = f(delta) + c delta'   or   N = f(t),   N >= 0
 
-f: straight lines through the points of the table, the last slope going on beyond; c: damping. The
-curve's corners are events: a contact point knows its segment, and on it N is smooth. Stored energy
-is the integral of f; dissipation is c delta'^2 while in contact.
+f(delta): straight lines through the points of the table, the last slope going on beyond; c:
+damping; f(t): a signal. The curve's corners are events: a contact point knows its segment, and on
+it N is smooth. Stored energy is the integral of f; dissipation is c delta'^2 while in contact.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from math import inf
 
 import numpy as np
 
+from hydrosim.forces.signal import Signal
 from hydrosim.kernels import kernel
 
 
 @dataclass(frozen=True)
 class PrescribedNormal:
-    """Per contact point: ``force`` (n,) [N] at ``time`` (n,) [s], straight lines between, constant
-    before and after. Contact is where it is positive, wherever the point is."""
+    """Per contact point: ``force`` [N] over time. Contact is while it is positive, wherever the
+    point is."""
 
-    time: np.ndarray
-    force: np.ndarray
+    force: Signal
 
 
 @dataclass(frozen=True)
@@ -39,26 +39,16 @@ class NormalCurve:
 SEGMENT = np.dtype(
     [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
 )
-"""A straight piece of a curve over x, compression or time: from ``lower`` to ``upper`` the force is
+"""A straight piece of a curve over the compression x: from ``lower`` to ``upper`` the force is
 ``force + slope (x - start)``; ``energy`` is what is stored at start."""
 
-
-def segments(curve: NormalCurve | PrescribedNormal) -> np.ndarray:
-    """The straight pieces of a curve, of `SEGMENT`; over time instead of compression, and with
-    nothing stored, if it is prescribed."""
-    if isinstance(curve, NormalCurve):
-        return _pieces(curve.compression, curve.force)
-    before, after = [curve.time[0] - 1.0], [curve.time[-1] + 1.0]
-    ends = curve.force[:1], curve.force[-1:]
-    pieces = _pieces(
-        np.concatenate([before, curve.time, after]), np.concatenate([ends[0], curve.force, ends[1]])
-    )
-    pieces["energy"] = 0.0
-    return pieces
+FLAT = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
+"""The curve of a point whose normal force is prescribed: no corners, nothing stored."""
 
 
-def _pieces(x: np.ndarray, f: np.ndarray) -> np.ndarray:
-    x, f = np.asarray(x, float), np.asarray(f, float)
+def segments(curve: NormalCurve) -> np.ndarray:
+    """The straight pieces of a curve, of `SEGMENT`."""
+    x, f = np.asarray(curve.compression, float), np.asarray(curve.force, float)
     pieces = np.zeros(x.size - 1, dtype=SEGMENT)
     pieces["start"], pieces["force"] = x[:-1], f[:-1]
     pieces["lower"] = np.concatenate([[-inf], x[1:-1]])

@@ -1,24 +1,36 @@
 """Stick-slip friction with a contact node, in the plane of contact.
 
 A node u2 without mass sits between a spring K2 with damper C2 (to the body's point u1) and the
-plane; s = u1 - u2 is the stretch, v1 = u1' relative to the plane, N the normal force.
+plane; S is the spring's traction, v1 = u1' relative to the plane, N the normal force.
 
-    T = K2 s + C2 v1          the traction that the node would carry at rest
+    T = S + C2 v1             the traction that the node would carry at rest
     stick   v2 = 0                                            until |T| = mu_s N
     slip    v2 = (|T| - mu_k N) / (C2 + C3) d,  d = T / |T|   until |T| = mu_k N
-    open    K2 s + C2 s' = 0                                  while N = 0
-    s' = v1 - v2,    force on the body  f = -(K2 s + C2 s')
+    open    S + C2 (v1 - v2) = 0                              while N = 0
+    S' = K2 (v1 - v2),    force on the body  f = -(S + C2 (v1 - v2))
 
-so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy K2 s^2 / 2; dissipation
-C2 s'^2 + (mu_k N + C3 |v2|) |v2|.
+so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy S^2 / (2 K2);
+dissipation C2 |v1 - v2|^2 + (mu_k N + C3 |v2|) |v2|.
 
-Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, K2 |s| = mu_k N, the
-energy of the jump is lost, and in slip it stays on it, so that with d = s / |s|
+K2, C2 and C3 may go with powers of the elastic normal force N_e (normal curve, without its
+damping). The spring is then incremental, and S shrinks with K2 while N_e falls,
 
-    slip    v2 = lambda d,  lambda = d v1 - mu_k N' / K2                until lambda = 0
+    S' = K2 (v1 - v2) + S min(K2', 0) / K2
 
-which needs N' and so no normal damping. With C2 = 0 an open node is where the body's point is.
-After Plasterk (2017), chapters 5 and 6, extended from one axis to the plane.
+or a spring that is stretched at a small N_e and let go at a large one would make energy; what
+changes of K2 take, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988).
+
+Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, the
+energy of the jump is lost, and in slip it stays on it, so that with d = S / |S|
+
+    slip    v2 = lambda d,  lambda = d v1 + (|S| min(K2', 0) / K2 - mu_k N') / K2  until lambda = 0
+
+which needs N' and so no normal damping. With C2 = 0, or where K2 is zero without load, an open node
+is where the body's point is. After Plasterk (2017), chapters 5 and 6, extended from one axis to the
+plane.
+
+The state is the stretch s: S = K2 s; but while N_e rises and K2 with it, S = K s with K of the
+reference load. So s is smooth, also from the first touch on, and the same where K2 is constant.
 """
 
 from __future__ import annotations
@@ -31,18 +43,41 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
 
 REVERSED = 10.0  # 1 / cos(84 deg)
+LEAST = 1e-12  # of the reference load: below it powers of the load stay as they are
+
+
+@dataclass(frozen=True)
+class LoadPowers:
+    """``reference`` elastic normal force [N] at which K2, C2, C3 are as given, and the powers of
+    the force over it that they go with: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
+
+    reference: float
+    stiffness: float
+    damping: float = 0.0
+    slip_damping: float = 0.0
 
 
 @dataclass(frozen=True)
 class StickSlip:
     """Per contact point: ``static`` mu_s >= ``kinetic`` mu_k, ``stiffness`` K2 [N/m], ``damping``
-    C2 and ``slip_damping`` C3 [N s/m]."""
+    C2 and ``slip_damping`` C3 [N s/m], constant or with powers of the ``load``."""
 
     static: float
     kinetic: float
     stiffness: float
     damping: float
     slip_damping: float = 0.0
+    load: LoadPowers | None = None
+
+
+class Pressed(NamedTuple):
+    """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e' of that; whether the
+    stretch is that of a ``rising`` load."""
+
+    N: float
+    elastic: float
+    rate: float
+    rising: bool
 
 
 class Friction(NamedTuple):
@@ -55,34 +90,65 @@ class Friction(NamedTuple):
     dissipation: float
 
 
+class Coefficients(NamedTuple):
+    """``K2``, ``C2``, ``C3`` at a load, and ``K``, the traction per stretch."""
+
+    K2: float
+    C2: float
+    C3: float
+    K: float
+
+
 @kernel
-def friction(mode, N, dN, v1, s, p):
-    """Stick-slip friction of a contact point in ``mode``; ``dN`` is N'."""
-    K2, C2, C3 = p.stiffness, p.damping, p.slip_damping
+def coefficients(load, p):
+    """K2, C2, C3 and K at a `Pressed` ``load``."""
+    if p.reference == 0.0:
+        return Coefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
+    x = max(load.elastic / p.reference, LEAST)
+    K2 = p.stiffness * x**p.stiffness_power
+    C2, C3 = p.damping * x**p.damping_power, p.slip_damping * x**p.slip_damping_power
+    return Coefficients(K2, C2, C3, p.stiffness if load.rising else K2)
+
+
+@kernel
+def softening(load, p):
+    """K2' / K2 [1/s]."""
+    if p.reference == 0.0:
+        return 0.0
+    return p.stiffness_power * load.rate / max(load.elastic, LEAST * p.reference)
+
+
+@kernel
+def friction(mode, load, v1, s, p):
+    """Stick-slip friction of a contact point in ``mode`` under a `Pressed` ``load``."""
+    c = coefficients(load, p)
     if mode == STICK:
-        ds, v2 = v1, 0.0
+        dv, v2 = v1, 0.0
     elif mode == SLIP:
-        d, v2 = slip(N, dN, v1, s, p)
-        ds = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
+        d, v2 = slip(load, v1, s, c, p)
+        dv = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
     else:
-        relaxation = K2 / C2 if C2 > 0.0 else 0.0
-        ds, v2 = (-relaxation * s[0], -relaxation * s[1]), 0.0
-    lost = C2 * (ds[0] * ds[0] + ds[1] * ds[1]) + (p.kinetic * N + C3 * v2) * v2
+        relaxation = p.stiffness / p.damping if p.damping > 0.0 else 0.0
+        dv, v2 = (-relaxation * s[0], -relaxation * s[1]), 0.0
+    lost = c.C2 * (dv[0] * dv[0] + dv[1] * dv[1]) + (p.kinetic * load.N + c.C3 * v2) * v2
     if mode == OPEN:
-        return Friction((0.0, 0.0), ds, 0.0, lost)
-    force = (-(K2 * s[0] + C2 * ds[0]), -(K2 * s[1] + C2 * ds[1]))
-    return Friction(force, ds, v2, lost)
+        return Friction((0.0, 0.0), dv, 0.0, lost)
+    lost += abs(softening(load, p)) * stored_energy(load, s, p)
+    force = (-(c.K * s[0] + c.C2 * dv[0]), -(c.K * s[1] + c.C2 * dv[1]))
+    share = c.K2 / c.K
+    return Friction(force, (share * dv[0], share * dv[1]), v2, lost)
 
 
 @kernel
-def slip(N, dN, v1, s, p):
-    """Direction d (2,) and speed of the node's slip."""
-    T = traction(v1, s, p)
+def slip(load, v1, s, c, p):
+    """Direction d (2,) and speed of the node's slip, with the coefficients ``c``."""
+    T = _traction(v1, s, c)
     size = hypot(T[0], T[1])
-    if p.damping + p.slip_damping > 0.0:
-        return _unit(T), (size - p.kinetic * N) / (p.damping + p.slip_damping)
+    if c.C2 + c.C3 > 0.0:
+        return _unit(T), (size - p.kinetic * load.N) / (c.C2 + c.C3)
     d = _unit(T) if size > 0.0 else _unit(v1)  # contact that begins in slip has no stretch yet
-    return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * dN / p.stiffness
+    falling = 0.0 if load.rising else size * softening(load, p)
+    return d, d[0] * v1[0] + d[1] * v1[1] + (falling - p.kinetic * load.rate) / c.K2
 
 
 @kernel
@@ -92,40 +158,61 @@ def _unit(a):
 
 
 @kernel
-def break_away(N, s, p):
+def break_away(load, s, p):
     """Stretch (2,) after break-away, and the energy lost in it: a jump in the rate-free limit."""
-    size = hypot(s[0], s[1])
-    if p.damping + p.slip_damping > 0.0 or size == 0.0:
+    c, size = coefficients(load, p), hypot(s[0], s[1])
+    if c.C2 + c.C3 > 0.0 or size == 0.0:
         return s, 0.0
-    scale = p.kinetic * N / (p.stiffness * size)
+    scale = p.kinetic * load.N / (c.K * size)
     kept = (scale * s[0], scale * s[1])
-    return kept, stored_energy(s, p) - stored_energy(kept, p)
+    return kept, stored_energy(load, s, p) - stored_energy(load, kept, p)
 
 
 @kernel
-def traction(v1, s, p):
-    """T = K2 s + C2 v1."""
-    K2, C2 = p.stiffness, p.damping
-    return (K2 * s[0] + C2 * v1[0], K2 * s[1] + C2 * v1[1])
+def traction(load, v1, s, p):
+    """T = S + C2 v1."""
+    return _traction(v1, s, coefficients(load, p))
 
 
 @kernel
-def margin(mode, N, dN, v1, s, heading, p):
+def _traction(v1, s, c):
+    return (c.K * s[0] + c.C2 * v1[0], c.K * s[1] + c.C2 * v1[1])
+
+
+@kernel
+def margin(mode, load, v1, s, heading, p):
     """How far the traction is from ending the ``mode`` [N], in the rate-free limit the speed of
     slip [m/s]; negative past its end, and where the traction has turned round from its ``heading``
     (2,) at the start of the step."""
-    T = traction(v1, s, p)
+    c = coefficients(load, p)
+    T = _traction(v1, s, c)
     if mode == STICK:
-        return p.static * N - hypot(T[0], T[1])
-    if p.damping + p.slip_damping > 0.0:
-        return size_along(T, heading) - p.kinetic * N
-    return slip(N, dN, v1, s, p)[1]
+        return p.static * load.N - hypot(T[0], T[1])
+    if c.C2 + c.C3 > 0.0:
+        return size_along(T, heading) - p.kinetic * load.N
+    return slip(load, v1, s, c, p)[1]
 
 
 @kernel
-def stored_energy(s, p):
-    """K2 s^2 / 2."""
-    return 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1])
+def stored_energy(load, s, p):
+    """S^2 / (2 K2)."""
+    c = coefficients(load, p)
+    return 0.5 * c.K * c.K / c.K2 * (s[0] * s[0] + s[1] * s[1])
+
+
+@kernel
+def turn_over(load, s, p):
+    """The stretch (2,), of the same traction, when the load begins to fall, or to rise again."""
+    K2 = coefficients(load, p).K2
+    scale = p.stiffness / K2 if load.rising else K2 / p.stiffness
+    return (scale * s[0], scale * s[1])
+
+
+@kernel
+def stretch(load, s, p):
+    """S / K2 (2,)."""
+    c = coefficients(load, p)
+    return (c.K / c.K2 * s[0], c.K / c.K2 * s[1])
 
 
 @kernel

@@ -6,20 +6,27 @@ The laws of friction and contact are written out here for one axis, and integrat
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from dry_scenes import FLOOR, block, moving
+from dry_scenes import FLOOR, block, moving, table
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from hydrosim.forces import (
     AppliedForce,
     Fender,
     Frictionless,
     FrictionSlope,
+    Harmonic,
     LinearMooring,
     NormalCurve,
+    PrescribedNormal,
+    Recorded,
     StickSlip,
+    Table,
 )
 from hydrosim.scene import Scene, Solver
 
@@ -30,10 +37,10 @@ X, V, Z, W, S = range(5)
 @dataclass(frozen=True)
 class Block:
     """``push`` and ``press`` (n,) [N] at ``time`` (n,) along x and z; ``spring`` [N/m] along x and
-    z; ``start``: x, x', z, z'."""
+    z; ``start``: x, x', z, z'. The points of a prescribed table or record are among ``time``."""
 
     mass: float
-    curve: NormalCurve
+    curve: NormalCurve | PrescribedNormal
     friction: StickSlip | FrictionSlope | Frictionless
     time: np.ndarray
     push: np.ndarray
@@ -45,8 +52,8 @@ class Block:
     def scene(self, step: float, output_step: float = 0.1, events: bool = True) -> Scene:
         """The same block for hydrosim."""
         x, v, z, w = self.start
-        table = np.zeros((self.time.size, 6))
-        table[:, 0], table[:, 2] = self.push, self.press
+        force = np.zeros((self.time.size, 6))
+        force[:, 0], force[:, 2] = self.push, self.press
         body = block(
             self.mass,
             ("surge", "heave"),
@@ -54,7 +61,7 @@ class Block:
             velocity=moving(surge=v, heave=w),
         )
         forces = {
-            "push": AppliedForce("block", (0.0, 0.0, 0.0), self.time, table),
+            "push": AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
             "spring": LinearMooring("block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])),
             "fender": Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
         }
@@ -68,39 +75,46 @@ class Block:
             output_step=output_step,
         )
 
-    def normal_force(self, y: np.ndarray) -> float:
-        """f(delta) + c delta', not cut at zero."""
+    @cached_property
+    def prescribed(self) -> Callable[[float], float]:
+        """The prescribed normal force over time."""
+        return signal(self.curve.force)
+
+    def normal_force(self, t: float, y: np.ndarray) -> float:
+        """f(delta) + c delta', or f(t), not cut at zero."""
+        if isinstance(self.curve, PrescribedNormal):
+            return float(self.prescribed(t))
         x, f = self.curve.compression, self.curve.force
         k = min(max(int(np.searchsorted(x, -y[Z])) - 1, 0), x.size - 2)
         elastic = f[k] + (f[k + 1] - f[k]) / (x[k + 1] - x[k]) * (-y[Z] - x[k])
         return elastic - self.curve.damping * y[W]
 
-    def friction_force(self, mode: int, y: np.ndarray) -> tuple[float, float]:
+    def friction_force(self, mode: int, t: float, y: np.ndarray) -> tuple[float, float]:
         """Force on the block, rate of the stretch."""
         law, v, s = self.friction, y[V], y[S]
         if isinstance(law, FrictionSlope):
-            limit = law.coefficient * self.normal_force(y)
+            limit = law.coefficient * self.normal_force(t, y)
             return {OPEN: 0.0, STICK: -law.slope * v, SLIP: -limit * np.sign(v)}[mode], 0.0
         if isinstance(law, Frictionless):
             return 0.0, 0.0
         if mode == OPEN:
             return 0.0, -law.stiffness / law.damping * s if law.damping else 0.0
         T = law.stiffness * s + law.damping * v
-        excess = abs(T) - law.kinetic * self.normal_force(y)
+        excess = abs(T) - law.kinetic * self.normal_force(t, y)
         node = excess / (law.damping + law.slip_damping) * np.sign(T) if mode == SLIP else 0.0
         return -(law.stiffness * s + law.damping * (v - node)), v - node
 
     def rates(self, t: float, y: np.ndarray, mode: int) -> np.ndarray:
         """y' of y = (x, x', z, z', stretch)."""
-        friction, stretching = self.friction_force(mode, y)
-        normal = self.normal_force(y) if mode != OPEN else 0.0
+        friction, stretching = self.friction_force(mode, t, y)
+        normal = self.normal_force(t, y) if mode != OPEN else 0.0
         along = np.interp(t, self.time, self.push) - self.spring[0] * y[X] + friction
         up = np.interp(t, self.time, self.press) - self.spring[1] * y[Z] + normal
         return np.array([y[V], along / self.mass, y[W], up / self.mass, stretching])
 
-    def grip(self, mode: int, y: np.ndarray) -> float:
+    def grip(self, mode: int, t: float, y: np.ndarray) -> float:
         """Positive while the point sticks, or while it slips."""
-        law, N = self.friction, self.normal_force(y)
+        law, N = self.friction, self.normal_force(t, y)
         if isinstance(law, Frictionless):
             return 1.0 if mode == SLIP else -1.0
         if isinstance(law, FrictionSlope):
@@ -109,15 +123,32 @@ class Block:
         T = abs(law.stiffness * y[S] + law.damping * y[V])
         return law.static * N - T if mode == STICK else T - law.kinetic * N
 
-    def next_mode(self, mode: int, ended: int, y: np.ndarray) -> int:
+    def touches(self, t: float, y: np.ndarray) -> float:
+        """Positive in contact."""
+        if isinstance(self.curve, PrescribedNormal):
+            return self.normal_force(t, y)
+        steepness = self.curve.force[1] / self.curve.compression[1]
+        return min(-y[Z] * steepness, self.normal_force(t, y))
+
+    def next_mode(self, mode: int, ended: int, t: float, y: np.ndarray) -> int:
         """The mode after the event ``ended``: contact, grip or a corner of the curve."""
         if ended == 0:
             if mode != OPEN:
                 return OPEN
-            return STICK if self.grip(STICK, y) >= 0.0 else SLIP
+            return STICK if self.grip(STICK, t, y) >= 0.0 else SLIP
         if ended == 1:
             return SLIP if mode == STICK else STICK
         return mode
+
+
+def signal(force: Table | Recorded | Harmonic) -> Callable[[float], float]:
+    """The force over time, by numpy and scipy."""
+    if isinstance(force, Table):
+        return lambda t: float(np.interp(t, force.time, force.value))
+    if isinstance(force, Recorded):
+        return CubicSpline(force.time, force.value)
+    w = 2 * np.pi / force.period
+    return lambda t: force.mean + force.amplitude * np.sin(w * t + force.phase)
 
 
 @dataclass(frozen=True)
@@ -133,8 +164,8 @@ def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exac
     """The motion by DOP853 at a relative tolerance of 1e-12, in pieces of at most ``resolution``
     so that no change of mode is overlooked."""
     y = np.array([*block.start, 0.0])
-    mode = STICK if block.grip(STICK, y) >= 0.0 else SLIP
-    mode = mode if -y[Z] > 0.0 else OPEN
+    mode = STICK if block.grip(STICK, 0.0, y) >= 0.0 else SLIP
+    mode = mode if block.touches(0.0, y) > 0.0 else OPEN
     corners = block.time[(block.time > 0.0) & (block.time < block.duration)]
     states, modes, events, t = np.zeros((times.size, 5)), np.zeros(times.size, int), [], 0.0
     for stop in [*corners, block.duration]:
@@ -154,21 +185,19 @@ def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exac
             t, y = piece.t[-1], piece.y[:, -1]
             if piece.status == 1:
                 ended = next(i for i, at in enumerate(piece.t_events) if at.size)
-                mode = block.next_mode(mode, ended, y)
+                mode = block.next_mode(mode, ended, t, y)
                 events.append(t)
     return Exact(states, modes, np.array(events))
 
 
 def _watch(block: Block, mode: int, start: np.ndarray):
     """Events: the end of contact or its begin, the end of the grip, corners of the curve."""
-    steepness = block.curve.force[1] / block.curve.compression[1]
 
     def contact(t: float, y: np.ndarray, mode: int) -> float:
-        N = block.normal_force(y)
-        return N if mode != OPEN else -min(-y[Z] * steepness, N)
+        return block.normal_force(t, y) if mode != OPEN else -block.touches(t, y)
 
     def grip(t: float, y: np.ndarray, mode: int) -> float:
-        return block.grip(mode, y) if mode != OPEN else 1.0
+        return block.grip(mode, t, y) if mode != OPEN else 1.0
 
     def corner(at: float):
         def passed(t: float, y: np.ndarray, mode: int) -> float:
@@ -179,7 +208,9 @@ def _watch(block: Block, mode: int, start: np.ndarray):
         return passed
 
     contact.direction = grip.direction = -1
-    watched = [contact, grip, *(corner(x) for x in block.curve.compression[1:-1])]
+    curve = block.curve
+    inner = [] if isinstance(curve, PrescribedNormal) else curve.compression[1:-1]
+    watched = [contact, grip, *(corner(x) for x in inner)]
     for event in watched:
         event.terminal = True
     return watched

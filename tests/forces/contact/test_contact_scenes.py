@@ -21,6 +21,7 @@ from dry_scenes import (
     scene,
     steady,
     surge,
+    table,
     with_step,
 )
 from numpy.testing import assert_allclose
@@ -255,14 +256,16 @@ TURN = Rotation.from_euler("z", 0.7).as_matrix()
 SHIFT = np.array([30.0, -20.0, 0.0])
 
 
+PUSH = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
+
+
 def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
     """A block that is pushed over a sloping floor, as it is or turned and moved."""
     both = np.kron(np.eye(2), turn)
-    table = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
     K = np.diag([5e3, 2e4, 0.0])
     forces = {
         "push": AppliedForce(
-            "block", tuple(turn @ [0.2, 0.1, 0.0]), np.array([0.0, 3.0]), table @ both.T
+            "block", tuple(turn @ [0.2, 0.1, 0.0]), table([0.0, 3.0], PUSH @ both.T)
         ),
         "mooring": LinearMooring("block", np.kron(np.diag([1.0, 0.0]), turn @ K @ turn.T)),
         "fender": Fender(
@@ -315,7 +318,7 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
         push = whole.forces["push"]
         forces = {
             **whole.forces,
-            "push": replace(push, force=size * push.force),
+            "push": replace(push, force=table([0.0, 3.0], size * PUSH)),
             "fender": flat,
             "springs": LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
         }
@@ -354,7 +357,7 @@ def pressed_barge(**law: float) -> Scene:
     friction = {"stiffness": 1.4e8, "damping": 8.25e6, "slip_damping": 2.5e5} | law
     corners = np.array([[x, y, 7.5] for x in (20, -20) for y in (20, -20)], dtype=float)
     forces = {
-        "waves and lift": AppliedForce("block", (0.0, 0.0, 0.0), t, force),
+        "waves and lift": AppliedForce("block", (0.0, 0.0, 0.0), table(t, force)),
         "mooring": LinearMooring("block", springs, 0.05 * springs),
         "fender": Fender(
             "block",

@@ -15,7 +15,17 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from hydrosim import simulate
-from hydrosim.forces import Fender, Frictionless, FrictionSlope, NormalCurve, StickSlip
+from hydrosim.forces import (
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    Harmonic,
+    NormalCurve,
+    PrescribedNormal,
+    Recorded,
+    StickSlip,
+    Table,
+)
 
 Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
@@ -55,6 +65,19 @@ BLOCKS = {
         spring=(1.57e6, 1.32e8),
         start=(0, 0, -0.06, 0),
     ),
+}
+PULSES = Harmonic(3e6, 4.7, mean=1e6, phase=0.4)
+TABLED = Table(TIME[::8], 1e6 + 3e6 * np.sin(TIME[::8]))
+RECORDED = Recorded(TIME, 1e6 + 3e6 * np.sin(2 * np.pi * TIME / 4.7 + 0.4))
+PRESCRIBED = replace(STEADY, press=0 * TIME, spring=(2e5, 1e8), start=(0, 0, 0.5, 0))
+BLOCKS |= {
+    f"prescribed, {name}": replace(PRESCRIBED, curve=PrescribedNormal(force), friction=law)
+    for name, force, law in (
+        ("a sine", PULSES, STEEL),
+        ("a sine, friction slope", PULSES, FrictionSlope(0.15, 2e6)),
+        ("a table", TABLED, STEEL),
+        ("a record", RECORDED, STEEL),
+    )
 }
 KNEES = NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
 FALLING = Block(
@@ -221,3 +244,20 @@ def test_normal_damping(figure: Figure) -> None:
     assert errors[-1] <= 1e-6
     assert order(errors) >= 3.5
     assert all(run.solver_events == 2 for run in runs)
+
+
+def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure: Figure) -> None:
+    """C2 = C3 = 0: in slip the friction is mu_k N(t) at any instant, so a sliding block loses
+    mu_k N / m of its speed per second; between the corners of N, where steps end, its speed is a
+    parabola and its place a cubic."""
+    m, v, law = 1e5, 9.0, StickSlip(0.3, 0.2, 2e7, 0.0)
+    time, N = np.array([0.0, 0.33, 0.7, 1.24, 2.0]), np.array([1e5, 9e5, 2e5, 2e5, 1.5e6])
+    body = block(m, ("surge",), velocity=moving(surge=v))
+    pad = Fender("block", np.zeros((1, 3)), FLOOR, PrescribedNormal(Table(time, N)), law)
+    run = simulate(scene(body, {"pad": pad}, 2.0, 0.1, step=0.1))
+    sliding = run.time.values > 0.1
+    assert (run.fender_mode.values[sliding] == SLIP).all()
+    expected = 0.2 * np.interp(run.time.values, time, N)
+    felt = -run.force_pad.values[:, 0, 0]
+    figure("largest difference to mu_k N", np.abs(felt - expected)[sliding].max())
+    np.testing.assert_allclose(felt[sliding], expected[sliding], rtol=1e-10)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from dry_scenes import block, scene
+from dry_scenes import block, scene, table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -72,8 +72,8 @@ def scenes(draw: Any) -> Scene:
     points = np.column_stack([places.reshape(count, 2), np.full(count, -1.0)])
     slope = (draw(between(-0.2, 0.2)), draw(between(-0.2, 0.2)), 1.0)
     pushes = draw(st.lists(between(-0.8, 0.8), min_size=12, max_size=12))
-    table = np.zeros((6, 6))
-    table[:, :2], table[:, 2] = WEIGHT * np.reshape(pushes, (6, 2)), -WEIGHT
+    force = np.zeros((6, 6))
+    force[:, :2], force[:, 2] = WEIGHT * np.reshape(pushes, (6, 2)), -WEIGHT
     velocity = draw(st.lists(between(-1.0, 1.0), min_size=6, max_size=6))
     body = block(
         MASS,
@@ -82,8 +82,9 @@ def scenes(draw: Any) -> Scene:
         velocity=tuple(np.array(velocity) * [2, 2, 2, 0.3, 0.3, 0.3]),
     )
     law = law_of(friction, draw(st.integers(0, 3)))
+    times = np.linspace(0.0, DURATION, 6)
     forces = {
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), np.linspace(0.0, DURATION, 6), table),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), table(times, force)),
         "mooring": LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
         "fender": Fender(
             "block", points, Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)

@@ -1,0 +1,28 @@
+"""No friction: a point in contact always slips, free of any force in the plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+from hydrosim.forces.contact.modes import SLIP
+from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.kernels import kernel
+
+
+@dataclass(frozen=True)
+class Frictionless:
+    """No friction."""
+
+
+@kernel
+def friction(mode, load, v1, s, p):
+    """No force; the distance slipped is counted."""
+    speed = hypot(v1[0], v1[1]) if mode == SLIP else 0.0
+    return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0)
+
+
+@kernel
+def margin(mode):
+    """Stick ends as soon as it begins."""
+    return 1.0 if mode == SLIP else -1.0

@@ -1,0 +1,173 @@
+"""Signals: a force over time, from a table, a record or a sine.
+
+    f(t) = A sin(w t + phase) + a + b x + c x^2 + d x^3,   x = t - t_k,  t_k <= t < t_{k+1}
+
+A table is straight lines between its points and constant outside; its corners are breakpoints of
+the integration. A record is the cubic spline with two continuous derivatives through its values
+(not-a-knot at the ends; de Boor 1978, chapter 4), smooth enough for methods up to order 4 to keep
+their order; it is not known outside. A harmonic is mean + A sin(2 pi t / period + phase).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import copysign, cos, pi, sin
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from hydrosim.kernels import kernel
+
+
+@dataclass(frozen=True)
+class Table:
+    """Straight lines through ``value`` (n,) at the rising ``time`` (n,) [s]."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A smooth curve through ``value`` (n,) at the rising ``time`` (n,) [s]; n is 4 or more."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+    def miss(self) -> float:
+        """By how much the spline through every other value misses the others, at most: where the
+        record is smooth, the spline through all of them is off by a sixteenth of that."""
+        time, value = self.time, self.value
+        if time.size < 9:
+            return float(np.ptp(value))
+        return float(np.abs(CubicSpline(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """mean + amplitude sin(2 pi t / period + phase); ``period`` [s], ``phase`` [rad]."""
+
+    amplitude: float
+    period: float
+    mean: float = 0.0
+    phase: float = 0.0
+
+
+Signal = Table | Recorded | Harmonic
+
+
+def constant(value: float) -> Table:
+    """The signal that is ``value`` at all times."""
+    return Table(np.zeros(1), np.array([value]))
+
+
+def corners(signal: Signal) -> np.ndarray:
+    """Times (n,) at which the rate of a signal jumps, so that no step may cross them."""
+    return signal.time if isinstance(signal, Table) else np.zeros(0)
+
+
+SIGNAL = np.dtype(
+    [
+        *(("amplitude", float), ("frequency", float), ("phase", float)),
+        *(("first", int), ("last", int), ("spacing", float)),
+    ]
+)
+"""A signal: its sine, and the pieces ``first`` to ``last`` of its polynomials, about ``spacing``
+apart or, if that is 0, anyhow."""
+
+PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
+"""A piece of a signal from ``start`` to the start of the next."""
+
+NOTHING = np.zeros(1, dtype=SIGNAL)[0]
+
+
+def compile_signals(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
+    """The signals as `SIGNAL` (n,), and all their pieces as `PIECE` (m,)."""
+    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=PIECE)], 0
+    for i, signal in enumerate(signals):
+        new = _pieces(signal)
+        last = first + new.size - 1
+        each[i] = (*_sine(signal), first, last, _spacing(new["start"]))
+        pieces.append(new)
+        first = last + 1
+    return each, np.concatenate(pieces)
+
+
+def _sine(signal: Signal) -> tuple[float, float, float]:
+    if isinstance(signal, Harmonic):
+        return signal.amplitude, 2.0 * pi / signal.period, signal.phase
+    return 0.0, 0.0, 0.0
+
+
+def _pieces(signal: Signal) -> np.ndarray:
+    """Polynomials of a signal."""
+    if isinstance(signal, Harmonic):
+        return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=PIECE)
+    time, value = np.asarray(signal.time, float), np.asarray(signal.value, float)
+    if isinstance(signal, Recorded):
+        return _stacked(time[:-1], CubicSpline(time, value).c[::-1])
+    slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
+    return _stacked(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
+
+
+def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    pieces = np.zeros(start.size, dtype=PIECE)
+    for name, column in zip(PIECE.names or (), (start, *coefficients), strict=True):
+        pieces[name] = column
+    return pieces
+
+
+def _spacing(time: np.ndarray) -> float:
+    """Spacing of times that are within half of it of where an even one has them; else 0."""
+    spacing = (time[-1] - time[0]) / max(time.size - 1, 1)
+    even = time[0] + spacing * np.arange(time.size)
+    return float(spacing) if np.all(np.abs(time - even) < 0.5 * spacing) else 0.0
+
+
+def crest(signal: np.void, pieces: np.ndarray) -> float:
+    """A time at which a compiled signal is largest, among the points of a table or record."""
+    if signal["amplitude"] != 0.0:
+        turned = copysign(pi / 2, signal["amplitude"]) - signal["phase"]
+        return float(turned / signal["frequency"])
+    mine = pieces[signal["first"] : signal["last"] + 1]
+    return float(mine["start"][mine["a"].argmax()])
+
+
+@kernel
+def value(t, signal, pieces):
+    """f(t)."""
+    p = pieces[find(t, signal, pieces)]
+    x = max(t - p.start, 0.0)
+    polynomial = p.a + x * (p.b + x * (p.c + x * p.d))
+    if signal.amplitude == 0.0:
+        return polynomial
+    return polynomial + signal.amplitude * sin(signal.frequency * t + signal.phase)
+
+
+@kernel
+def rate(t, signal, pieces):
+    """f'(t); at a corner, that of the piece which begins there."""
+    p = pieces[find(t, signal, pieces)]
+    x = t - p.start
+    polynomial = p.b + x * (2.0 * p.c + x * 3.0 * p.d) if x >= 0.0 else 0.0
+    if signal.amplitude == 0.0:
+        return polynomial
+    turning = signal.frequency * t + signal.phase
+    return polynomial + signal.amplitude * signal.frequency * cos(turning)
+
+
+@kernel
+def find(t, signal, pieces):
+    """Index of the piece that ``t`` is on; the first before all of them."""
+    low, high = signal.first, signal.last
+    if signal.spacing > 0.0:  # the piece is this one or a neighbour
+        guess = low + int((t - pieces[low].start) / signal.spacing)
+        low, high = min(max(guess - 1, low), high), max(min(guess + 1, high), low)
+    while low < high:
+        middle = (low + high + 1) // 2
+        if t < pieces[middle].start:
+            high = middle - 1
+        else:
+            low = middle
+    return low

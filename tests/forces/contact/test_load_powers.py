@@ -1,0 +1,143 @@
+"""Stick-slip whose stiffness and damping go with the normal force.
+
+Nothing here knows the kernels' formulas: work is integrated from what the run records, and the
+independent integration states the traction S itself, S' = K2 v + S min(K2', 0) / K2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from dry_scenes import FLOOR, block, moving, observed_orders, scene, surge, with_step
+from scipy.integrate import solve_ivp
+
+import hydrosim as hs
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Harmonic,
+    LinearMooring,
+    LoadPowers,
+    NormalCurve,
+    PrescribedNormal,
+    StickSlip,
+)
+from hydrosim.scene import Scene
+
+Figure = Callable[[str, float], None]
+OPEN, STICK, SLIP = range(3)
+LOAD, SWING, K, C2 = 1e3, 900.0, 2e3, 20.0
+
+
+def driven(law: StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> Scene:
+    """A block whose shear and normal force swing with a lag between them."""
+    push = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(grip * 100.0, 2.0)})
+    normal = PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
+    only_surge = np.diag([1.0, 0, 0, 0, 0, 0])
+    forces = {
+        "push": push,
+        "spring": LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
+        "fender": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+    }
+    return scene(block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
+
+
+def held(power: float) -> StickSlip:
+    """Never slips."""
+    return StickSlip(50.0, 50.0, K, 0.0, 1.0, LoadPowers(LOAD, power))
+
+
+@pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
+@pytest.mark.parametrize("lag", [0.0, 1.0, 2.0, 3.5, 5.0])
+def test_a_loop_in_shear_and_load_never_makes_energy(
+    power: float, lag: float, figure: Figure
+) -> None:
+    """Over any closed loop of shear and normal force the spring takes work, S v, and gives none;
+    a spring with S = K2(N) u, not incremental, would give some at one lag or its opposite."""
+    run = hs.simulate(driven(held(power), lag))
+    assert np.all(run.fender_mode.values == STICK)
+    lost, stored = run.fender_dissipated.values[:, 0], run["energy_stored_fender"].values
+    assert np.all(np.diff(lost) >= 0.0)
+    assert np.all(stored >= 0.0)
+    figure("lost in 12 s [J]", lost[-1])
+    assert run.attrs["energy_residual_relative"] < 1e-6
+    taken = lost + stored - stored[0]
+    period = 20  # records
+    assert np.all(taken[period:] >= taken[:-period] - 1e-9)
+
+
+@pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
+def test_against_an_independent_integration(power: float, figure: Figure) -> None:
+    lag, w = 1.0, np.pi
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        x, v, S = y
+        N = LOAD + SWING * np.sin(w * t + lag)
+        dN = SWING * w * np.cos(w * t + lag)
+        dS = K * (N / LOAD) ** power * v + S * power * min(dN, 0.0) / N
+        return [v, 100.0 * np.sin(w * t) - 50.0 * x - 5.0 * v - S, dS]
+
+    times = np.linspace(0.0, 12.0, 121)
+    turns = [(np.pi * (k + 0.5) - lag) / w for k in range(14)]
+    y, t, exact = np.zeros(3), 0.0, [np.zeros((1, 3))]
+    for stop in [*(x for x in turns if 0.0 < x < 12.0), 12.0]:
+        inside = times[(times > t) & (times <= stop)]
+        at = np.append(inside, stop)
+        piece = solve_ivp(rates, (t, stop), y, "DOP853", t_eval=at, rtol=1e-12, atol=1e-13).y.T
+        exact.append(piece[: inside.size])
+        y, t = piece[-1], stop
+    whole = np.concatenate(exact)
+    steps = np.array([0.02, 0.01])
+    runs = [hs.simulate(with_step(driven(held(power), lag), step)) for step in steps]
+    error = np.array([np.abs(surge(run) - whole[:, 0]).max() for run in runs])
+    figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
+    figure("order", observed_orders(steps, error)[0])
+    assert error[-1] <= 1e-6 * np.ptp(whole[:, 0])
+    assert observed_orders(steps, error)[0] > 3.7
+    friction = runs[-1].fender_friction.values[:, 0, 0]
+    assert np.abs(friction + whole[:, 2]).max() <= 1e-5 * np.ptp(whole[:, 2])
+
+
+LAWS = {
+    "with damping": StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.5, 0.25, 0.0)),
+    "damping as the stiffness": StickSlip(0.3, 0.2, K, C2, 0.0, LoadPowers(LOAD, 1.0, 1.0)),
+    "rate-free": StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 1 / 3)),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_slip_and_lift_off(name: str, figure: Figure) -> None:
+    """A block that bounces while it is pushed: modes change, the ledger closes, traction stays
+    inside its bound and dissipation only grows."""
+    law = LAWS[name]
+    body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
+    push = {"surge": Harmonic(5.0, 1.7), "heave": Harmonic(14.0, 1.1, mean=-9.81)}
+    forces = {
+        "push": AppliedForce("block", (0, 0, 0), push),
+        "fender": Fender("block", np.zeros((1, 3)), FLOOR, curve, law),
+    }
+    runs = [
+        hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in (0.01, 0.005, 0.0025)
+    ]
+    fine = runs[-1]
+    assert {*np.unique(fine.fender_mode.values)} >= {OPEN, SLIP}
+    residual = [run.attrs["energy_residual_relative"] for run in runs]
+    figure("residual", residual[-1])
+    assert residual[-1] < 1e-5
+    N = fine.fender_normal_force.values[:, 0]
+    friction = np.abs(fine.fender_friction.values[:, 0, 0])
+    stick = fine.fender_mode.values[:, 0] == STICK
+    assert np.all(friction[stick] <= 0.3 * N[stick] * (1 + 1e-9) + 1e-9)
+    assert np.all(np.diff(fine.fender_dissipated.values[:, 0]) >= -1e-9)
+
+
+def test_without_powers_it_is_the_same_law() -> None:
+    plain = StickSlip(0.3, 0.2, K, C2, 5.0)
+    powers = StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.0))
+    runs = [hs.simulate(driven(law, 1.0, grip=4.0)) for law in (plain, powers)]
+    assert {*np.unique(runs[0].fender_mode.values)} == {STICK, SLIP}
+    # the load's turning points are events of one only: pieces differ, within the method's error
+    assert np.abs(surge(runs[0]) - surge(runs[1])).max() < 1e-8 * np.ptp(surge(runs[0]))
