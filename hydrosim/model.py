@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from hydrosim import forces, radiation
+from hydrosim import forces, radiation, restart
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, AppliedForce
@@ -24,12 +24,14 @@ from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, 
 
 
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
-    """The scene as arrays, and its state at time 0; ``notes`` are filled if given.
+    """The scene as arrays, and its state at the start; ``notes`` are filled if given.
 
-    Raises InputError where a database cannot be read or does not fit the scene.
+    Raises InputError where a database or a run to start from cannot be read or does not fit the
+    scene.
     """
     notes = Notes() if notes is None else notes
     _check(scene)
+    scene = restart.opened(scene)
     notes.wet.update({b.name: w for b in scene.bodies if (w := wet_body(b, scene.environment))})
     bodies = _bodies(scene)
     groups = [group for i, b in enumerate(scene.bodies) for group in _groups(i, b, notes.wet)]
@@ -48,7 +50,8 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         waves=wave_loads_model(
             scene.environment,
             [_wave_body(i, b, notes.wet) for i, b in enumerate(scene.bodies)],
-            *(0.0, scene.solver.step / 2, scene.duration),
+            # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+            *(0.0, scene.solver.step / 2, restart.begin(scene) + scene.duration),
         ),
         elements=elements,
         rows=rows,
@@ -57,7 +60,11 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         size=energy + rows + 1,
     )
     take_note(scene, model, notes)
-    return model, _first_state(scene, model)
+    state = _first_state(scene, model)
+    if scene.initial is None:
+        return model, state
+    restart.check_fit(scene, model)
+    return model, restart.resume(scene, model, state)
 
 
 def _check(scene: Scene) -> None:
@@ -80,19 +87,23 @@ def _check(scene: Scene) -> None:
 
 def compile_clock(scene: Scene, model: Model) -> Clock:
     """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
-    solver = scene.solver
+    solver, begin = scene.solver, restart.begin(scene)
     adaptive = solver.method in ADAPTIVE
     step = scene.output_step if adaptive else solver.step
+    # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
+    passed = round(begin / step)
+    on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
     ramps = [w.ramp for w in scene.environment.waves]
     tables = [e.time for e in scene.forces.values() if isinstance(e, AppliedForce)]
     corners = np.unique(np.concatenate([ramps, *tables])) if ramps or tables else np.zeros(0)
     return Clock(
-        start=0.0,
+        start=0.0 if on_grid else begin,
+        first=passed if on_grid else 0,
         step=step,
-        end=scene.duration,
+        end=begin + scene.duration,
         points=ceil(scene.duration / step - 1e-9),
         every=round(scene.output_step / step),
-        breakpoints=corners[(corners > 0.0) & (corners < scene.duration)],
+        breakpoints=corners[(corners > begin) & (corners < begin + scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, model)),
         pace=solver.step,

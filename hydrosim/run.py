@@ -59,7 +59,8 @@ class State(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Grid of ``points`` steps from ``start`` to ``end`` [s]; every ``every``-th is recorded;
+    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th is recorded; it begins
+    ``first`` steps after ``start``, so that a restart is on the grid of the run before it.
     ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
@@ -67,6 +68,7 @@ class Clock(NamedTuple):
     """
 
     start: float
+    first: int
     step: float
     end: float
     points: int
@@ -158,7 +160,7 @@ def advance(first, count, clock, model, method, state, work, scratch, record, co
 @kernel
 def grid_time(n, clock):
     """Time of grid point ``n``; the last one is the end of the run."""
-    return min(clock.start + n * clock.step, clock.end)
+    return min(clock.start + (clock.first + n) * clock.step, clock.end)
 
 
 @kernel

@@ -37,7 +37,8 @@ from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE = range(3)
-STATES = 4  # per point: stretch (2), slip distance, dissipated energy
+STATE_NAMES = ("stretch 1", "stretch 2", "slip distance", "friction loss")  # of each point
+STATES = len(STATE_NAMES)
 SLIP_DISTANCE, DISSIPATED = 2, 3
 CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN = range(3)
 MARGINS = 3
