@@ -13,18 +13,24 @@ from hydrosim.database import check as check_database
 from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
+from hydrosim.restart import begin, opened, resume, started_from
 from hydrosim.scene import RadiationModel, Scene
 from hydrosim.simulation import scene_step_limit
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, natural periods, warnings."""
-    notes = Notes()
+    notes, scene = Notes(), opened(scene)
     states = tuple(_with_states(body.radiation) for body in scene.bodies)
     bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
-    model, state = compile_scene(replace(scene, bodies=bodies), notes)
+    model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
+    if scene.initial is not None:
+        compile_scene(scene)  # refuses what does not fit
+        state = resume(scene, model, state)
     clock = compile_clock(scene, model)
     yield scene.title
+    for key, value in started_from(scene).items():
+        yield f"{key.replace('_', ' ')}: {value}"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
@@ -47,7 +53,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     for line in notes.warnings:
         yield f"warning: {line}"
     yield scene_step_limit(scene, model, state, each_alone=True).describe(scene.solver.step)
-    yield _periods(scene, natural_modes(linearise(model, state)))
+    yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
 
 
 def _with_states(radiation: RadiationModel) -> RadiationModel:

@@ -177,9 +177,11 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         TimeRemainingColumn,
     )
 
+    from hydrosim.restart import begin, opened
     from hydrosim.simulation import simulate
 
-    scene = case.scene()
+    scene = opened(case.scene())
+    start = begin(scene)
     _announce_compile()
     columns = (
         TextColumn("{task.description}"),
@@ -194,7 +196,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         def report(time: float, steps: int) -> None:
             elapsed = bar.tasks[task].elapsed or 0.0
             speed = f"{steps / elapsed:,.0f} steps/s" if elapsed > 0.0 else ""
-            bar.update(task, completed=time, speed=speed)
+            bar.update(task, completed=time - start, speed=speed)
 
         return simulate(scene, report)
 

@@ -98,7 +98,7 @@ def new_work(model: Model) -> Work:
         np.zeros(m),
         np.zeros((m, m)),
         np.zeros((n, n)),
-        new_holds(law.size, np.count_nonzero(law == COULOMB), n),
+        new_holds(law.size, int(np.count_nonzero(law == COULOMB)), n),
     )
 
 
@@ -151,7 +151,7 @@ def still(y, modes, model, work):
     n, motion, holds = model.bodies.active.size, work.motion, work.holds
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     hold_points(modes, motion, model.bodies, model.elements[FENDER], work.total, holds)
-    if holds.constraints.count[0] > 0:
+    if holds.constraints.number[0] > 0:
         clear(holds.constraints.bound)
         solve_for_pivots(holds.constraints)
         restore(holds.constraints, y[n : 2 * n])

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from hydrosim import forces, radiation
+from hydrosim import forces, radiation, restart
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, Recorded, signals_of
@@ -28,12 +28,14 @@ from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, 
 
 
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
-    """The scene as arrays, and its state at time 0; ``notes`` are filled if given.
+    """The scene as arrays, and its state at the start; ``notes`` are filled if given.
 
-    Raises InputError where a database cannot be read or does not fit the scene.
+    Raises InputError where a database or a run to start from cannot be read or does not fit the
+    scene.
     """
     notes = Notes() if notes is None else notes
     _check(scene)
+    scene = restart.opened(scene)
     notes.wet.update({b.name: w for b in scene.bodies if (w := wet_body(b, scene.environment))})
     bodies = _bodies(scene)
     groups = [group for i, b in enumerate(scene.bodies) for group in _groups(i, b, notes.wet)]
@@ -52,7 +54,8 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         waves=wave_loads_model(
             scene.environment,
             [_wave_body(i, b, notes.wet) for i, b in enumerate(scene.bodies)],
-            *(0.0, scene.solver.step / 2, scene.duration),
+            # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+            *(0.0, scene.solver.step / 2, restart.begin(scene) + scene.duration),
         ),
         elements=elements,
         rows=rows,
@@ -63,7 +66,10 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     take_note(scene, model, notes)
     state = _first_state(scene, model)
     _check_rigid_friction(scene, model, state)
-    return model, state
+    if scene.initial is None:
+        return model, state
+    restart.check_fit(scene, model)
+    return model, restart.resume(scene, model, state)
 
 
 def _check(scene: Scene) -> None:
@@ -106,7 +112,7 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     held[:, MODE] = np.where(rigid, STICK, OPEN)
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
     fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
-    rows = work.holds.constraints.J[: work.holds.constraints.count[0]]
+    rows = work.holds.constraints.J[: work.holds.constraints.number[0]]
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))
@@ -121,19 +127,23 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
 
 def compile_clock(scene: Scene, model: Model) -> Clock:
     """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
-    solver = scene.solver
+    solver, begin = scene.solver, restart.begin(scene)
     adaptive = solver.method in ADAPTIVE
     step = scene.output_step if adaptive else solver.step
+    # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
+    passed = round(begin / step)
+    on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
     ramps = [w.ramp for w in scene.environment.waves]
     tables = [corners(signal) for _, signal in signals_of(scene.forces)]
     breakpoints = np.unique(np.concatenate([ramps, *tables]))
     return Clock(
-        start=0.0,
+        start=0.0 if on_grid else begin,
+        first=passed if on_grid else 0,
         step=step,
-        end=scene.duration,
+        end=begin + scene.duration,
         points=ceil(scene.duration / step - 1e-9),
         every=round(scene.output_step / step),
-        breakpoints=breakpoints[(breakpoints > 0.0) & (breakpoints < scene.duration)],
+        breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, model)),
         pace=solver.step,

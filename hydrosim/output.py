@@ -4,7 +4,11 @@ Dimensions: time, body, dof, fender (contact points), axis. Wrenches are (force,
 centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*` are what
 the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all since
 the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the error
-of the time integration.
+of the time integration. A run that starts from another counts on from there; its residual is its
+own, zero where it begins.
+
+The whole state y is in `state_value` (state_time, state) by name, for a start from there
+(`hydrosim.restart`): at the end, or at every output time if the scene says so.
 """
 
 from __future__ import annotations
@@ -18,9 +22,13 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dynamics import Model
-from hydrosim.forces import FENDER, Fender
+from hydrosim.errors import InputError
+from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import DISSIPATED, SLIP_DISTANCE, STATES
-from hydrosim.forces.layout import HYDROSTATIC, ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.forces.contact.modes import RISING, SEGMENT
+from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.names import fender_names, force_names, memory_names, state_names, supplies
+from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
 
@@ -46,13 +54,27 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "energy_dissipated_": ("energy lost since the start", "J", "none"),
     "energy_wave_absolute": ("integral of |wave power| since the start", "J", "none"),
     "energy_residual": ("energy that the ledger cannot account for", "J", "none"),
+    "state_value": ("state that a run can start from", "SI, rad", "that of each state"),
+    "state_input": ("rate of a radiation state for unit velocities", "SI, rad", "body"),
+    "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
+    "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
+    "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
 }
+HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
+NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+REMEDY = "expected the result of `hydrosim run`, such as run.nc"
 
 
 def to_dataset(
-    scene: Scene, model: Model, record: Record, count: int, attributes: Mapping[str, object]
+    scene: Scene,
+    model: Model,
+    record: Record,
+    count: int,
+    history: VelocityHistory,
+    attributes: Mapping[str, object],
 ) -> xr.Dataset:
-    """The first ``count`` records as a dataset with ``attributes``."""
+    """The first ``count`` records as a dataset with ``attributes``, and the velocity ``history`` at
+    the end."""
     values = unpack(model, record, count)
     time = values["time"]
     data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
@@ -67,30 +89,12 @@ def to_dataset(
     data.update(_fenders(values["contact"], record.modes[:count], points))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values, points).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
+    dataset = dataset.assign(_states(scene, model, values, record.modes[:count]))
+    dataset = dataset.assign(_memory(scene, model, history))
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     dataset.attrs["energy_residual_relative"] = _relative_residual(dataset)
     return dataset
-
-
-def force_names(scene: Scene) -> tuple[str, ...]:
-    """Names of the rows of forces: the body's own and the elements'."""
-    return (*ROWS, *scene.forces)
-
-
-def coordinate_names(scene: Scene) -> list[str]:
-    """Names of all free coordinates, "surge of barge", ..."""
-    return [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS if dof in b.dofs]
-
-
-def fender_names(scene: Scene) -> list[str]:
-    """Names of all contact points, "element 1", "element 2", ..."""
-    return [
-        f"{name} {i}"
-        for name, e in scene.forces.items()
-        if isinstance(e, Fender)
-        for i in range(1, len(e.points) + 1)
-    ]
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -98,6 +102,23 @@ def write(dataset: xr.Dataset, path: Path) -> None:
     partial = path.with_name(path.name + ".partial")
     dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
     partial.replace(path)
+
+
+def read(path: Path) -> xr.Dataset:
+    """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
+    is missing, is not netCDF or is not the result of a run."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory; {REMEDY}.")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file; {REMEDY}.")
+    try:
+        run = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read as netCDF ({error}); {REMEDY}.") from None
+    missing = [name for name in NEEDED if name not in run]
+    if missing:
+        raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {REMEDY}.")
+    return run
 
 
 def program_version() -> str:
@@ -120,6 +141,47 @@ def unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:
 
 def _by_body(flat: np.ndarray) -> np.ndarray:
     return flat.reshape(len(flat), -1, 6)
+
+
+def _states(
+    scene: Scene, model: Model, values: dict[str, np.ndarray], modes: np.ndarray
+) -> dict[str, xr.DataArray]:
+    """What a run can start from, at the end or at every output time."""
+    kept = slice(None) if scene.output_states else slice(-1, None)
+    rates = np.zeros(model.size)
+    rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
+    time = xr.DataArray(
+        values["time"][kept], dims="state_time", attrs={"units": "s", "long_name": "time"}
+    )
+    names = xr.DataArray(
+        state_names(scene, model), dims="state", attrs={"long_name": "name of the state"}
+    )
+    coords = {"state_time": time, "state": names}
+    states = {
+        "state_value": xr.DataArray(values["y"][kept], coords, ("state_time", "state")),
+        "state_input": xr.DataArray(rates, {"state": names}, ("state",)),
+    }
+    if modes.shape[1]:
+        of_fenders = {"state_time": time}, ("state_time", "fender")
+        segments = modes[kept, :, SEGMENT] - model.elements[FENDER].points["first"]
+        states["fender_segment"] = xr.DataArray(segments.astype(np.int16), *of_fenders)
+        rising = modes[kept, :, RISING].astype(np.int8)
+        states["fender_rising"] = xr.DataArray(rising, *of_fenders)
+    return states
+
+
+def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
+    """The velocities that a convolution remembers, the oldest first."""
+    if history.time.size == 0:
+        return {}
+    pushed, capacity = int(history.pushed[0]), history.time.size
+    nodes = np.arange(max(pushed - capacity, 0), pushed) % capacity
+    velocity = history.velocity[np.ix_(nodes, np.unique(model.convolution.column))]
+    coords = {
+        "memory_time": ("memory_time", history.time[nodes], {"units": "s", "long_name": "time"}),
+        "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
+    }
+    return {"memory_velocity": xr.DataArray(velocity, coords, ("memory_time", "memory_dof"))}
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
@@ -154,11 +216,10 @@ def _ledger(
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
-        supplies = _supplies(scene, row)
-        if not supplies and name != "radiation":
+        if not supplies(scene, row) and name != "radiation":
             ledger[f"energy_stored_{name}"] = values["stored"][:, row]
             total += values["stored"][:, row]
-        if supplies:
+        if supplies(scene, row):
             ledger[f"energy_work_{name}"] = integrals[:, row]
             total -= integrals[:, row]
         elif row != HYDROSTATIC:
@@ -168,12 +229,6 @@ def _ledger(
     ledger["energy_wave_absolute"] = integrals[:, model.rows]
     ledger["energy_residual"] = total - total[0] if total.size else total
     return ledger
-
-
-def _supplies(scene: Scene, row: int) -> bool:
-    if row < len(ROWS):
-        return row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
-    return list(scene.forces.values())[row - len(ROWS)].supplies
 
 
 def _friction_losses(scene: Scene, model: Model, points: np.ndarray) -> dict[str, np.ndarray]:
@@ -213,12 +268,13 @@ def _describe(dataset: xr.Dataset) -> None:
 
 def _relative_residual(dataset: xr.Dataset) -> float:
     """Largest residual over the integral of |wave power|, or over the largest energy without
-    waves."""
+    waves; of this run, not of what it may have started from."""
     residual = np.abs(dataset["energy_residual"].values)
     if residual.size == 0:
         return 0.0
-    scale = float(dataset["energy_wave_absolute"][-1])
+    energies = {str(n): e.values for n, e in dataset.items() if str(n).startswith("energy_")}
+    since = {n: e if n.startswith(HOLDINGS) else e - e[0] for n, e in energies.items()}
+    scale = since["energy_wave_absolute"][-1]
     if scale == 0.0:
-        names = [n for n in dataset.data_vars if str(n).startswith("energy_")]
-        scale = max(float(np.abs(dataset[n]).max()) for n in names)
+        scale = max(np.abs(e).max() for e in since.values())
     return float(residual.max() / scale) if scale > 0.0 else 0.0

@@ -45,7 +45,8 @@ PIECES = 200  # events in one step, per contact point, after which it is called 
 
 
 class Clock(NamedTuple):
-    """Grid of ``points`` steps from ``start`` to ``end`` [s]; every ``every``-th is recorded;
+    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
+    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it.
     ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
@@ -53,6 +54,7 @@ class Clock(NamedTuple):
     """
 
     start: float
+    first: int
     step: float
     end: float
     points: int
@@ -89,7 +91,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 
 def new_record(model: Model, clock: Clock) -> Record:
     """Room for all output times, the first included."""
-    nt = clock.points // clock.every + 1
+    nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
     width = sum(prod(shape) for shape in channels(model).values())
     nf = model.elements[FENDER].points.size
     return Record(np.zeros((nt, width)), np.zeros((nt, nf, COLUMNS), dtype=np.int64))
@@ -111,7 +113,7 @@ def advance(first, count, clock, model, method, state, work, scratch, record, co
         t = _cross(t, grid_time(n, clock), clock, model, method, state, work, scratch, counters)
         if counters[STATUS] != RUNNING:
             return t
-        if n % clock.every == 0:
+        if n % clock.every == 0 or n == clock.points:
             keep(t, model, state, work, scratch, record, counters)
     return t
 
@@ -119,7 +121,7 @@ def advance(first, count, clock, model, method, state, work, scratch, record, co
 @kernel
 def grid_time(n, clock):
     """Time of grid point ``n``; the last one is the end of the run."""
-    return min(clock.start + n * clock.step, clock.end)
+    return min(clock.start + (clock.first + n) * clock.step, clock.end)
 
 
 @kernel

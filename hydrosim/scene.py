@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.database import HydroDatabase
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -180,8 +182,27 @@ class Solver:
 
 
 @dataclass(frozen=True)
+class Start:
+    """The state that a run starts from: that of ``run``, a dataset or its file, at ``time`` [s] or
+    at its end.
+
+    Time goes on: the new run begins at that time, and waves, ramps and tables keep their phase;
+    `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
+    must be those of ``run``; `Body.position` then holds for locked degrees of freedom only, and
+    `Body.velocity` for none.
+    """
+
+    run: xr.Dataset | Path | str
+    time: float | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
-    """Everything a run needs; ``output_step`` [s] is a multiple of the solver's step."""
+    """Everything a run needs; ``output_step`` [s] is a multiple of the solver's step.
+
+    ``initial`` is the state of another run to start from; ``output_states`` keeps the whole state
+    at every output time, so that other runs can start from each, not only from the end.
+    """
 
     title: str
     duration: float
@@ -190,4 +211,6 @@ class Scene:
     forces: Mapping[str, ForceElement] = field(default_factory=dict)
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
+    output_states: bool = False
+    initial: Start | None = None
     source: Mapping[str, Any] = field(default_factory=dict)

@@ -15,15 +15,10 @@ from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
+from hydrosim.names import coordinate_names, fender_names, force_names
 from hydrosim.notes import Notes
-from hydrosim.output import (
-    coordinate_names,
-    fender_names,
-    force_names,
-    program_version,
-    to_dataset,
-    unpack,
-)
+from hydrosim.output import program_version, to_dataset, unpack
+from hydrosim.restart import opened, started_from
 from hydrosim.run import PITCH, Clock, Record, advance, new_record
 from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limit
@@ -79,7 +74,7 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
     up to there with ``status`` "failed", if the run cannot go on.
     """
-    scene = case if isinstance(case, Scene) else case.scene()
+    scene = opened(case if isinstance(case, Scene) else case.scene())
     notes = Notes()
     model, state = compile_scene(scene, notes)
     notes.warnings.extend(_stability_warnings(scene, model, state))
@@ -107,7 +102,7 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
         "status": "failed" if message else status,
         "status_message": message,
     }
-    dataset = to_dataset(scene, model, record, int(counters[RECORDS]), attributes)
+    dataset = to_dataset(scene, model, record, int(counters[RECORDS]), state.history, attributes)
     if message:
         raise SimulationError(message, dataset)
     return dataset
@@ -200,6 +195,7 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "solver_step": scene.solver.step,
         "warnings": "\n".join(notes.warnings) or None,
         "skipped": "\n".join(notes.skipped) or None,
+        **started_from(scene),
         **{
             f"{key}_{name}": value
             for name, wet in notes.wet.items()

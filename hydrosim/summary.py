@@ -16,7 +16,10 @@ def lines(run: xr.Dataset) -> Iterator[str]:
     """Title, status, speed, motions, contact and energy residual of a run."""
     a = run.attrs
     yield str(a["title"])
-    yield f"status    {a['status']}, {float(run.time[-1]) if run.time.size else 0.0:g} s simulated"
+    if "initial_run" in a:
+        yield f"start     {a['initial_run']} at {a['initial_time']:g} s"
+    simulated = np.ptp(run.time.values) if run.time.size else 0.0
+    yield f"status    {a['status']}, {simulated:g} s simulated"
     speed = a["solver_steps"] / max(a["wall_time"], 1e-9)
     yield (
         f"solver    {a['solver_method']}, {a['solver_steps']:,} steps, {a['solver_events']:,}"

@@ -85,6 +85,18 @@ class TestRun:
         xr.testing.assert_equal(written, expected)
         assert not list(Path().glob("*.partial"))
 
+    def test_starts_from_the_state_of_another_run(self, hydrosim: Hydrosim) -> None:
+        assert hydrosim("run", "base.yaml", "-o", "whole.nc", *SHORT).code == 0
+        first = ("--set", "duration=12 s", "--set", "output.states=true")
+        assert hydrosim("run", "base.yaml", "-o", "first.nc", *first).code == 0
+        start = ("--set", "initial={run: first.nc, time: 8 s}", "--set", "duration=12 s")
+        result = hydrosim("run", "base.yaml", "-o", "second.nc", *start)
+        assert result.code == 0
+        for word in ("start ", "first.nc at 8 s", "complete, 12 s simulated"):
+            assert word in result.out
+        second, whole = xr.load_dataset("second.nc"), xr.load_dataset("whole.nc")
+        xr.testing.assert_equal(second.position, whole.position.sel(time=slice(8.0, 20.0)))
+
     def test_names_the_result_after_the_case(self, hydrosim: Hydrosim) -> None:
         assert hydrosim("run", "free_floating.yaml", *SHORT).code == 0
         assert Path("free_floating.nc").is_file()
@@ -160,6 +172,19 @@ class TestCheck:
         assert result.code == 0
         assert "sway, roll, yaw locked" in result.out
 
+    @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
+    def test_says_where_a_run_starts(self, hydrosim: Hydrosim, radiation: str) -> None:
+        case = ("base.yaml", "--set", f"bodies.barge.radiation={radiation}")
+        assert hydrosim("run", *case, "-o", "run.nc", *SHORT).code == 0
+        start = ("--set", "initial.run=run.nc")
+        result = hydrosim("check", *case, *start)
+        assert result.code == 0
+        for word in ("initial run: ", "run.nc initial time: 20", "natural period [s]"):
+            assert word in result.out
+        lacking = hydrosim("check", *case, *start, "--set", "bodies.barge.dofs=[surge]")
+        assert lacking.code == 2
+        assert "this scene has not, sway of barge" in lacking.err
+
 
 class TestPlot:
     @pytest.fixture
@@ -203,6 +228,9 @@ BAD: dict[str, tuple[str, Sequence[str]]] = {
     "solver.step=0 s": ("solver.step", ["0 s", "expected"]),
     "solver.method=rk5": ("solver.method", ["rk5", "rk4"]),
     "duration=0 s": ("duration", ["0 s", "expected"]),
+    "initial.run=nowhere.nc": ("initial.run", ["no such file", "expected the result of"]),
+    "initial={run: base.yaml, time: 5 m}": ("initial.time", ["5 m", "expected a time"]),
+    "initial={run: base.yaml, time: 9000 s}": ("repeat_period", ["10800", "11000", "end of the"]),
     "duration=4 hour": ("repeat_period", ["10800", "14400"]),
     "forces.deballast.time=[0 s, 500 s, 400 s]": ("forces.deballast.time", ["400", "expected"]),
     "forces.mooring.body=ship": ("forces.mooring.body", ["ship", "barge"]),

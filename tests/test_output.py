@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import hydrosim as hs
 from hydrosim.output import write
-from hydrosim.scene import DOFS
+from hydrosim.scene import DOFS, Method, Solver
 
 MOTION = ("time", "body", "dof")
 EXPECTED = {
@@ -42,6 +42,19 @@ def test_variables_and_dimensions(base_run: xr.Dataset) -> None:
     assert list(base_run.axis.values) == ["x", "y", "z"]
     assert list(base_run.fender.values) == [f"interface {i}" for i in (1, 2, 3, 4)]
     assert_allclose(base_run.time, 0.5 * np.arange(4001), rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
+@pytest.mark.parametrize("duration", [9.2, 9.23])
+def test_the_end_is_recorded_whatever_the_duration(method: Method, duration: float) -> None:
+    """On an output time or not, on the grid of the steps or not; the last interval is shorter."""
+    scene = replace(in_contact(10.0), solver=Solver(method=method, step=0.1), output_step=0.5)
+    run, longer = (hs.simulate(replace(scene, duration=end)) for end in (duration, 10.0))
+    assert_allclose(run.time, [*0.5 * np.arange(19), duration], rtol=1e-12)
+    assert_array_equal(run.position[:-1], longer.position[:19])
+    exact = hs.simulate(replace(scene, solver=Solver(step=0.01), output_step=0.01, duration=10.0))
+    there = exact.position.sel(time=duration, method="nearest")
+    assert_allclose(run.position[-1], there, atol=1e-5)  # the steps' error by then
 
 
 def test_no_number_is_missing(base_run: xr.Dataset) -> None:

@@ -24,8 +24,14 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         forces={name: _element(element) for name, element in data.forces.items()},
         solver=_solver(data.solver),
         output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
+        output_states=data.output.states,
+        initial=_start(data.initial, path.parent) if data.initial else None,
         source={"case_file": str(path), "case": text},
     )
+
+
+def _start(start: schema.Start, folder: Path) -> scene.Start:
+    return scene.Start(folder / start.run, start.time)
 
 
 def _solver(solver: schema.Solver) -> scene.Solver:

@@ -28,7 +28,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     yield from _check_names(case)
     yield from _check_bodies(case)
     yield from _check_waves(case)
-    yield from _check_databases(case, folder)
+    yield from _check_files(case, folder)
     yield from _check_steps(case)
 
 
@@ -61,23 +61,31 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
     if wet and case.environment is None:
         text = f"found no environment; expected one, because {wet[0]} has hydrodynamics"
         yield Problem((), f'{text}; add "environment: {{water_depth: infinite}}"')
+    begin = case.initial.time or 0.0 if case.initial else 0.0
+    end, what = begin + case.duration, "the end of the run" if begin else "the duration"
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
-        if isinstance(waves, Irregular) and waves.repeat_period < case.duration:
-            text = f"found {waves.repeat_period:g} s; expected the duration or more"
+        if isinstance(waves, Irregular) and waves.repeat_period < end:
+            text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
-            yield Problem(keys, f"{text}, {case.duration:g} s; a shorter sea would repeat itself")
+            yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")
 
 
-def _check_databases(case: CaseFile, folder: Path) -> Iterator[Problem]:
+def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
+    if case.initial is not None:
+        wanted = "the result of `hydrosim run`"
+        yield from _check_file(("initial", "run"), folder / case.initial.run, wanted)
     for name, body in case.bodies.items():
-        if body.hydrodynamics is None:
-            continue
-        path = os.path.normpath(folder / body.hydrodynamics)
-        if not os.path.isfile(path):
-            found = "a directory" if os.path.isdir(path) else "no such file"
-            text = f"found {found} at {path}; expected a hydrodynamic database"
-            remedy = "relative paths begin at the case file's folder"
-            yield Problem(("bodies", name, "hydrodynamics"), f"{text}; {remedy}")
+        if body.hydrodynamics is not None:
+            keys, path = ("bodies", name, "hydrodynamics"), folder / body.hydrodynamics
+            yield from _check_file(keys, path, "a hydrodynamic database")
+
+
+def _check_file(keys: tuple[str, ...], path: Path, wanted: str) -> Iterator[Problem]:
+    place = os.path.normpath(path)
+    if not os.path.isfile(place):
+        found = "a directory" if os.path.isdir(place) else "no such file"
+        remedy = "relative paths begin at the case file's folder"
+        yield Problem(keys, f"found {found} at {place}; expected {wanted}; {remedy}")
 
 
 def _check_steps(case: CaseFile) -> Iterator[Problem]:

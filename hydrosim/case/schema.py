@@ -389,9 +389,18 @@ class Solver(Strict):
 
 
 class Output(Strict):
-    """What is recorded: every ``step``, a multiple of the solver's."""
+    """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
+    another run needs to start from there."""
 
     step: of.Period | None = None
+    states: StrictBool = False
+
+
+class Start(Strict):
+    """A run to start from, at a time of it or at its end; see `hydrosim.scene.Start`."""
+
+    run: StrictStr
+    time: of.Instant | None = None
 
 
 class CaseFile(Strict):
@@ -404,3 +413,4 @@ class CaseFile(Strict):
     forces: dict[Name, Element] = Field(default_factory=dict)
     solver: Solver = Solver()
     output: Output = Output()
+    initial: Start | None = None

@@ -42,6 +42,12 @@ def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
     )
 
 
+def input_rates(states: RadiationStates) -> np.ndarray:
+    """B summed over the DOFs, (states,): what a unit velocity of them all does to every state."""
+    sizes = zip(states.matrix, np.diff(states.member), np.diff(states.state), strict=True)
+    return _joined([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
+
+
 def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel:
     """Table for the direct convolution from K (nt, n, n) at the lags 0, step, 2 step, ...
 

@@ -4,7 +4,7 @@ Each row of J is solved for the coordinate that it holds most, its pivot; the eq
 left are those of the other coordinates (Wehage & Haug 1982). So what is held is held exactly, not
 to a residual. The rows of J must be independent: whoever states constraints sees to that.
 
-    fill J, c, count;  solve_for_pivots;  eliminate;  solve H x = Q;  find_forces;  restore
+    fill J, c, number;  solve_for_pivots;  eliminate;  solve H x = Q;  find_forces;  restore
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from hydrosim.kernels import clear, kernel
 
 class Constraints(NamedTuple):
     """Scratch for up to r constraints on n coordinates: rows ``J`` (r, n) and ``bound`` c (r,),
-    ``force`` lambda (r,), and how many there are, ``count`` (1,). Of the elimination: the ``pivot``
+    ``force`` lambda (r,), and the ``number`` (1,) of them. Of the elimination: the ``pivot``
     (r,) of each row, the ``combination`` (r, r) of given rows that each has become, and the
     equations of the pivots, ``inertia`` (r, n) and ``load`` (r,)."""
 
     J: np.ndarray
     bound: np.ndarray
     force: np.ndarray
-    count: np.ndarray
+    number: np.ndarray
     pivot: np.ndarray
     combination: np.ndarray
     inertia: np.ndarray
@@ -43,14 +43,14 @@ def new_constraints(most: int, n: int) -> Constraints:
 @kernel
 def solve_for_pivots(p):
     """Gauss and Jordan: each row of J becomes 1 at its pivot and 0 at the pivots of the others."""
-    for i in range(p.count[0]):
+    for i in range(p.number[0]):
         clear(p.combination[i])
         p.combination[i, i] = 1.0
-    for i in range(p.count[0]):
+    for i in range(p.number[0]):
         p.pivot[i] = _largest(p.J[i])
         _scale_row(i, 1.0 / p.J[i, p.pivot[i]], p)
         p.J[i, p.pivot[i]] = 1.0
-        for k in range(p.count[0]):
+        for k in range(p.number[0]):
             if k != i:
                 _add_row(i, k, -p.J[k, p.pivot[i]], p)
 
@@ -70,7 +70,7 @@ def _scale_row(i, factor, p):
     p.bound[i] *= factor
     for j in range(p.J.shape[1]):
         p.J[i, j] *= factor
-    for j in range(p.count[0]):
+    for j in range(p.number[0]):
         p.combination[i, j] *= factor
 
 
@@ -80,7 +80,7 @@ def _add_row(i, k, factor, p):
     p.bound[k] += factor * p.bound[i]
     for j in range(p.J.shape[1]):
         p.J[k, j] += factor * p.J[i, j]
-    for j in range(p.count[0]):
+    for j in range(p.number[0]):
         p.combination[k, j] += factor * p.combination[i, j]
 
 
@@ -89,13 +89,13 @@ def eliminate(p, H, Q):
     """Turn ``H`` (n, n) and ``Q`` (n,) into T^T H T and T^T (Q - H c), x = T x + c; in these the
     pivots are zero."""
     n = Q.size
-    for k in range(p.count[0]):
+    for k in range(p.number[0]):
         for i in range(n):
             held = H[i, p.pivot[k]]
             Q[i] -= held * p.bound[k]
             for j in range(n):
                 H[i, j] -= held * p.J[k, j]
-    for k in range(p.count[0]):
+    for k in range(p.number[0]):
         p.load[k] = Q[p.pivot[k]]
         for j in range(n):
             p.inertia[k, j] = H[p.pivot[k], j]
@@ -103,7 +103,7 @@ def eliminate(p, H, Q):
             Q[i] -= p.J[k, i] * p.load[k]
             for j in range(n):
                 H[i, j] -= p.J[k, i] * p.inertia[k, j]
-    for k in range(p.count[0]):
+    for k in range(p.number[0]):
         H[p.pivot[k], p.pivot[k]] = 1.0
 
 
@@ -111,18 +111,18 @@ def eliminate(p, H, Q):
 def find_forces(p, x):
     """lambda of the given rows, from the solution ``x`` whose pivots are still zero."""
     clear(p.force)
-    for k in range(p.count[0]):
+    for k in range(p.number[0]):
         missing = -p.load[k]
         for j in range(x.size):
             missing += p.inertia[k, j] * x[j]
-        for i in range(p.count[0]):
+        for i in range(p.number[0]):
             p.force[i] += p.combination[k, i] * missing
 
 
 @kernel
 def restore(p, x):
     """Change the pivots of ``x`` (n,) such that J x = c."""
-    for k in range(p.count[0]):
+    for k in range(p.number[0]):
         missing = p.bound[k]
         for j in range(x.size):
             missing -= p.J[k, j] * x[j]

@@ -125,7 +125,7 @@ def _check_repetition(environment: Environment, end: float) -> None:
             raise InputError(
                 f"environment.waves.repeat_period: {train.repeat_period:g} s is shorter than the"
                 f" run, which ends at {end:g} s, so that the sea would repeat itself; raise it to"
-                " the duration or more"
+                " that or more"
             )
 
 

@@ -26,7 +26,7 @@ def test_against_the_saddle_point_system(rows: int, n: int) -> None:
     wanted = np.linalg.solve(saddle, np.concatenate([Q, bound]))
 
     p = new_constraints(rows + 1, n)
-    p.J[:rows], p.bound[:rows], p.count[0] = J, bound, rows
+    p.J[:rows], p.bound[:rows], p.number[0] = J, bound, rows
     x, inertia = Q.copy(), H.copy()
     solve_for_pivots(p)
     eliminate(p, inertia, x)
@@ -40,7 +40,7 @@ def test_against_the_saddle_point_system(rows: int, n: int) -> None:
 
 def test_what_is_held_alone_is_held_exactly() -> None:
     p = new_constraints(2, 1)
-    p.J[0], p.count[0] = 0.7, 1
+    p.J[0], p.number[0] = 0.7, 1
     H, x = np.array([[3.7e8]]), np.array([1.234e5])
     solve_for_pivots(p)
     eliminate(p, H, x)
@@ -54,7 +54,7 @@ def test_what_is_held_alone_is_held_exactly() -> None:
 
 def test_restore_changes_only_what_it_must() -> None:
     p = new_constraints(1, 3)
-    p.J[0], p.count[0] = (0.5, 2.0, -1.0), 1
+    p.J[0], p.number[0] = (0.5, 2.0, -1.0), 1
     x = np.array([1.0, 5.0, 3.0])
     solve_for_pivots(p)
     restore(p, x)

@@ -89,7 +89,7 @@ def margin(mode, load, v, heading, reaction, p):
 @kernel
 def hold(i, point, contact, bodies, motion, wrench, holds):
     """Add the rows that hold point ``i``; ``wrench`` (6 nb,) is scratch."""
-    rows, r = holds.constraints, holds.constraints.count[0]
+    rows, r = holds.constraints, holds.constraints.number[0]
     bias = tangential_bias(point, contact, bodies, motion)
     for a in range(2):
         along = (1.0, 0.0) if a == 0 else (0.0, 1.0)
@@ -99,7 +99,7 @@ def hold(i, point, contact, bodies, motion, wrench, holds):
         holds.point[r + a] = i
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
-    rows.count[0] += _independent(r, holds)
+    rows.number[0] += _independent(r, holds)
 
 
 @kernel
@@ -128,7 +128,7 @@ def _independent(r, holds):
 def collect_reactions(holds):
     """Reactions of all points from the forces of their constraints."""
     clear(holds.reaction.reshape(holds.reaction.size))
-    for r in range(holds.constraints.count[0]):
+    for r in range(holds.constraints.number[0]):
         for a in range(2):
             force = holds.constraints.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

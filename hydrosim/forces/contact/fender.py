@@ -41,7 +41,8 @@ from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(4)
-STATES = 4  # per point: stretch (2), slip distance, dissipated energy
+STATE_NAMES = ("stretch 1", "stretch 2", "slip distance", "friction loss")  # of each point
+STATES = len(STATE_NAMES)
 SLIP_DISTANCE, DISSIPATED = 2, 3
 
 
@@ -187,7 +188,7 @@ def friction(mode, load, v1, s, point):
 @kernel
 def hold_points(modes, motion, bodies, p, wrench, holds):
     """Constraints of all points that rigid friction holds; ``wrench`` (6 nb,) is scratch."""
-    holds.constraints.count[0] = 0
+    holds.constraints.number[0] = 0
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[i, MODE] == STICK:
@@ -199,7 +200,7 @@ def hold_points(modes, motion, bodies, p, wrench, holds):
 def add_reactions(modes, motion, bodies, p, holds, wrench):
     """Reactions of the held points into their rows of ``wrench``."""
     coulomb.collect_reactions(holds)
-    for i in range(p.points.size if holds.constraints.count[0] > 0 else 0):
+    for i in range(p.points.size if holds.constraints.number[0] > 0 else 0):
         point, f = p.points[i], (holds.reaction[i, 0], holds.reaction[i, 1])
         if point.law == COULOMB and modes[i, MODE] == STICK:
             geometry.press(point, geometry.touch(point, bodies, motion), 0.0, f, wrench[point.row])

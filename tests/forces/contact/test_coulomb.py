@@ -338,9 +338,7 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     assert np.all(run.fender_mode.values == STICK)
     exact = 6.0 / 4.0 / w**2 * (1.0 - np.cos(w * t))
     figure("as one body [m]", np.abs(run.position.values[:, :, 0] - exact[:, None]).max())
-    assert (
-        np.abs(run.position.values[:, :, 0] - exact[:, None]).max() < 2e-7
-    )  # Simpson
+    assert np.abs(run.position.values[:, :, 0] - exact[:, None]).max() < 2e-7  # Simpson
     assert np.all(run.velocity.values[:, 0, 0] == run.velocity.values[:, 1, 0])
     loose = {**forces, "fender": _weaker(fender)}
     run = hs.simulate(scene((body, cart), loose, 10.0, 0.1, step=0.05))

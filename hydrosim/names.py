@@ -1,0 +1,78 @@
+"""Names of what is in the arrays: rows of forces, coordinates, contact points, entries of y."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.dynamics import Model
+from hydrosim.forces import Fender
+from hydrosim.forces.contact.fender import STATE_NAMES
+from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.scene import DOFS, Scene
+
+MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
+"""Beginnings of the names of states that are not of contact points or energies."""
+
+
+def force_names(scene: Scene) -> tuple[str, ...]:
+    """Names of the rows of forces: the body's own and the elements'."""
+    return (*ROWS, *scene.forces)
+
+
+def supplies(scene: Scene, row: int) -> bool:
+    """True if what a row of forces does is booked as work, false if as dissipation."""
+    if row < len(ROWS):
+        return row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
+    return list(scene.forces.values())[row - len(ROWS)].supplies
+
+
+def coordinate_names(scene: Scene) -> list[str]:
+    """Names of all free coordinates, "surge of barge", ..."""
+    return [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS if dof in b.dofs]
+
+
+def fender_names(scene: Scene) -> list[str]:
+    """Names of all contact points, "element 1", "element 2", ..."""
+    return [
+        f"{name} {i}"
+        for name, e in scene.forces.items()
+        if isinstance(e, Fender)
+        for i in range(1, len(e.points) + 1)
+    ]
+
+
+def state_names(scene: Scene, model: Model) -> list[str]:
+    """Names of all entries of y: coordinates, their rates, "radiation 1 of heave, pitch of barge",
+    "slip distance of interface 1", "work of lift", "loss in mooring", ..."""
+    coordinates = coordinate_names(scene)
+    return [
+        *coordinates,
+        *(f"rate of {name}" for name in coordinates),
+        *_radiation_names(scene, model),
+        *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
+        *(
+            f"{'work of' if supplies(scene, row) else 'loss in'} {name}"
+            for row, name in enumerate(force_names(scene))
+        ),
+        "integral of |wave power|",
+    ]
+
+
+def memory_names(scene: Scene, model: Model) -> list[str]:
+    """Names of the coordinates whose velocities a convolution remembers."""
+    return [_coordinate(scene, dof) for dof in np.unique(model.convolution.column)]
+
+
+def _radiation_names(scene: Scene, model: Model) -> Iterator[str]:
+    states = model.states
+    for g, count in enumerate(np.diff(states.state)):
+        dofs = states.dof[states.member[g] : states.member[g + 1]]
+        group = ", ".join(DOFS[dof % 6] for dof in dofs)
+        for k in range(count):
+            yield f"radiation {k + 1} of {group} of {scene.bodies[dofs[0] // 6].name}"
+
+
+def _coordinate(scene: Scene, dof: int) -> str:
+    return f"{DOFS[dof % 6]} of {scene.bodies[dof // 6].name}"

@@ -1,0 +1,209 @@
+"""A run that starts from the state of another: `Scene.initial`.
+
+What a run keeps of its whole state is in its dataset under names (`hydrosim.output`); here it is
+read again. Bodies, degrees of freedom and radiation must be the same; all else may differ: what is
+new begins with nothing stretched, slipped or lost, and a contact mode that cannot be any more is
+found anew. Time goes on, with the waves and all tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from hydrosim import radiation
+from hydrosim.dynamics import Model, new_work
+from hydrosim.errors import InputError
+from hydrosim.forces import FENDER
+from hydrosim.forces.contact import fender, transitions
+from hydrosim.forces.contact.modes import COLUMNS, MODE, RISING, SEGMENT
+from hydrosim.names import MOVING, fender_names, memory_names, state_names
+from hydrosim.output import read
+from hydrosim.radiation import VelocityHistory
+from hydrosim.rigid import Motion, place_bodies
+from hydrosim.scene import Scene, Start
+from hydrosim.stepper import State
+
+NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
+SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
+SHOWN = 5  # names in a message
+
+
+def opened(scene: Scene) -> Scene:
+    """The scene with the run that it starts from in memory and the time as it is recorded there.
+
+    Raises InputError if there is no such run, or nothing kept of its state at that time.
+    """
+    start = scene.initial
+    if start is None:
+        return scene
+    run = _read(start.run) if isinstance(start.run, Path | str) else start.run
+    if "state_value" not in run:
+        raise InputError(
+            f"initial.run: {_source(run)} has no states to start from; expected the result of"
+            " `hydrosim run` or simulate; run that case again."
+        )
+    return replace(scene, initial=Start(run, _recorded(run, start.time)))
+
+
+def begin(scene: Scene) -> float:
+    """Time at which a run of the scene begins [s]: 0, or that of the state it starts from."""
+    start = opened(scene).initial
+    return 0.0 if start is None or start.time is None else start.time
+
+
+def resume(scene: Scene, model: Model, fresh: State) -> State:
+    """The state that an `opened` scene starts from; ``fresh`` is that of a start from rest.
+
+    Raises InputError if the stored state is not finite, or its memory too short.
+    """
+    run, time = _run(scene), begin(scene)
+    values = run.state_value.sel(state_time=time).values
+    if not np.isfinite(values).all():
+        text = f"its state at {time:g} s is not finite; start from an earlier time"
+        raise InputError(f"initial.run: {_source(run)}: {text}.")
+    there = dict(zip(run.state.values, values, strict=True))
+    y = np.array([there.get(name, 0.0) for name in state_names(scene, model)])
+    return State(y, _modes(scene, model, run, y), _history(model, run, time, fresh.history))
+
+
+def _run(scene: Scene) -> xr.Dataset:
+    assert scene.initial is not None
+    assert isinstance(scene.initial.run, xr.Dataset)
+    return scene.initial.run
+
+
+def _read(path: Path | str) -> xr.Dataset:
+    try:
+        return read(Path(path))
+    except InputError as error:
+        raise InputError(f"initial.run: {error}") from None
+
+
+def _source(run: xr.Dataset) -> str:
+    return str(run.encoding.get("source", "the dataset"))
+
+
+def _recorded(run: xr.Dataset, time: float | None) -> float:
+    """The time of the kept state at ``time``, or of the last one."""
+    kept = run.state_time.values
+    if time is None:
+        return float(kept[-1])
+    nearest = float(kept[np.abs(kept - time).argmin()])
+    if np.isclose(nearest, time, rtol=1e-9, atol=1e-9):
+        return nearest
+    text = f"initial.time: found {time:g} s; {_source(run)} has"
+    if kept.size < run.sizes["time"]:
+        raise InputError(
+            f"{text} the state at its end alone, {nearest:g} s; start there, or run that case with"
+            " output: {states: true}, which keeps the state at every output time."
+        )
+    raise InputError(f"{text} no state then; the nearest is at {nearest:g} s.")
+
+
+def check_fit(scene: Scene, model: Model) -> None:
+    """Raises InputError where the bodies, degrees of freedom or radiation of an `opened` scene are
+    not those of the run that it starts from."""
+    run = _run(scene)
+    names = state_names(scene, model)[: model.elements[FENDER].state]
+    stored = [str(name) for name in run.state.values if name.startswith(MOVING)]
+    if "memory_velocity" in run:
+        stored += [f"memory of {name}" for name in run.memory_dof.values]
+    names += [f"memory of {name}" for name in memory_names(scene, model)]
+    problems = {
+        "it lacks": [name for name in names if name not in stored],
+        "it has, and this scene has not,": [name for name in stored if name not in names],
+    }
+    found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
+    if not found and not _same_fit(model, run):
+        found = "its radiation states are of another fit (another database, or program version)"
+    if found:
+        raise InputError(
+            f"initial.run: {_source(run)}: {found}; expected the bodies, degrees of freedom and"
+            " radiation of this scene; change them here, or run that case again with these."
+        )
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
+
+
+def _same_fit(model: Model, run: xr.Dataset) -> bool:
+    here = radiation.input_rates(model.states)
+    there = run.state_input.values[model.radiation :][: here.size]
+    return np.allclose(here, there, rtol=0.0, atol=SAME_FIT * np.abs(here).max(initial=0.0))
+
+
+def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.ndarray:
+    """Contact modes (nf, 3): those stored where they can be, else those of a start from ``y``."""
+    p, motion, time = model.elements[FENDER], new_work(model).motion, begin(scene)
+    _clear_nodes(p, y)
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    settled = np.zeros((p.points.size, COLUMNS), dtype=np.int64)
+    transitions.settle(time, y.copy(), settled, motion, model.bodies, p)
+    stored = settled.copy()
+    there = list(run.fender.values) if "fender" in run.dims else []
+    for i, name in enumerate(fender_names(scene)):
+        if name in there:
+            k, point = there.index(name), p.points[i]
+            segment = point["first"] + int(run.fender_segment.sel(state_time=time)[k])
+            stored[i, MODE] = int(run.fender_mode.sel(time=time)[k])
+            stored[i, SEGMENT] = min(segment, point["last"])
+            stored[i, RISING] = int(run.fender_rising.sel(state_time=time)[k])
+    return np.where(_possible(time, y, stored, motion, model)[:, None], stored, settled)
+
+
+def _clear_nodes(p: fender.Params, y: np.ndarray) -> None:
+    """Nothing is stretched where the friction law has no node."""
+    for i in np.flatnonzero(np.isin(p.points["law"], (fender.FRICTIONLESS, fender.FRICTION_SLOPE))):
+        y[p.state + fender.STATES * i :][:2] = 0.0
+
+
+def _possible(
+    time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
+) -> np.ndarray:
+    """Which points (nf,) are in contact or not, and on their curve, as their mode says."""
+    p, out = model.elements[FENDER], np.zeros((len(modes), transitions.MARGINS))
+    nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
+    transitions.margins(
+        *(time, y, modes, motion, model.bodies, p, nothing, nothing), out.reshape(-1)
+    )
+    touching = out[:, transitions.CONTACT_MARGIN] >= -NEAR * p.points["steepest"]
+    return touching & (out[:, transitions.SEGMENT_MARGIN] >= -NEAR)
+
+
+def _history(model: Model, run: xr.Dataset, time: float, fresh: VelocityHistory) -> VelocityHistory:
+    """The velocities that a convolution remembers before ``time``, with as much room as ``fresh``
+    has left for more."""
+    kernel = model.convolution
+    if kernel.row.size == 0:
+        return fresh
+    t, length = run.memory_time.values, (len(kernel.K) - 1) * kernel.step
+    if t[0] > max(0.0, time - length):
+        raise InputError(
+            f"initial.time: found {time:g} s; {_source(run)} remembers velocities from {t[0]:g} s"
+            f" on, and a convolution needs {length:g} s of them; start at {t[0] + length:g} s or"
+            " later."
+        )
+    first = max(int(np.searchsorted(t, time - length, side="right")) - 1, 0)
+    count = int(np.searchsorted(t, time, side="right")) - 1 - first  # the run adds that at `time`
+    full = radiation.velocity_history(fresh.velocity.shape[1], fresh.time.size + count)
+    full.time[:count] = t[first:][:count]
+    columns = np.unique(kernel.column)
+    full.velocity[:count, columns] = run.memory_velocity.values[first:][:count]
+    full.pushed[0] = count
+    return full
+
+
+def started_from(scene: Scene) -> dict[str, object]:
+    """What the record of an `opened` scene says of the run it started from."""
+    start = scene.initial
+    if start is None or not isinstance(start.run, xr.Dataset):
+        return {}
+    return {"initial_run": _source(start.run), "initial_time": start.time}
