@@ -14,11 +14,11 @@ from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.scene import RadiationModel, Scene
-from hydrosim.simulation import scene_step_limit
+from hydrosim.simulation import scene_step_limits
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
-    """Size of the problem, databases, what is skipped, natural periods, warnings."""
+    """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     notes = Notes()
     states = tuple(_with_states(body.radiation) for body in scene.bodies)
     bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
@@ -46,7 +46,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
-    yield scene_step_limit(scene, model, state, each_alone=True).describe(scene.solver.step)
+    for limit in scene_step_limits(scene, model, state, each_alone=True):
+        yield limit.describe(scene.solver.step)
     yield _periods(scene, natural_modes(linearise(model, state)))
 
 
