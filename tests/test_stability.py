@@ -193,7 +193,8 @@ def test_a_friction_slope_is_unstable_where_the_limit_says(
 @pytest.mark.parametrize("mode", [OPEN, SLIP])
 def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figure) -> None:
     """The node relaxes at K2 / C2 while open and at K2 / (C2 + C3) in slip: two laws of which the
-    first and the second limits the step (C2 = 0 leaves no relaxation while open)."""
+    first and the second limits the step (C2 = 0 leaves no relaxation while open). In slip the
+    instability soon ends the mode: what should slip on sticks and slips from step to step."""
     law = StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
     steady = 0.0 if mode == OPEN else (law.kinetic * 1e4 + law.slip_damping * 1.0) / law.stiffness
     scene = partial(sliding_block, law, mode == OPEN)
@@ -202,7 +203,8 @@ def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figu
 
     def grows(factor: float) -> bool:
         run = hs.simulate(scene(factor * predicted.step))
-        assert (run.fender_mode.values[-295:] == mode).all()
+        if (run.fender_mode.values[-295:] != mode).any():
+            return True
         stretch = run.position.values[:, 0, 0] - run.fender_node.values[:, 0, 0]
         return abs(stretch[-1] - steady) > abs(stretch[-295] - steady)
 
