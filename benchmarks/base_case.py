@@ -11,7 +11,7 @@ import xarray as xr
 
 from benchmarks.report import ROOT
 from hydrosim import load_case, load_database
-from hydrosim.scene import Method, Scene
+from hydrosim.scene import Method, Scene, Unstable
 
 SHORT = 700.0  # s: the first contact, at 534 s, and a few dozen events after it
 RECORDED = 0.4  # s
@@ -29,8 +29,9 @@ def base_case() -> Scene:
 
 
 def short_case(step: float, method: Method = Method.RK4, events: bool = True) -> Scene:
-    """The base case until `SHORT`, recorded every `RECORDED`, with this solver."""
-    solver = replace(base_case().solver, step=step, method=method, events=events)
+    """The base case until `SHORT`, recorded every `RECORDED`, with this solver, stable or not."""
+    settings = {"step": step, "method": method, "events": events, "unstable": Unstable.WARN}
+    solver = replace(base_case().solver, **settings)
     return replace(base_case(), duration=SHORT, output_step=RECORDED, solver=solver)
 
 

@@ -15,11 +15,11 @@ from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
 from hydrosim.scene import RadiationModel, Scene
-from hydrosim.simulation import scene_step_limit
+from hydrosim.simulation import scene_step_limits
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
-    """Size of the problem, databases, what is skipped, natural periods, warnings."""
+    """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     notes, scene = Notes(), opened(scene)
     states = tuple(_with_states(body.radiation) for body in scene.bodies)
     bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
@@ -52,7 +52,11 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
-    yield scene_step_limit(scene, model, state, each_alone=True).describe(scene.solver.step)
+    limits = scene_step_limits(scene, model, state, each_alone=True)
+    for limit in limits:
+        yield limit.describe(scene.solver.step)
+    if not limits:
+        yield f"no step is too large for {scene.solver.method} to be stable"
     yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
 
 

@@ -27,7 +27,8 @@ Report = Callable[[str], None]
 class Trial:
     """One run: ``setting`` is its step [s], or the tolerance of an adaptive method. Errors are the
     largest of all bodies and times: ``motion`` [m], ``angle`` [rad], and ``crawl`` [m], that of the
-    horizontal place at the end; NaN with a ``remark`` if the run failed."""
+    horizontal place at the end; NaN with a ``remark`` if the run failed or
+    was refused."""
 
     method: Method
     setting: float
@@ -125,7 +126,7 @@ def _with(scene: Scene, method: Method, setting: float) -> Scene:
 def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) -> Trial:
     try:
         run = simulate(_with(scene, method, setting))
-    except SimulationError as error:
+    except (InputError, SimulationError) as error:  # refused, or failed
         figures = (np.nan, np.nan, np.nan, np.nan, 0, np.nan)
         return Trial(method, setting, *figures, remark=str(error).splitlines()[0])
     a = run.attrs

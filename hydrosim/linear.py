@@ -94,11 +94,8 @@ def linearise(
 
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
-    """The mode of each free coordinate, by participation factors (product of the left and right
-    eigenvectors' entries; Perez-Arriaga et al. 1982)."""
-    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
-    share = np.abs(left.conj() * right)
-    share /= share.sum(axis=0)
+    """The mode of each free coordinate, by `participation`."""
+    values, share = participation(linear)
     upper, n = np.flatnonzero(values.imag >= 0.0), linear.active.size
     per_coordinate = share[:n, upper] + share[n : 2 * n, upper]
     rows, columns = optimize.linear_sum_assignment(-per_coordinate)
@@ -106,6 +103,15 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
         NaturalMode(int(linear.active[i]), complex(value), _natural_period(linear, i, value))
         for i, value in zip(rows, values[upper[columns]], strict=True)
     ]
+
+
+def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (m,) [1/s], and the share (m, m) that each state (row) has in the mode of each
+    (column): participation factors, the products of the left and right eigenvectors' entries, which
+    do not depend on units (Perez-Arriaga et al. 1982)."""
+    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    share = np.abs(left.conj() * right)
+    return values, share / np.maximum(share.sum(axis=0), np.finfo(float).tiny)
 
 
 def _natural_period(linear: Linear, i: int, eigenvalue: complex) -> float:

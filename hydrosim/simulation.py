@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from math import ceil, isclose
 from time import perf_counter
 from typing import Protocol
 
@@ -20,8 +21,8 @@ from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
 from hydrosim.run import PITCH, Clock, Record, advance, new_record
-from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
-from hydrosim.stability import StepLimit, step_limit
+from hydrosim.scene import DOFS, Method, Scene, Unstable
+from hydrosim.stability import StepLimit, step_limits
 from hydrosim.stepper import (
     CAPSIZED,
     CHATTERING,
@@ -46,6 +47,8 @@ METHODS: dict[Method, Tableau] = {
     Method.DOPRI5: DOPRI5,
     Method.ESDIRK4: ESDIRK4,
 }
+UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "stable at any step"}
+"""Methods that no step is too large for, and why."""
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
@@ -110,23 +113,34 @@ def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dat
 
 def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     """What there is to say of a step above the stable limit; InputError if that is not wanted."""
-    if scene.solver.method in ADAPTIVE:
-        return []
-    limit = scene_step_limit(scene, model, state)
-    if scene.solver.step <= limit.step:
-        return []
-    text = f"solver.step {scene.solver.step:g} s: {limit.describe(scene.solver.step)}"
-    if scene.solver.unstable == Unstable.ERROR:
-        raise InputError(f"{text}. Choose a smaller step or solver.unstable: warn.")
-    return [text]
+    step = scene.solver.step
+    limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(scene, model, state)
+    found = [limit.describe(step) for limit in limits if limit.step < step]
+    if found and scene.solver.unstable == Unstable.ERROR:
+        raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
+    return [f"solver.step {step:g} s: {text}" for text in found]
 
 
-def scene_step_limit(
+def _advice(scene: Scene, limit: StepLimit) -> str:
+    """What to choose instead of a step above its limit: a step of few digits that fits the output,
+    another method."""
+    fewest = ceil(scene.output_step / limit.step)
+    parts = [scene.output_step / n for n in range(fewest, 10 * fewest)]
+    step = next((part for part in parts if isclose(part, float(f"{part:.2g}"))), parts[0])
+    others = ", ".join(f"solver.method: {method} ({why})" for method, why in UNLIMITED.items())
+    return (
+        f"Choose solver.step: {step:.10g} s or less, {others},"
+        " or solver.unstable: warn to run it all the same."
+    )
+
+
+def scene_step_limits(
     scene: Scene, model: Model, state: State, each_alone: bool = False
-) -> StepLimit:
-    """The largest stable step of a compiled scene with its method, see `stability.step_limit`."""
+) -> list[StepLimit]:
+    """What limits the step of a compiled scene with its method, see `stability.step_limits`."""
     names = coordinate_names(scene) + fender_names(scene)
-    return step_limit(model, state, METHODS[scene.solver.method], names, each_alone)
+    method, step = METHODS[scene.solver.method], scene.solver.step
+    return step_limits(model, state, method, names, step, each_alone)
 
 
 def _chunks(

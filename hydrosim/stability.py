@@ -3,15 +3,17 @@
 A method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
 open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
-curve (when it is pressed most, if that is prescribed), and the smallest limit on h is the scene's.
-Growth by less than a thousandth per period of the mode counts as an error, not as an instability:
-else no second-order method could take an undamped mode.
+curve (when it is pressed most, if that is prescribed), and the smallest limit on h is the scene's;
+others below the step are told with it, because each of them is something that will oscillate or
+diverge. Growth by less than a thousandth per period of the mode counts as an error, not as an
+instability: else no second-order method could take an undamped mode.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import linalg
@@ -23,12 +25,13 @@ from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.modes import COLUMNS, MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.integrate import Tableau
-from hydrosim.linear import Linear, linearise
+from hydrosim.linear import Linear, linearise, participation
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at
+ALIKE = 1e-6  # steps that differ by less, relative, are one
 NAMES = {OPEN: "open", STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised
 PRESSED = 0.01  # m: the compression beyond the start of a piece at which contact is linearised
@@ -53,22 +56,53 @@ class StepLimit:
         )
 
 
-def step_limit(
-    model: Model, state: State, method: Tableau, names: list[str], each_alone: bool = False
-) -> StepLimit:
-    """The smallest of the limits over all contact modes; ``names`` are those of the free
-    coordinates and then of the contact points."""
-    worst = (np.inf, 0.0j, "", Linear(*[np.zeros(0)] * 4))
+def step_limits(
+    model: Model,
+    state: State,
+    method: Tableau,
+    names: list[str],
+    step: float,
+    each_alone: bool = False,
+) -> list[StepLimit]:
+    """Over all contact modes, the limits below ``step`` [s] in rising order, of everything that
+    moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
+    empty if no step is too large. ``names`` are those of the free coordinates and then of the
+    contact points.
+    """
     time = _pressed_most(model)
-    for contact, modes in _contact_modes(model, names, each_alone):
-        linear = linearise(model, _sliding(model, state, modes, time), modes, time)
-        values = linalg.eigvals(linear.jacobian)
-        steps = ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
-        k = int(np.argmin(steps))
-        if steps[k] < worst[0]:
-            worst = (float(steps[k]), complex(values[k]), contact, linear)
-    step, value, contact, linear = worst
-    return StepLimit(step, value, contact, _what(linear, value, model, names))
+    linears = [
+        (contact, linearise(model, _sliding(model, state, modes, time), modes, time))
+        for contact, modes in _contact_modes(model, names, each_alone)
+    ]
+    least = [_steps(method, linalg.eigvals(x.jacobian)).min(initial=np.inf) for _, x in linears]
+    bound = max(step, min(least) * (1.0 + ALIKE))
+    limits = [
+        limit
+        for (contact, linear), smallest in zip(linears, least, strict=True)
+        if smallest < bound
+        for limit in _below(bound, linear, contact, method, model, names)
+    ]
+    rising: dict[str, StepLimit] = {}
+    for limit in sorted(limits, key=lambda limit: limit.step):
+        rising.setdefault(limit.what, limit)
+    told = list(rising.values())
+    return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
+
+
+def _steps(method: Tableau, values: np.ndarray) -> np.ndarray:
+    """The largest stable step [s] of each eigenvalue."""
+    return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
+
+
+def _below(
+    bound: float, linear: Linear, contact: str, method: Tableau, model: Model, names: list[str]
+) -> Iterator[StepLimit]:
+    """The limits below ``bound`` of one linearisation."""
+    values, share = participation(linear)
+    steps = _steps(method, values)
+    for k in np.flatnonzero(steps < bound):
+        what = _what(linear, share[:, k], model, names)
+        yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
@@ -156,21 +190,14 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     return state._replace(y=y)
 
 
-def _what(linear: Linear, value: complex, model: Model, names: list[str]) -> str:
-    """Name of the coordinate, contact node or radiation that moves most in the eigenvalue's mode,
-    each kind in its own units: rates of coordinates, rates of stretches."""
-    if linear.active.size == 0:
-        return "nothing"
-    values, vectors = linalg.eig(linear.jacobian)
-    vector = vectors[:, int(np.argmin(np.abs(values - value)))]
+def _what(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> str:
+    """Name of the coordinate, contact node or radiation that has the largest ``share`` (m,) of a
+    mode."""
     n, fenders = linear.active.size, model.elements[FENDER]
-    in_contact = linear.states >= fenders.state
-    size = np.abs(vector)
-    moving, nodes = size[n : 2 * n], size[in_contact]
-    radiating = size[2 * n :][~in_contact[2 * n :]]
-    if nodes.size and nodes.max() > 10.0 * size[:n].max(initial=0.0):
-        point = (linear.states[in_contact][nodes.argmax()] - fenders.state) // STATES
-        return f"the contact node of {names[n + point]}"
-    if radiating.size and radiating.max() > 1e3 * moving.max(initial=0.0):
-        return "the radiation states"
-    return names[int(moving.argmax())]
+    other, states = share[2 * n :], linear.states[2 * n :]
+    node = (states - fenders.state) // STATES
+    shares = {name: share[i] + share[n + i] for i, name in enumerate(names[:n])}
+    shares["the radiation states"] = other[node < 0].sum()
+    for i, name in enumerate(names[n:]):
+        shares[f"the contact node of {name}"] = other[node == i].sum()
+    return max(shares, key=shares.__getitem__)

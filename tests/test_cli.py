@@ -116,6 +116,26 @@ class TestRun:
         assert " ".join(part.attrs["status_message"].split()) in result.err
         assert part.sizes["time"] > 0
 
+    @pytest.mark.parametrize("step", [0.2, 0.4])
+    def test_a_step_above_the_limit_is_refused(
+        self, hydrosim: Hydrosim, project: Path, step: float
+    ) -> None:
+        """The message says what is unstable and what to choose; both of it is then taken."""
+        before = files(project)
+        settings = (*SHORT, "--set", "output.step=0.8 s", "--set", f"solver.step={step} s")
+        result = hydrosim("run", "base.yaml", "-o", "run.nc", *settings)
+        assert (result.code, result.out) == (2, "")
+        assert files(project) == before
+        for word in (f"solver.step {step:g} s: largest stable step 0.164 s", "the contact node"):
+            assert word in result.err
+        advice = re.search(r"Choose solver\.step: ([\d.]+) s or less, .*\.$", result.err)
+        assert advice
+        assert "solver.method: dopri5" in advice[0]
+        assert "solver.unstable: warn" in advice[0]
+        for chosen in (f"step={advice[1]} s", "method=dopri5", "unstable=warn"):
+            settings_then = (*settings, "--set", f"solver.{chosen}")
+            assert hydrosim("run", "base.yaml", "-o", "run.nc", *settings_then).code == 0
+
     def test_an_interrupt_leaves_what_was_computed(
         self, hydrosim: Hydrosim, monkeypatch: pytest.MonkeyPatch
     ) -> None:

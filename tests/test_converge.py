@@ -13,7 +13,7 @@ from hydrosim.converge import common_multiple, converge, to_dataset
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.plot.work_precision import draw_work_precision
-from hydrosim.scene import Body, Method, Scene, Solver
+from hydrosim.scene import Body, Method, Scene, Solver, Unstable
 
 
 def oscillator() -> Scene:
@@ -56,6 +56,16 @@ def test_order_four_through_contact() -> None:
     assert fine.order(coarse) > 3.4
     assert fine.motion < 1e-5
     assert middle.energy < 1e-4
+
+
+def test_a_step_that_is_refused_is_a_result() -> None:
+    """2 rad/s by rk4 is stable to 2.83 / 2 s; a larger step does not end the study."""
+    solver = Solver(unstable=Unstable.ERROR)
+    study = converge(replace(oscillator(), solver=solver), [Method.RK4], [1.5, 0.1], [])
+    refused, run = study.trials
+    assert np.isnan(refused.motion)
+    assert refused.remark.startswith("solver.step 1.5 s: largest stable step 1.4")
+    assert np.isfinite(run.motion)
 
 
 def test_steps_without_a_common_multiple_are_refused() -> None:

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import pi, sqrt
 
 import numpy as np
 import pytest
-from moored_barge import scene_of
+from moored_barge import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.forces import Fender, FrictionSlope, LinearMooring
+from hydrosim import load_case
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    FrictionSlope,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+    PrescribedNormal,
+    StickSlip,
+)
+from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
 from hydrosim.scene import Body, Method, Scene, Solver, Unstable
-from hydrosim.simulation import scene_step_limit
+from hydrosim.simulation import scene_step_limits
 from hydrosim.stability import ray_limits
+
+Figure = Callable[[str, float], None]
+DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
 
 
 @pytest.mark.parametrize(
@@ -51,7 +67,7 @@ def dashpot(step: float, method: Method) -> Scene:
 def test_a_run_diverges_where_the_limit_says(method: Method, z: float) -> None:
     """2 % below the limit the velocity dies out, 2 % above it grows."""
     scene = dashpot(0.01, method)
-    limit = scene_step_limit(scene, *hs.compile_scene(scene)).step
+    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0].step
     assert limit == pytest.approx(z / 25.0, rel=3e-3)
     for factor, dies in ((0.98, True), (1.02, False)):
         run = hs.simulate(dashpot(factor * limit, method))
@@ -69,7 +85,7 @@ def test_the_thesis_numerical_oscillation() -> None:
     slope = replace(fender, friction=FrictionSlope(0.2, 1e9))
     solver = Solver(method=Method.RK2, step=0.1, unstable=Unstable.ERROR)
     scene = replace(base, forces={**base.forces, "interface": slope}, solver=solver)
-    limit = scene_step_limit(scene, *hs.compile_scene(scene))
+    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0]
     assert abs(limit.eigenvalue) * 0.1 == pytest.approx(2.47, abs=0.01)
     assert limit.step * abs(limit.eigenvalue) == pytest.approx(2.0, abs=0.01)
     assert limit.what == "surge of barge"
@@ -80,6 +96,139 @@ def test_the_thesis_numerical_oscillation() -> None:
 def test_an_open_node_limits_the_base_case() -> None:
     """K2 / C2 = 5.6e8 / 3.3e7 1/s: 2.7853 / 16.97 = 0.164 s."""
     scene = scene_of("base")
-    limit = scene_step_limit(scene, *hs.compile_scene(scene))
+    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0]
     assert limit.step == pytest.approx(2.7853 * 3.3e7 / 5.6e8, rel=3e-3)
     assert limit.what.startswith("the contact node of interface")
+
+
+def moving_block(
+    mass: float, speed: float, law: FrictionSlope | StickSlip, press: PrescribedNormal
+) -> Scene:
+    """A block that moves along, and one point of contact under a prescribed force."""
+    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    fender = Fender("block", np.zeros((1, 3)), plane, press, law)
+    body = Body("block", mass, np.eye(3), dofs=("surge",), velocity=(speed, 0, 0, 0, 0, 0))
+    return Scene("block", 30.0, (body,), forces={"fender": fender}, output_step=0.1)
+
+
+def stuck_block(slope: float) -> Scene:
+    """Surge alone, with a friction slope that does not let it go."""
+    always = PrescribedNormal(np.zeros(1), np.full(1, 1e9))
+    return moving_block(1.62e8, DISTURBED, FrictionSlope(0.2, slope), always)
+
+
+def stuck_barge(slope: float) -> Scene:
+    """The barge in calm water, lifted by 1.5 m and in equilibrium there, 0.5 m into the fenders of
+    the thesis, in all six degrees of freedom and with radiation."""
+    base, lift, k = scene_of("base"), 1.5, 33026e3
+    fender = base.forces["interface"]
+    assert isinstance(fender, Fender)
+    curve, law = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])), FrictionSlope(0.2, slope)
+    load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
+    table = AppliedForce("barge", (0.0, 0.0, 0.0), np.zeros(1), load[None])
+    start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
+    return replace(
+        with_body(in_waves(base), **start),
+        forces={"lift": table, "interface": replace(fender, normal=curve, friction=law)},
+        duration=30.0,
+        output_step=0.1,
+    )
+
+
+def sliding_block(law: StickSlip, opened: bool, step: float) -> Scene:
+    """Nothing slows it down. It stretches the node of its contact until that slips, at 2 s, or the
+    contact opens, at 3 s; then 300 steps."""
+    press = PrescribedNormal(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4]))
+    solver = Solver(step=step)
+    scene = moving_block(1e15, 1.0, law, press)
+    return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)
+
+
+def slope_at_limit(scene: Callable[[float], Scene]) -> float:
+    """The slope [N s/m] for which the printed limit is the step."""
+    slope = 1e9
+    for _ in range(4):
+        found = scene(slope)
+        (limit, *_) = scene_step_limits(found, *hs.compile_scene(found))
+        slope *= limit.step / found.solver.step
+    assert limit.what.startswith("surge")
+    assert limit.contact == "all contacts sticking"
+    return slope
+
+
+def threshold(grows: Callable[[float], bool]) -> float:
+    """Where between 0.8 and 1.2 of what is predicted a disturbance begins to grow."""
+    low, high = 0.8, 1.2
+    assert not grows(low)
+    assert grows(high)
+    while high - low > 0.005:
+        middle = (low + high) / 2
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    return (low + high) / 2
+
+
+@pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
+@pytest.mark.parametrize("stuck", [stuck_block, stuck_barge])
+def test_a_friction_slope_is_unstable_where_the_limit_says(
+    stuck: Callable[[float], Scene], method: Method, figure: Figure
+) -> None:
+    """Surge velocity after 300 steps of 0.1 s in stick, against that at the start. On the negative
+    real axis R > 0 for these methods: velocity grows without a change of sign. Rays are looked at
+    every 0.005, a part of 400 of rk2's limit; the bisection ends at 0.005."""
+
+    def scene(slope: float) -> Scene:
+        return replace(stuck(slope), solver=Solver(method=method, step=0.1))
+
+    def grows(factor: float) -> bool:
+        run = hs.simulate(scene(factor * predicted))
+        return abs(float(run.velocity[-1, 0, 0])) > DISTURBED
+
+    predicted = slope_at_limit(scene)
+    found = threshold(grows)
+    figure("predicted slope [N s/m]", predicted)
+    figure("observed over predicted slope", found)
+    assert found == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("mode", [OPEN, SLIP])
+def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figure) -> None:
+    """The node relaxes at K2 / C2 while open and at K2 / (C2 + C3) in slip: two laws of which the
+    first and the second limits the step (C2 = 0 leaves no relaxation while open). In slip the
+    instability soon ends the mode: what should slip on sticks and slips from step to step."""
+    law = StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
+    steady = 0.0 if mode == OPEN else (law.kinetic * 1e4 + law.slip_damping * 1.0) / law.stiffness
+    scene = partial(sliding_block, law, mode == OPEN)
+    (predicted, *_) = scene_step_limits(scene(0.1), *hs.compile_scene(scene(0.1)))
+    assert predicted.what == "the contact node of fender 1"
+
+    def grows(factor: float) -> bool:
+        run = hs.simulate(scene(factor * predicted.step))
+        if (run.fender_mode.values[-295:] != mode).any():
+            return True
+        stretch = run.position.values[:, 0, 0] - run.fender_node.values[:, 0, 0]
+        return abs(stretch[-1] - steady) > abs(stretch[-295] - steady)
+
+    found = threshold(grows)
+    figure("predicted step [s]", predicted.step)
+    figure("observed over predicted step", found)
+    assert predicted.step == pytest.approx(2.7853 * 50.0 / 1e3, rel=3e-3)
+    assert found == pytest.approx(1.0, abs=0.01)
+
+
+def test_every_thing_that_is_unstable_is_told() -> None:
+    """The thesis' fender on steel: with rk2 at 0.1 s surge and sway grow by the friction slope,
+    heave and roll on the stiffness of steel with hardly any damping (|R| - 1 = (w h)^4 / 8)."""
+    scene = load_case(CASES.parent / "numerical_oscillation" / "base.yaml").scene()
+    limits = scene_step_limits(scene, *hs.compile_scene(scene))
+    assert [limit.what for limit in limits] == [
+        f"{dof} of barge" for dof in ("heave", "surge", "sway", "roll")
+    ]
+    assert [limit.step for limit in limits] == sorted(limit.step for limit in limits)
+    heave, surge = limits[:2]
+    assert abs(surge.eigenvalue) * 0.1 == pytest.approx(2.47, abs=0.01)
+    steel = 4 * (1e9 - 33026e3) / 1.0 + 132105e3  # N/m
+    mass = steel / abs(heave.eigenvalue) ** 2
+    assert mass == pytest.approx(scene.bodies[0].mass + hull().added_mass[-1, 2, 2], rel=0.03)
+    fine = replace(scene, solver=replace(scene.solver, step=0.01))
+    (only,) = scene_step_limits(fine, *hs.compile_scene(fine))
+    assert only.step > 0.01
