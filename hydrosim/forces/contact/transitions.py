@@ -122,7 +122,7 @@ def switch(i, which, size, t, y, modes, motion, bodies, reactions, p):
     elif which == FRICTION_MARGIN and modes[i, MODE] == STICK:
         _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
-        _grip(i, size, modes, c, p)
+        _grip(i, size, y, modes, c, p)
     elif modes[i, MODE] == OPEN:
         _close(i, t, y, modes, c, p)
     else:
@@ -153,11 +153,14 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 
 
 @kernel
-def _grip(i, size, modes, contact, p):
-    """Slip ends, unless a rigid point has only turned round."""
-    v = contact.velocity
-    if p.points[i].law != COULOMB or hypot(v[0], v[1]) <= AT_REST * size:
+def _grip(i, size, y, modes, contact, p):
+    """Slip ends, unless a rigid point has only turned out of the half plane of its heading."""
+    k, v = p.state + STATES * i, contact.velocity
+    speed = hypot(v[0], v[1])
+    if p.points[i].law != COULOMB or speed <= AT_REST * size:
         modes[i, MODE] = STICK
+    else:
+        y[k], y[k + 1] = v[0] / speed, v[1] / speed
 
 
 @kernel

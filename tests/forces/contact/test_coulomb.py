@@ -111,9 +111,8 @@ def test_block_of_the_thesis(amplitude: float, figure: Figure) -> None:
     figure("position error [m]", error)
     assert error <= 1e-9
     assert run.attrs["energy_residual_relative"] < 1e-9
-    assert len({p.sign for p in pieces}) == (
-        2 if amplitude == 4e5 else 3
-    )  # turns, or rests between
+    rests = sum(p.sign == 0.0 for p in pieces)
+    assert rests == 1 if amplitude == 4e5 else rests > 10  # turns at once, or rests in between
 
 
 def test_no_creep(figure: Figure) -> None:
@@ -134,7 +133,7 @@ def den_hartog(ratio: float, friction: float) -> tuple[float, float]:
     V = 1.0 / (1.0 - ratio**2)
     U = np.sin(np.pi / ratio) / (ratio * (1.0 + np.cos(np.pi / ratio)))
     amplitude = np.sqrt(V**2 - (friction * U) ** 2)
-    return amplitude, np.arctan2(friction * U / V, amplitude / V)
+    return amplitude, np.arctan2(-friction * U / V, amplitude / V)
 
 
 def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> Scene:
@@ -212,7 +211,8 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
             sign_next = 0.0 if held else float(np.sign(push(new) - x))
             count += held
         inside = half * np.arange(len(places), 2 * cycles + 1)
-        places += list(dense(inside[inside <= new + 1e-12]))
+        passed = inside[inside <= new + 1e-12]
+        places += list(dense(passed)) if passed.size else []
         t, sign = new, sign_next
     return np.array(places), count
 
@@ -287,8 +287,8 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     start = [ARM * np.cos(0.1) - G / 400, 0.1, 0.0, 0.0]
     exact = solve_ivp(rates, (0, 5), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-13).y
     x = ARM * np.sin(exact[1])
-    steps = np.array([0.1, 0.05, 0.025])
-    found = errors(rocking(5.0, 0.1), steps, x)
+    steps = np.array([0.05, 0.025, 0.0125])
+    found = errors(rocking(5.0, 0.05), steps, x)
     figure("order", observed_orders(steps, found)[-1])
     assert observed_orders(steps, found)[-1] > 3.7
     run = hs.simulate(rocking(5.0, 0.025))
@@ -306,9 +306,9 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
     body = block(
         1.0,
         position=moving(heave=0.0, pitch=0.3, roll=-0.2),
-        velocity=moving(roll=0.5, pitch=-0.3, yaw=0.8),
+        velocity=moving(heave=-0.5, yaw=0.2),
     )
-    arm = [0.4, -0.3, 0.2]
+    arm = [0.05, -0.03, 0.2]
     forces = {
         "spring": LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
         "weight": steady(heave=-G),
