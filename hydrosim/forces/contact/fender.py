@@ -13,9 +13,10 @@ while its three margins are positive,
     segment   distance to the nearer corner of the curve   in contact
 
 State per point: stretch s (2,), slip distance, energy lost in friction and where contact ends with
-something still stored. A point without stretch (other laws) keeps s = 0. Stored energy: normal
-curve and stretch; dissipation: normal damping, friction; a prescribed normal force stores nothing
-and what it takes from the body counts as dissipation.
+something still stored, and of that energy the parts lost in C2 and in C3 of a contact node. A point
+without stretch (other laws) keeps s = 0. Stored energy: normal curve and stretch; dissipation:
+normal damping, friction; a prescribed normal force stores nothing and what it takes from the body
+counts as dissipation.
 """
 
 from __future__ import annotations
@@ -37,9 +38,12 @@ from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE = range(3)
-STATE_NAMES = ("stretch 1", "stretch 2", "slip distance", "friction loss")  # of each point
+STATE_NAMES = (  # of each point
+    *("stretch 1", "stretch 2", "slip distance"),
+    *("friction loss", "damping loss", "slip damping loss"),
+)
 STATES = len(STATE_NAMES)
-SLIP_DISTANCE, DISSIPATED = 2, 3
+SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED = range(2, STATES)
 CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN = range(3)
 MARGINS = 3
 
@@ -139,6 +143,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         f = friction(mode, N, dN, c.velocity, (y[k], y[k + 1]), point)
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
+        stretching = f.stretch_rate[0] ** 2 + f.stretch_rate[1] ** 2
+        dy[k + DAMPED] = point.damping * stretching
+        dy[k + SLIP_DAMPED] = point.slip_damping * f.slip_speed**2
         if mode != OPEN:
             lost = N if point.prescribed else point.normal_damping * c.rate
             rate[point.row] += lost * c.rate
