@@ -24,7 +24,13 @@ import xarray as xr
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import DISSIPATED, SLIP_DISTANCE, STATES
+from hydrosim.forces.contact.fender import (
+    DAMPED,
+    DISSIPATED,
+    SLIP_DAMPED,
+    SLIP_DISTANCE,
+    STATES,
+)
 from hydrosim.forces.contact.modes import RISING, SEGMENT
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.names import fender_names, force_names, memory_names, state_names, supplies
@@ -48,6 +54,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_node": ("place of the contact node on the plane", "m", EARTH),
     "fender_slip_distance": ("distance slipped since the start", "m", "plane"),
     "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
+    "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
+    "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
     "energy_kinetic": ("kinetic energy, with added mass", "J", "none"),
     "energy_stored_": ("stored energy", "J", "none"),
     "energy_work_": ("work done on the bodies since the start", "J", "none"),
@@ -204,6 +212,8 @@ def _fenders(
         "fender_node": (POINT, contact[:, :, 5:8]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
         "fender_dissipated": (POINT[:2], points[:, :, DISSIPATED]),
+        "fender_dissipated_damping": (POINT[:2], points[:, :, DAMPED]),
+        "fender_dissipated_slip_damping": (POINT[:2], points[:, :, SLIP_DAMPED]),
     }
 
 

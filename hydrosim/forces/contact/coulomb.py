@@ -59,11 +59,11 @@ def new_holds(points: int, rigid: int, n: int) -> Holds:
 def friction(mode, load, v, heading, p):
     """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
     if mode != SLIP:
-        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     d, speed = direction(v, heading), hypot(v[0], v[1])
     size = p.kinetic * load.N
     power = size * (d[0] * v[0] + d[1] * v[1])
-    return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power)
+    return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
 
 
 @kernel

@@ -8,9 +8,10 @@ Every point has a mode (open, stick, slip), a segment of its curve, and stick-sl
 the load knows whether that rises. They change only at events (`transitions`).
 
 State per point: stretch s (2,), slip distance, energy lost in friction and where contact ends with
-something still stored. Rigid friction has its heading in place of a stretch; other laws keep s = 0.
-Stored energy: normal curve and stretch; dissipation: normal damping, friction; a prescribed normal
-force stores nothing and what it takes from the body counts as dissipation.
+something still stored, and of that energy the parts lost in C2 and in C3 of a contact node. Rigid
+friction has its heading in place of a stretch; other laws keep s = 0. Stored energy: normal curve
+and stretch; dissipation: normal damping, friction; a prescribed normal force stores nothing and
+what it takes from the body counts as dissipation.
 """
 
 from __future__ import annotations
@@ -41,9 +42,12 @@ from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(4)
-STATE_NAMES = ("stretch 1", "stretch 2", "slip distance", "friction loss")  # of each point
+STATE_NAMES = (  # of each point
+    *("stretch 1", "stretch 2", "slip distance"),
+    *("friction loss", "damping loss", "slip damping loss"),
+)
 STATES = len(STATE_NAMES)
-SLIP_DISTANCE, DISSIPATED = 2, 3
+SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED = range(2, STATES)
 
 
 @dataclass(frozen=True)
@@ -146,6 +150,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         f = friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
+        dy[k + DAMPED], dy[k + SLIP_DAMPED] = f.damped, f.slip_damped
         if mode != OPEN:
             lost = load.N if point.prescribed else point.normal_damping * c.rate
             rate[point.row] += lost * c.rate

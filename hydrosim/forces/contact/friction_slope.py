@@ -30,10 +30,10 @@ def friction(mode, load, v1, s, p):
     """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
     speed = hypot(v1[0], v1[1])
     if mode == OPEN or speed == 0.0:
-        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+        return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     size = p.damping * speed if mode == STICK else p.kinetic * load.N
     force = (-size * v1[0] / speed, -size * v1[1] / speed)
-    return Friction(force, (0.0, 0.0), speed, size * speed)
+    return Friction(force, (0.0, 0.0), speed, size * speed, 0.0, 0.0)
 
 
 @kernel

@@ -19,7 +19,7 @@ class Frictionless:
 def friction(mode, load, v1, s, p):
     """No force; the distance slipped is counted."""
     speed = hypot(v1[0], v1[1]) if mode == SLIP else 0.0
-    return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0)
+    return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0, 0.0, 0.0)
 
 
 @kernel

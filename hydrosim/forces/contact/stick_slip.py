@@ -82,12 +82,15 @@ class Pressed(NamedTuple):
 
 class Friction(NamedTuple):
     """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
-    ``slip_speed`` |v2|, the ``dissipation`` [W]."""
+    ``slip_speed`` |v2|, the ``dissipation`` [W] and the parts of it that are ``damped`` by C2 and
+    ``slip_damped`` by C3."""
 
     force: tuple[float, float]
     stretch_rate: tuple[float, float]
     slip_speed: float
     dissipation: float
+    damped: float
+    slip_damped: float
 
 
 class Coefficients(NamedTuple):
@@ -130,13 +133,14 @@ def friction(mode, load, v1, s, p):
     else:
         relaxation = p.stiffness / p.damping if p.damping > 0.0 else 0.0
         dv, v2 = (-relaxation * s[0], -relaxation * s[1]), 0.0
-    lost = c.C2 * (dv[0] * dv[0] + dv[1] * dv[1]) + (p.kinetic * load.N + c.C3 * v2) * v2
+    damped, slip_damped = c.C2 * (dv[0] * dv[0] + dv[1] * dv[1]), c.C3 * v2 * v2
     if mode == OPEN:
-        return Friction((0.0, 0.0), dv, 0.0, lost)
+        return Friction((0.0, 0.0), dv, 0.0, damped, damped, 0.0)
+    lost = damped + slip_damped + p.kinetic * load.N * v2
     lost += abs(softening(load, p)) * stored_energy(load, s, p)
     force = (-(c.K * s[0] + c.C2 * dv[0]), -(c.K * s[1] + c.C2 * dv[1]))
     share = c.K2 / c.K
-    return Friction(force, (share * dv[0], share * dv[1]), v2, lost)
+    return Friction(force, (share * dv[0], share * dv[1]), v2, lost, damped, slip_damped)
 
 
 @kernel

@@ -24,6 +24,8 @@ from dry_scenes import (
     table,
     with_step,
 )
+from in_plane import HEAVY, Driven
+from in_plane import integrate as integrate_in_plane
 from numpy.testing import assert_allclose
 from one_axis import Block, integrate
 from scipy.spatial.transform import Rotation
@@ -180,8 +182,11 @@ def test_a_point_driven_in_a_circle(figure: Figure):
     turn = 1j * (law.kinetic * N + c * w * r) + law.stiffness * r
     lag = np.angle(turn / ((law.stiffness + 1j * w * law.damping) * R))
     stretch = abs(R - r * np.exp(1j * lag))
-    loss = law.kinetic * N * w * r + law.slip_damping * (w * r) ** 2
-    loss += law.damping * (w * stretch) ** 2
+    losses = {
+        "fender_dissipated_damping": law.damping * (w * stretch) ** 2,
+        "fender_dissipated_slip_damping": law.slip_damping * (w * r) ** 2,
+    }
+    loss = law.kinetic * N * w * r + sum(losses.values())
 
     springs = LinearMooring("block", np.diag([m * w * w, m * w * w, 0.0, 0.0, 0.0, 0.0]))
     forces = {"springs": springs, "weight": steady(heave=-N), "fender": on_floor(1e7, law)}
@@ -202,6 +207,68 @@ def test_a_point_driven_in_a_circle(figure: Figure):
     assert_allclose(node, r, rtol=1e-6)
     assert slid == pytest.approx(w * r * seconds, rel=1e-6)
     assert lost == pytest.approx(loss * seconds, rel=1e-6)
+    for name, rate in losses.items():
+        assert float(late[name][-1] - late[name][0]) == pytest.approx(rate * seconds, rel=1e-6)
+
+
+PLANAR = StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
+FIGURES = {
+    "circle": Driven(PLANAR, 1e5, (2.0, 2.0), (0.7, 0.7), (0.0, np.pi / 2)),
+    "circle in stick and slip": Driven(PLANAR, 1e6, (1.0, 1.0), (0.7, 0.7), (0.0, np.pi / 2)),
+    "Lissajous 1:2": Driven(PLANAR, 1e5, (1.0, 0.6), (0.7, 1.4), (0.0, 0.3)),
+    "Lissajous 3:2, a line at times": Driven(PLANAR, 2e5, (1.0, 0.8), (1.5, 1.0), (0.0, 0.0)),
+    "Lissajous 1:3, no slip damping": Driven(
+        replace(PLANAR, slip_damping=0.0), 1e5, (0.8, 0.5), (0.5, 1.5), (0.4, 1.0)
+    ),
+    "Lissajous 2:3, slip damping alone": Driven(
+        replace(PLANAR, damping=0.0, slip_damping=1e5), 1e5, (0.8, 0.8), (1.0, 1.5), (0.2, 1.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_driven_point_against_an_independent_integration(name, figure: Figure):
+    """The node, its path and the losses, C2 and C3 apart: in all mu_k N times the path and the two.
+    Traction is within mu_s N in stick, and mu_k N + C3 |v2| in slip."""
+    driven = FIGURES[name]
+    run = hs.simulate(driven.scene(0.01)).isel(fender=0)
+    exact = integrate_in_plane(driven, run.time.values)
+    law, N, mode = driven.law, driven.normal, run.fender_mode.values
+    stretch, (path, damped, slip_damped) = exact.states[:, :2], exact.states[:, 2:].T
+    figure("events", exact.events.size)
+    figure("error of the path", float(run.fender_slip_distance[-1]) / path[-1] - 1)
+    assert run.solver_events == exact.events.size
+    apart = np.abs(run.time.values[:, None] - [*exact.events, np.inf]).min(axis=1) > 1e-6
+    assert np.array_equal(mode[apart], exact.modes[apart])
+    node = driven.place(run.time.values) - stretch
+    assert_allclose(run.fender_node.values[:, :2], node, atol=1e-7 * max(driven.size))
+    losses = {
+        "slip_distance": path,
+        "dissipated_damping": damped,
+        "dissipated_slip_damping": slip_damped,
+        "dissipated": law.kinetic * N * path + damped + slip_damped,
+    }
+    for what, expected in losses.items():
+        assert_allclose(run[f"fender_{what}"], expected, atol=1e-6 * expected[-1], err_msg=what)
+    size = np.linalg.norm(run.fender_friction.values, axis=1)
+    T = np.array([driven.traction(t, s) for t, s in zip(run.time.values, stretch, strict=True)])
+    c = law.damping + law.slip_damping
+    speed = (np.linalg.norm(T, axis=1) - law.kinetic * N) / c
+    slip = law.kinetic * N + law.slip_damping * speed
+    assert np.all(size[mode == 1] <= law.static * N * (1 + 1e-9))
+    assert_allclose(size[mode == 2], slip[mode == 2], rtol=1e-6)
+
+
+@pytest.mark.parametrize("mass", [1e6, HEAVY])
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_driven_point_turns_with_its_scene(name, mass):
+    """Heavy, so that only the node is free, and so light that friction carries the body along."""
+    here, there = (hs.simulate(FIGURES[name].scene(0.01, turn, mass)) for turn in (0.0, 0.7))
+    R = Rotation.from_euler("z", 0.7).as_matrix()
+    assert np.array_equal(here.fender_mode, there.fender_mode)
+    for variable in ("position", "velocity", "fender_node", "fender_friction"):
+        a, b = here[variable].values[:, 0, :3] @ R.T, there[variable].values[:, 0, :3]
+        assert_allclose(b, a, atol=1e-10 * np.abs(a).max(), err_msg=variable)
 
 
 def collision(law: Law) -> Scene:

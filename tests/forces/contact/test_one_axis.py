@@ -150,6 +150,50 @@ def test_curve_with_corners(figure: Figure) -> None:
     assert runs[-1].fender_compression.max() > 0.2  # the last piece
 
 
+MASS = 1.945e8  # kg, of which 5 % of critical damping on 5.6e8 N/m is 3.3e7 N s/m
+SLIP_DAMPING = (0.0, 1e6, 1e8, 1e10)  # N s/m
+PAIRS = ((0.7, 0.4), (0.4, 0.2), (0.2, 0.04), (0.2, 0.1), (0.7, 0.6))  # static, kinetic
+SAMPLES = 0.01 * np.arange(1001)
+
+
+def one_dimensional(k: int) -> Block:
+    """The 1-D model of Plasterk (2017, chapter 5), set ``k``: every C3 with every pair of friction
+    factors, K2 from 5.6e6 to 5.6e8 N/m, C2 5 % of critical; waves push it and press it against the
+    topside, in every third set so fast and hard that contact opens and closes every second."""
+    rng, time, fast = np.random.default_rng(k), 0.25 * np.arange(41), k % 3 == 1
+    K2 = 5.6e6 * 100.0 ** rng.uniform()
+    law = StickSlip(*PAIRS[k % 5], K2, 0.05 * 2 * np.sqrt(K2 * MASS), SLIP_DAMPING[k % 4])
+    contact, N = 392.4e6, rng.uniform(1e7, 4e7)
+
+    def waves(amplitude: float, period: float) -> np.ndarray:
+        return amplitude * np.sin(2 * np.pi * time / period + rng.uniform(0, 2 * np.pi))
+
+    push = sum(waves(law.static * N * rng.uniform(0.8, 2.0), rng.uniform(3, 9)) for _ in range(2))
+    press = waves(rng.uniform(0.2, 1.2) * N, rng.uniform(3, 9))
+    press += 5e8 * np.cos(2 * np.pi * time) if fast else 0.0
+    return Block(
+        *(MASS, line(contact), law, time, np.asarray(push), press - N),
+        spring=(392.4e3, 1.32e8),
+        start=(0.0, rng.uniform(-0.1, 0.1), -N / 5.244e8, rng.uniform(-0.1, 0.1)),
+        duration=10.0,
+    )
+
+
+@pytest.mark.parametrize("k", range(20))
+def test_one_dimensional_model_with_random_parameters(k: int, figure: Figure) -> None:
+    """To 1e-7 of the range at 0.01 s. The same sequence of modes: as many changes, and the same
+    mode every 0.01 s (but where a change is at the very sample)."""
+    block = one_dimensional(k)
+    reference = integrate(block, SAMPLES)
+    run = simulate(block.scene(0.01, output_step=0.01))
+    figure("error", error(run, reference))
+    figure("events", reference.events.size)
+    assert error(run, reference) <= EXACT
+    assert run.solver_events == reference.events.size >= (10 if k % 3 == 1 else 2)
+    apart = np.abs(SAMPLES[:, None] - reference.events).min(axis=1) > 1e-6
+    assert np.array_equal(run.fender_mode.values[apart, 0], reference.modes[apart])
+
+
 def stretch(run: xr.Dataset) -> np.ndarray:
     return run.position.values[:, 0, 0] - run.fender_node.values[:, 0, 0]
 

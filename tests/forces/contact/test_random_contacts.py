@@ -107,7 +107,7 @@ def _shared(law: Any, count: int) -> Any:
     return FrictionSlope(law.coefficient, law.slope / count) if law != Frictionless() else law
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None, derandomize=True)
 @given(scenes())
 def test_what_holds_in_every_scene_of_contact(scene: Scene) -> None:
     run = hs.simulate(scene)
@@ -130,7 +130,8 @@ def test_what_holds_in_every_scene_of_contact(scene: Scene) -> None:
         assert np.all(size[mode == STICK] <= law.coefficient * N[mode == STICK] + tiny)
         np.testing.assert_allclose(size[mode == SLIP], law.coefficient * N[mode == SLIP], atol=tiny)
 
-    assert np.all(np.diff(run.fender_slip_distance, axis=0) >= 0.0)
+    slipped = run.fender_slip_distance.values
+    assert np.all(np.diff(slipped, axis=0) >= -1e-15 * max(slipped.max(), 1.0))
     lost = run.fender_dissipated.values
     rounding = 1e-12 * max(lost.max(), 1.0)
     if damping == 0.0:
