@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from time import perf_counter
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -46,6 +46,10 @@ from hydrosim.run import (
 )
 from hydrosim.scene import ADAPTIVE, DOFS, Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limit
+from hydrosim.stages import complete
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
 
 METHODS: dict[Method, Tableau] = {
     Method.RK2: RK2,
@@ -66,21 +70,21 @@ Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
 
 
-class HasScene(Protocol):
-    """A case: something that makes a scene."""
-
-    def scene(self) -> Scene:
-        """The scene in SI units."""
-
-
-def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dataset:
-    """Run a case or a scene; the dataset is described in `hydrosim.output`.
+def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset:
+    """Run a case or a scene; the dataset is described in `hydrosim.output`. The runs that a case
+    needs are made first, see `hydrosim.stages`.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
     up to there with ``status`` "failed", if the run cannot go on.
     """
-    scene = case if isinstance(case, Scene) else case.scene()
+    if isinstance(case, Scene):
+        return _simulate(case, progress)
+    complete(case, lambda stage: simulate(stage, progress))
+    return _simulate(case.scene(), progress)
+
+
+def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
     model, state = compile_scene(scene, notes)
     notes.warnings.extend(_stability_warnings(scene, model, state))
@@ -201,6 +205,7 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "solver_step": scene.solver.step,
         "warnings": "\n".join(notes.warnings) or None,
         "skipped": "\n".join(notes.skipped) or None,
+        "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value
             for name, wet in notes.wet.items()

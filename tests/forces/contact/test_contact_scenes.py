@@ -254,16 +254,16 @@ def test_two_bodies_keep_their_momentum(law, figure: Figure):
 
 TURN = Rotation.from_euler("z", 0.7).as_matrix()
 SHIFT = np.array([30.0, -20.0, 0.0])
+PUSH = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
 
 
 def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
     """A block that is pushed over a sloping floor, as it is or turned and moved."""
     both = np.kron(np.eye(2), turn)
-    push = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
     K = np.diag([5e3, 2e4, 0.0])
     forces = {
         "push": AppliedForce(
-            "block", tuple(turn @ [0.2, 0.1, 0.0]), table([0.0, 3.0], push @ both.T)
+            "block", tuple(turn @ [0.2, 0.1, 0.0]), table([0.0, 3.0], PUSH @ both.T)
         ),
         "mooring": LinearMooring("block", np.kron(np.diag([1.0, 0.0]), turn @ K @ turn.T)),
         "fender": Fender(
@@ -316,7 +316,7 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
         push = whole.forces["push"]
         forces = {
             **whole.forces,
-            "push": replace(push, force=size * push.force),
+            "push": replace(push, force=table([0.0, 3.0], size * PUSH)),
             "fender": flat,
             "springs": LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
         }
