@@ -48,6 +48,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
             if not finding.passed:
                 figures = f"{finding.figure:.3g} > {finding.limit:.3g}"
                 yield f"  {finding.name}: {figures}, {finding.advice}"
+    for line in notes.records:
+        yield f"recorded: {line}"
     for line in notes.skipped:
         yield f"skipped: {line}"
     for line in notes.warnings:

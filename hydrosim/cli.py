@@ -53,6 +53,7 @@ def run(
 
     case = load_case(case_file, settings)
     path = _result_path(output, case_file)
+    _complete(case)
     try:
         dataset = _simulate_with_progress(case)
     except SimulationError as error:
@@ -68,11 +69,20 @@ def run(
 
 @app.command()
 def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
-    """Validate a case; print what the scene needs and skips, and its natural periods."""
+    """Validate a case; print what the scene needs and skips, and its natural periods.
+
+    Of a case that is driven by the runs of others it says which of those have to be made first.
+    """
     from hydrosim.case import load_case
     from hydrosim.check import survey
+    from hydrosim.stages import outdated
 
     case = load_case(case_file, settings)
+    missing = [reason for stage in case.stages() if (reason := outdated(stage))]
+    for reason in missing:
+        _say(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+    if missing:
+        return
     _announce_compile()
     for part in survey(case.scene()):
         _say(part) if isinstance(part, str) else out.print(part)
@@ -101,7 +111,9 @@ def converge(
     path = _result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
     chosen = [_one_of(Method, name, "--methods") for name in methods.split(",")]
     numbers = _numbers(steps, "--steps"), _numbers(tolerances, "--tolerances")
-    scene = load_case(case_file, settings).scene()
+    case = load_case(case_file, settings)
+    _complete(case)
+    scene = case.scene()
     _announce_compile()
     with err.status("running") as status:
         study = study_of(scene, chosen, *numbers, status.update)
@@ -166,6 +178,16 @@ def _announce_compile() -> None:
     if not compiled_before():
         what = "compiling the kernels, once for this version (about 40 s), into"
         err.print(f"{what} {kernel_cache()}", highlight=False, soft_wrap=True)
+
+
+def _complete(case: Case) -> None:
+    """Make the runs that the case needs, and say so."""
+    from hydrosim.stages import complete
+
+    def announce(text: str) -> None:
+        err.print(f"first stage: {text}", markup=False, highlight=False, soft_wrap=True)
+
+    complete(case, _simulate_with_progress, announce)
 
 
 def _simulate_with_progress(case: Case) -> xr.Dataset:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
+from hydrosim.forces import Recorded, signals_of
 from hydrosim.scene import DOFS, Body, Scene
 from hydrosim.waves import energy_outside, sea
 from hydrosim.wet import WetBody
@@ -17,10 +20,12 @@ OUTSIDE_WARNED, OUTSIDE_REFUSED = 0.01, 0.05  # shares of a sea's energy beyond 
 
 @dataclass
 class Notes:
-    """What compiling found out: ``skipped`` parts, ``warnings``, and the databases in use."""
+    """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated,
+    and the databases in use."""
 
     skipped: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    records: list[str] = field(default_factory=list)
     wet: dict[str, WetBody] = field(default_factory=dict)
 
 
@@ -30,6 +35,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
     Raises InputError where a sea is mostly beyond a database's frequencies.
     """
     notes.skipped.extend(_skipped(scene, model, notes.wet))
+    notes.records.extend(_records(scene))
     for body in scene.bodies:
         if body.name in notes.wet:
             notes.warnings.extend(_mass_warnings(body, notes.wet[body.name]))
@@ -61,6 +67,18 @@ def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
             )
         if outside > OUTSIDE_WARNED:
             yield f"{text}: no first-order loads there."
+
+
+def _records(scene: Scene) -> Iterator[str]:
+    """How well the splines through recorded forces are determined."""
+    for key, signal in signals_of(scene.forces):
+        if isinstance(signal, Recorded):
+            miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
+            yield (
+                f"{key}: cubic spline through {signal.time.size} values; one through every other"
+                f" value misses the rest by up to {miss:.1e} of the range (a sixteenth of that is"
+                " the error of all, if they are smooth)"
+            )
 
 
 def _skipped(scene: Scene, model: Model, wet: dict[str, WetBody]) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import ceil, isclose
 from time import perf_counter
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,7 @@ from hydrosim.restart import opened, started_from
 from hydrosim.run import PITCH, Clock, Record, advance, new_record
 from hydrosim.scene import DOFS, Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limits
+from hydrosim.stages import complete
 from hydrosim.stepper import (
     CAPSIZED,
     CHATTERING,
@@ -39,6 +40,9 @@ from hydrosim.stepper import (
     State,
     new_scratch,
 )
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
 
 METHODS: dict[Method, Tableau] = {
     Method.RK2: RK2,
@@ -63,21 +67,21 @@ Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
 
 
-class HasScene(Protocol):
-    """A case: something that makes a scene."""
-
-    def scene(self) -> Scene:
-        """The scene in SI units."""
-
-
-def simulate(case: HasScene | Scene, progress: Progress | None = None) -> xr.Dataset:
-    """Run a case or a scene; the dataset is described in `hydrosim.output`.
+def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset:
+    """Run a case or a scene; the dataset is described in `hydrosim.output`. The runs that a case
+    needs are made first, see `hydrosim.stages`.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
     up to there with ``status`` "failed", if the run cannot go on.
     """
-    scene = opened(case if isinstance(case, Scene) else case.scene())
+    if isinstance(case, Scene):
+        return _simulate(opened(case), progress)
+    complete(case, lambda stage: simulate(stage, progress))
+    return _simulate(opened(case.scene()), progress)
+
+
+def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
     model, state = compile_scene(scene, notes)
     notes.warnings.extend(_stability_warnings(scene, model, state))
@@ -210,6 +214,7 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "warnings": "\n".join(notes.warnings) or None,
         "skipped": "\n".join(notes.skipped) or None,
         **started_from(scene),
+        "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value
             for name, wet in notes.wet.items()

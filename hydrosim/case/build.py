@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim import forces, scene
-from hydrosim.case import schema
+from hydrosim.case import schema, signals
 from hydrosim.case.quantities import as_matrix
+from hydrosim.case.series import Series, Source, read_series
+from hydrosim.case.units import same_dimension
+from hydrosim.forces.signal import scaled
 
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
@@ -21,7 +24,7 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         duration=data.duration,
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
         environment=_environment(data.environment or schema.Environment()),
-        forces={name: _element(element) for name, element in data.forces.items()},
+        forces={name: _element(name, element, path) for name, element in data.forces.items()},
         solver=_solver(data.solver),
         output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
         output_states=data.output.states,
@@ -82,14 +85,14 @@ def _inertia(body: schema.Body) -> np.ndarray:
     return body.mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))
 
 
-def _element(element: schema.Element) -> scene.ForceElement:
+def _element(name: str, element: schema.Element, path: Path) -> scene.ForceElement:
     match element:
         case schema.LinearMooring():
             return _mooring(element)
         case schema.AppliedForce():
-            return _applied_force(element)
+            return _applied_force(name, element, path)
         case schema.Fender():
-            return _fender(element)
+            return _fender(name, element, path)
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
@@ -102,33 +105,64 @@ def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
     )
 
 
-def _applied_force(element: schema.AppliedForce) -> forces.AppliedForce:
-    time = np.array(element.time)
-    given = zip(scene.DOFS, element.force.values(absent=None), strict=True)
+def _applied_force(name: str, element: schema.AppliedForce, path: Path) -> forces.AppliedForce:
+    time = np.array(element.time or (0.0,))
+    force: dict[str, forces.Signal] = {}
+    for dof, form in zip(scene.DOFS, element.force.values(absent=None), strict=True):
+        if isinstance(form, tuple):
+            force[dof] = forces.Table(time, np.array(form))
+        elif form is not None:
+            unit = "N" if dof in scene.DOFS[:3] else "N m"
+            force[dof] = _signal(form, f"forces.{name}.force.{dof}", path, unit)
     return forces.AppliedForce(
-        element.body,
-        point=element.point,
-        force={dof: forces.Table(time, np.array(values)) for dof, values in given if values},
-        body_fixed=element.frame == "body",
+        element.body, point=element.point, force=force, body_fixed=element.frame == "body"
     )
 
 
-def _fender(element: schema.Fender) -> forces.Fender:
+def _signal(form: signals.Form, key: str, path: Path, unit: str) -> forces.Signal:
+    """The signal in ``unit`` that is at ``key`` of the case file ``path``."""
+    match form:
+        case signals.Table():
+            return forces.Table(np.array(form.time), np.array(form.force))
+        case signals.Harmonic():
+            return forces.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
+    source = Source(path.parent / form.file, f"{path}: {key}")
+    if form.case is not None and not source.file.is_file():
+        source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
+    series = read_series(source, form.column)
+    return forces.Recorded(series.time, _factor(form, series, source, unit) * series.value)
+
+
+def _factor(form: signals.Recorded, series: Series, source: Source, unit: str) -> float:
+    """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
+    scale, found = form.factor, f"found a column in {series.unit}"
+    if scale is None:
+        if series.unit not in (unit, None):
+            source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
+        return 1.0
+    if series.unit and scale.unit and not same_dimension(series.unit, scale.unit, unit):
+        source.wrong(f"{found} and a factor in {scale.unit}; expected {unit} of both together")
+    return scale.value
+
+
+def _fender(name: str, element: schema.Fender, path: Path) -> forces.Fender:
     count = len(element.points)
     return forces.Fender(
         element.body,
         points=np.array(element.points),
         plane=forces.Plane(**dict(element.plane)),
-        normal=_normal(element.normal, count),
+        normal=_normal(name, element.normal, count, path),
         friction=_friction(element.friction, count),
     )
 
 
-def _normal(normal: schema.Normal, count: int) -> forces.NormalCurve | forces.PrescribedNormal:
+def _normal(
+    name: str, normal: schema.Normal, count: int, path: Path
+) -> forces.NormalCurve | forces.PrescribedNormal:
     share = 1.0 / count if normal.total else 1.0
     if normal.prescribed is not None:
-        time, force = np.array(normal.prescribed.time), np.array(normal.prescribed.force)
-        return forces.PrescribedNormal(forces.Table(time, share * force))
+        key = f"forces.{name}.normal.prescribed"
+        return forces.PrescribedNormal(scaled(_signal(normal.prescribed, key, path, "N"), share))
     if normal.stiffness is not None:
         table = np.array([0.0, 1.0]), np.array([0.0, normal.stiffness])
     else:

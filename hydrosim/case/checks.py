@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.schema import CaseFile, Fender, Irregular
+from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Irregular
+from hydrosim.case.signals import Recorded
 from hydrosim.case.units import shown
-from hydrosim.scene import ADAPTIVE
+from hydrosim.scene import ADAPTIVE, DOFS
 
 # The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -29,6 +30,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     yield from _check_bodies(case)
     yield from _check_waves(case)
     yield from _check_files(case, folder)
+    yield from _check_records(case, folder)
     yield from _check_steps(case)
 
 
@@ -86,6 +88,35 @@ def _check_file(keys: tuple[str, ...], path: Path, wanted: str) -> Iterator[Prob
         found = "a directory" if os.path.isdir(place) else "no such file"
         remedy = "relative paths begin at the case file's folder"
         yield Problem(keys, f"found {found} at {place}; expected {wanted}; {remedy}")
+
+
+def recorded(case: CaseFile) -> Iterator[tuple[tuple[str, ...], Recorded]]:
+    """All recorded series of a case, with the keys to them."""
+    for name, element in case.forces.items():
+        if isinstance(element, AppliedForce):
+            for dof, form in zip(DOFS, element.force.values(absent=None), strict=True):
+                if isinstance(form, Recorded):
+                    yield ("forces", name, "force", dof), form
+        elif isinstance(element, Fender) and isinstance(element.normal.prescribed, Recorded):
+            yield ("forces", name, "normal", "prescribed"), element.normal.prescribed
+
+
+def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:
+    """Files that must be there; the run of a case need not be, but the case and a folder for it."""
+    cases: dict[str, str | None] = {}
+    for keys, form in recorded(case):
+        if cases.setdefault(form.file, form.case) != form.case:
+            text = f"found {form.file} as the run of {form.case} and of {cases[form.file]}"
+            yield Problem((*keys, "case"), f"{text}; expected the same case wherever it is read")
+        key, name = ("file", form.file) if form.case is None else ("case", form.case)
+        path = os.path.normpath(folder / name)
+        if not os.path.isfile(path):
+            found = "a directory" if os.path.isdir(path) else "no such file"
+            expected = {"file": "a recorded series", "case": "the case that the file is a run of"}
+            text = f"found {found} at {path}; expected {expected[key]}"
+            yield Problem((*keys, key), f"{text}; relative paths begin at the case file's folder")
+        elif not (home := (folder / form.file).parent).is_dir():
+            yield Problem((*keys, "file"), f"found no folder {home}; expected it; make it first")
 
 
 def _check_steps(case: CaseFile) -> Iterator[Problem]:

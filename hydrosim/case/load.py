@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from yaml.nodes import Node
 
-from hydrosim.case.checks import Problem, check
+from hydrosim.case.checks import Problem, check, recorded
 from hydrosim.case.layers import apply_setting, read_case, settings_of, written
 from hydrosim.case.messages import explain
 from hydrosim.case.nodes import SETTING, empty_keys, locate, plain, where
@@ -33,6 +33,21 @@ class Case:
         from hydrosim.case.build import build_scene  # the force elements load numba
 
         return build_scene(self.data, self.path, self.text)
+
+    def stages(self) -> tuple[Stage, ...]:
+        """The runs of other cases that this one needs: recorded series with a case of their own."""
+        folder = self.path.parent
+        series = (form for _, form in recorded(self.data) if form.case is not None)
+        needed = {folder / form.file: folder / str(form.case) for form in series}
+        return tuple(Stage(file, load_case(path)) for file, path in needed.items())
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A run that another case needs: its ``file``, and the ``case`` that it is a run of."""
+
+    file: Path
+    case: Case
 
 
 def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()) -> Case:

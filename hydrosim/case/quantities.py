@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Tag,
@@ -169,7 +168,8 @@ def some(value: Any) -> Any:
     return value
 
 
-def _listed(value: Any) -> Any:
+def listed(value: Any) -> Any:
+    """A list of one, if it is none."""
     return value if isinstance(value, list | tuple) else [value]
 
 
@@ -202,9 +202,4 @@ Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
-ForceTable = Annotated[tuple[Force, ...], AfterValidator(some)]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]
-Forces = PerDof[
-    Annotated[tuple[Force, ...], BeforeValidator(_listed)],
-    Annotated[tuple[Moment, ...], BeforeValidator(_listed)],
-]

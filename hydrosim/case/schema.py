@@ -23,6 +23,7 @@ from pydantic import (
 
 from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
+from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
 from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder, Unstable
 
@@ -199,23 +200,28 @@ class LinearMooring(Strict):
 
 
 class AppliedForce(Strict):
-    """A force and moment on a point of a body: a table in time, or constant."""
+    """A force and moment on a point of a body over time; lists are over the element's ``time``."""
 
     type: Literal["applied_force"]
     body: StrictStr
     frame: Literal["earth", "body"] = "earth"
     point: of.Point = (0.0, 0.0, 0.0)
-    time: of.Times = (0.0,)
-    force: of.Forces
+    time: of.Times | None = None
+    force: Forces
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        for dof, values in zip(DOFS, self.force.values(), strict=True):
-            if values and len(values) != len(self.time):
+        forces = zip(DOFS, self.force.values(absent=None), strict=True)
+        lists = {dof: values for dof, values in forces if isinstance(values, tuple)}
+        count = len(self.time or (0.0,))
+        for dof, values in lists.items():
+            if len(values) != count:
                 raise problem(
-                    f"{len(values)} values in force.{dof} and {len(self.time)} in time",
+                    f"{len(values)} values in force.{dof} and {count} in time",
                     "a value at each time, or one value and no time",
                 )
+        if self.time and not lists:
+            raise problem("time and no list over it", "a list of forces, or no time")
         return self
 
 
@@ -233,27 +239,13 @@ class Plane(Strict):
         return self
 
 
-class Prescribed(Strict):
-    """A normal force over time, wherever the point is."""
-
-    time: of.Times
-    force: of.ForceTable
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        if len(self.time) != len(self.force):
-            found = f"{len(self.time)} times and {len(self.force)} forces"
-            raise problem(found, "a force for each time")
-        return self
-
-
 class Normal(Strict):
     """Normal force of a fender; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
     compression: of.Compressions | None = None
     force: of.NormalForces | None = None
-    prescribed: Prescribed | None = None
+    prescribed: NormalOverTime | None = None
     damping: of.Damping = 0.0
     total: StrictBool = False
 

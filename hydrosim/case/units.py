@@ -99,6 +99,49 @@ class Quantity:
         return f'{article} {self.what}{unit}, such as "{self.example}"{other}'
 
 
+@dataclass(frozen=True)
+class Scale:
+    """What a number is multiplied with to be in SI, and the ``unit`` of that, if it was said."""
+
+    value: float
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class AnyQuantity:
+    """Annotation of a `Scale`: a number in SI, or a text with any unit."""
+
+    what: str
+    example: str
+
+    def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def read(self, value: object) -> Scale:
+        """The factor; raises PydanticCustomError where it is none."""
+        text = value.strip() if isinstance(value, str) else ""
+        number = NUMBER.match(text)
+        if number is None or not text[number.end() :].strip():
+            return Scale(Quantity(self.what, "", self.example).read(value))
+        unit = text[number.end() :].strip()
+        try:
+            size = registry().Quantity(1.0, _known(unit)).to_base_units().magnitude
+        except ValueError as error:
+            raise problem(shown(value), self.expected, str(error)) from None
+        return Scale(float(number.group()) * float(size), unit)
+
+    @property
+    def expected(self) -> str:
+        """What a message asks for."""
+        return f'a {self.what}, such as "{self.example}"'
+
+
+def same_dimension(first: str, second: str, product: str) -> bool:
+    """True if a quantity in ``first`` times one in ``second`` can be given in ``product``."""
+    unit = registry().parse_units
+    return bool((unit(first) * unit(second)).dimensionality == unit(product).dimensionality)
+
+
 def shown(value: object) -> str:
     """A value as a message shows it."""
     match value:
@@ -118,20 +161,24 @@ def shown(value: object) -> str:
 @lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
     """What a number in ``unit`` is multiplied with to be in ``si``; ValueError says why not."""
+    source, target = _known(unit), registry().parse_units(si)
+    if not _same_kind(source, target, si in STRICT):
+        raise ValueError(_why_not(unit, source, target))
+    return float(registry().convert(1.0, source, target))
+
+
+def _known(unit: str) -> Any:
+    """pint's unit; ValueError says why there is none."""
     if not UNIT.fullmatch(unit):
         raise ValueError(f'"{unit}" cannot be read as a unit')
     if VAGUE.search(unit):
         raise ValueError("tons differ; write tonne (1000 kg) or tonne_force (9810 N)")
     import pint
 
-    units = registry()
     try:
-        source, target = units.parse_units(unit), units.parse_units(si)
+        return registry().parse_units(unit)
     except pint.PintError:
         raise ValueError(f'"{unit}" has a unit that is not known') from None
-    if not _same_kind(source, target, si in STRICT):
-        raise ValueError(_why_not(unit, source, target))
-    return float(units.convert(1.0, source, target))
 
 
 def _same_kind(source: Any, target: Any, strict: bool) -> bool:

@@ -11,7 +11,7 @@ their order; it is not known outside. A harmonic is mean + A sin(2 pi t / period
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import copysign, cos, pi, sin
 
 import numpy as np
@@ -60,6 +60,14 @@ Signal = Table | Recorded | Harmonic
 def constant(value: float) -> Table:
     """The signal that is ``value`` at all times."""
     return Table(np.zeros(1), np.array([value]))
+
+
+def scaled(signal: Signal, factor: float) -> Signal:
+    """The signal times ``factor``."""
+    if isinstance(signal, Harmonic):
+        amplitude, mean = factor * signal.amplitude, factor * signal.mean
+        return replace(signal, amplitude=amplitude, mean=mean)
+    return replace(signal, value=factor * signal.value)
 
 
 def corners(signal: Signal) -> np.ndarray:

@@ -346,7 +346,7 @@ class TestAppliedForce:
         text = element("type: applied_force, body: block, force: {surge: 1 kN, yaw: 2 N*m}")
         force = load(text).scene().forces["element"]
         assert force.body_fixed is False
-        assert {dof: float(signal.value) for dof, signal in force.force.items()} == {
+        assert {dof: signal.value.item() for dof, signal in force.force.items()} == {
             "surge": 1000.0,
             "yaw": 2.0,
         }
@@ -374,6 +374,77 @@ class TestAppliedForce:
     def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
         message = refusal(element(f"type: applied_force, body: block, {keys}"))
         assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
+class TestForcesOverTime:
+    """Of an applied force; a prescribed normal force is the same."""
+
+    SINE = "amplitude: 3 kN, period: 8 s, mean: -1 kN, phase: 90 deg"
+
+    def test_forms(self, load: Load) -> None:
+        text = element(
+            "type: applied_force, body: block, force: {surge: {time: [0, 1 min],"
+            f"force: [1 kN, 2 kN]}}, sway: 5, heave: {{{self.SINE}}},"
+            "yaw: {amplitude: 2 kN*m, period: 1}}"
+        )
+        force = load(text).scene().forces["element"].force
+        assert_array_equal([force["surge"].time, force["surge"].value], [[0, 60], [1e3, 2e3]])
+        assert_array_equal([force["sway"].time, force["sway"].value], [[0.0], [5.0]])
+        assert force["heave"] == forces.Harmonic(3e3, 8.0, mean=-1e3, phase=math.pi / 2)
+        assert force["yaw"] == forces.Harmonic(2e3, 1.0)
+
+    def test_prescribed(self, load: Load) -> None:
+        two = "[[0, 0, 1], [0, 1, 1]]"
+        sine = fender(f"prescribed: {{{self.SINE}}}, total: true").replace("[[0, 0, 1]]", two)
+        normal = load(sine).scene().forces["element"].normal
+        assert normal.force == forces.Harmonic(1.5e3, 8.0, mean=-500.0, phase=math.pi / 2)
+        table = "prescribed: {time: [0, 1], force: [0, 4 kN]}, total: true"
+        force = load(fender(table)).scene().forces["element"].normal.force
+        assert_array_equal([force.time, force.value], [[0, 1], [0, 4e3]])
+
+    @pytest.mark.parametrize(
+        ("force", "key", "found"),
+        [
+            ("{time: [0, 1], force: [1]}", "", "2 times and 1 forces; expected a force for each"),
+            ("{time: [1, 0], force: [1, 2]}", ".time", "0 after 1"),
+            ("{force: [1, 2]}", "", 'no key "time"'),
+            ("{time: [0, 1], force: [1, 2 m]}", ".force.1", '"2 m"; expected a force'),
+            ("{amplitude: 1, period: 0 s}", ".period", '"0 s"'),
+            ("{amplitude: 1 m, period: 1}", ".amplitude", '"1 m"; expected a force'),
+            ("{amplitude: 1, period: 1, fase: 1}", ".fase", "an unknown key; expected one of: amp"),
+            ("{mean: 1}", "", 'no key "amplitude"'),
+            ("{}", "", 'no key "amplitude"'),
+            ("{file: nowhere.csv, column: 2}", ".file", "no such file at nowhere.csv"),
+            ("{file: ., column: 2}", ".file", "a directory at "),
+            ("{file: case.yaml}", "", 'no key "column"'),
+            ("{column: 2}", "", 'no key "file"'),
+            ("{file: case.yaml, column: []}", ".column", "nothing in it"),
+            ("{file: case.yaml, column: 1.5}", ".column", "1.5; expected text"),
+            ("{file: case.yaml, column: 2, factor: big}", ".factor", '"big"'),
+            ("{file: case.yaml, column: 2, factor: 2 ton}", ".factor", '"2 ton"'),
+            ("{file: case.yaml, column: 2, factor: 2 blah}", ".factor", '"2 blah"; expected a fac'),
+            ("{file: run.nc, column: 2, case: none.yaml}", ".case", "no such file at none.yaml"),
+            ("{file: a/run.nc, column: 2, case: case.yaml}", ".file", "no folder a; expected it"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, force: str, key: str, found: str) -> None:
+        text = element(f"type: applied_force, body: block, force: {{surge: {force}}}")
+        expected = f"case.yaml:6: forces.element.force.surge{key}: found {found}"
+        assert refusal(text).startswith(expected)
+        pressed = refusal(fender(f"prescribed: {force}"))
+        assert pressed.startswith(expected.replace("force.surge", "normal.prescribed"))
+
+    def test_a_time_that_nothing_uses(self, refusal: Refusal) -> None:
+        force = "time: [0, 1], force: {surge: {amplitude: 1, period: 1}}"
+        message = refusal(element(f"type: applied_force, body: block, {force}"))
+        assert "forces.element: found time and no list over it" in message
+
+    def test_one_file_is_the_run_of_one_case(self, refusal: Refusal, tmp_path: Path) -> None:
+        (tmp_path / "other.yaml").touch()
+        runs = [f"{{file: run.nc, column: 2, case: {name}.yaml}}" for name in ("case", "other")]
+        force = f"force: {{surge: {runs[0]}, sway: {runs[1]}}}"
+        message = refusal(element(f"type: applied_force, body: block, {force}"))
+        assert "force.sway.case: found run.nc as the run of other.yaml and of case.yaml" in message
 
 
 class TestFender:

@@ -321,6 +321,7 @@ def test_two_bodies_keep_their_momentum(law, figure: Figure):
 
 TURN = Rotation.from_euler("z", 0.7).as_matrix()
 SHIFT = np.array([30.0, -20.0, 0.0])
+PUSH = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])
 
 
 PUSH = np.array([[3e4, 1e4, -1e5, 0, 2e4, 1e4], [-4e4, 2e4, -8e4, 1e4, 0, -2e4]])

@@ -1,0 +1,92 @@
+"""Forces over time in a case file: a table, a recorded series, or a sine."""
+
+from __future__ import annotations
+
+from typing import Annotated, Generic, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    StrictInt,
+    StrictStr,
+    Tag,
+    model_validator,
+)
+
+from hydrosim.case import quantities as of
+from hydrosim.case.quantities import Strict, T
+from hydrosim.case.units import AnyQuantity, Scale, problem
+
+
+class Table(Strict, Generic[T]):
+    """Straight lines between the forces at some times, constant outside."""
+
+    time: of.Times
+    force: Annotated[tuple[T, ...], AfterValidator(of.some)]
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if len(self.time) != len(self.force):
+            found = f"{len(self.time)} times and {len(self.force)} forces"
+            raise problem(found, "a force for each time")
+        return self
+
+
+class Recorded(Strict):
+    """Columns of a file, added together and multiplied by a factor; the file is the run of ``case``
+    if that is given."""
+
+    file: StrictStr
+    case: StrictStr | None = None
+    column: Annotated[
+        tuple[StrictStr | StrictInt, ...], BeforeValidator(of.listed), AfterValidator(of.some)
+    ]
+    factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
+
+
+class Harmonic(Strict, Generic[T]):
+    """mean + amplitude sin(2 pi t / period + phase)."""
+
+    amplitude: T
+    period: of.Period
+    mean: T | None = None
+    phase: of.Angle = 0.0
+
+
+def _form(value: object) -> str:
+    """Which of the forms a value in a case file has."""
+    if not isinstance(value, dict):
+        return "values"
+    if {"file", "column"} & value.keys():
+        return "recorded"
+    return "table" if {"time", "force"} & value.keys() else "harmonic"
+
+
+def _mapping(value: object) -> str:
+    return _form(value) if isinstance(value, dict) else "table"
+
+
+ForceOverTime = Annotated[
+    Annotated[tuple[of.Force, ...], BeforeValidator(of.listed), Tag("values")]
+    | Annotated[Table[of.Force], Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Force], Tag("harmonic")],
+    Discriminator(_form),
+]
+MomentOverTime = Annotated[
+    Annotated[tuple[of.Moment, ...], BeforeValidator(of.listed), Tag("values")]
+    | Annotated[Table[of.Moment], Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Moment], Tag("harmonic")],
+    Discriminator(_form),
+]
+NormalOverTime = Annotated[
+    Annotated[Table[of.Force], Tag("table")]
+    | Annotated[Recorded, Tag("recorded")]
+    | Annotated[Harmonic[of.Force], Tag("harmonic")],
+    Discriminator(_mapping),
+]
+Form = Table[float] | Recorded | Harmonic[float]
+Forces = of.PerDof[ForceOverTime, MomentOverTime]
+"""Of an applied force: per DOF a number, a list over the element's own times, or any of these."""

@@ -1,0 +1,68 @@
+"""Studies in stages: cases that are driven by the runs of other cases.
+
+A recorded series of a case may name the case that it is a run of. `complete` simulates what is not
+there, or was made from another text of that case or by another version of the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.output import program_version, write
+
+if TYPE_CHECKING:
+    from hydrosim.case.load import Case, Stage
+
+
+def outdated(stage: Stage) -> str | None:
+    """Why the run of a stage must be made (again); None if it need not."""
+    if not stage.file.is_file():
+        return f"{stage.file} is not there"
+    try:
+        with xr.open_dataset(stage.file, engine="netcdf4") as run:
+            made = run.attrs
+    except (OSError, ValueError):
+        return f"{stage.file} is not the result of a run"
+    if made.get("case") != stage.case.text:
+        return f"{stage.file} was made from another text of {stage.case.path}"
+    if made.get("program") != f"hydrosim {program_version()}":
+        return f"{stage.file} was made by {made.get('program')}"
+    if made.get("status") != "complete":
+        return f"{stage.file} is of a run that did not come to its end"
+    return None
+
+
+def complete(
+    case: Case,
+    run: Callable[[Case], xr.Dataset],
+    announce: Callable[[str], None] = lambda _: None,
+    above: tuple[Path, ...] = (),
+) -> bool:
+    """Make the runs that ``case`` needs by ``run``, the first of them first; True if any was made.
+
+    ``announce`` is told why a run is made; ``above`` are the cases that need this one. Raises
+    InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
+    runs are written.
+    """
+    chain, made = (*above, case.path.resolve()), False
+    for stage in case.stages():
+        if stage.case.path.resolve() in chain:
+            raise InputError(
+                f"{case.path}: found a series from a run of {stage.case.path}, which needs a run of"
+                " this case; expected cases that do not need each other."
+            )
+        anew = complete(stage.case, run, announce, chain)
+        reason = f"{stage.file} needs another run" if anew else outdated(stage)
+        if reason:
+            announce(f"{reason}: simulating {stage.case.path}")
+            dataset = run(stage.case)
+            if dataset.attrs["status"] == "interrupted":
+                raise KeyboardInterrupt
+            write(dataset, stage.file)
+            made = True
+    return made
