@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from moored_barge import ROOT
 
 import hydrosim as hs
 from hydrosim.cli import main
@@ -39,6 +41,7 @@ solver: {step: 0.02 s}
 output: {step: 0.1 s}
 """
 THIRD = SECOND.replace("first", "second").replace("force_spring", "force_push")
+RUNS = shutil.ignore_patterns("no_friction.nc")
 Command = Callable[..., tuple[int, str, str]]
 
 
@@ -170,3 +173,24 @@ def test_cases_that_need_each_other(cases: Path, hydrosim: Command) -> None:
 def test_a_case_without_its_first_stage_has_no_scene(cases: Path) -> None:
     with pytest.raises(hs.InputError, match=r"first\.nc: found no such file; expected the run of"):
         hs.load_case("second.yaml").scene()
+
+
+def test_the_one_dimensional_model_crawls_as_the_barge(
+    tmp_path: Path, base_run: xr.Dataset, figure: Callable[[str, float], None]
+) -> None:
+    """The case as it is, from its own friction-free run. It leaves out pitch and heave of the run
+    with friction: what it says of the crawl is to be held to a fifth, not to digits."""
+    for folder in ("cases", "hydro_db"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=RUNS)
+    run = hs.simulate(hs.load_case(tmp_path / "cases" / "one_dimensional" / "base.yaml"))
+    assert (tmp_path / "cases" / "one_dimensional" / "no_friction.nc").is_file()
+    for time in (1000.0, 2000.0):
+        here, there = (
+            float(x.position.sel(time=time, body="barge", dof="surge")) for x in (run, base_run)
+        )
+        figure(f"surge at {time:g} s", here)
+        figure("of the whole barge", there)
+        assert here == pytest.approx(there, rel=0.2)
+    moored = slice(200.0, 500.0)  # no contact yet: the same force on a heavier mass
+    means = [x.position.sel(time=moored, dof="surge").mean().item() for x in (run, base_run)]
+    assert means[0] == pytest.approx(means[1], rel=0.05)
