@@ -303,6 +303,9 @@ class StickSlip(Strict):
     @model_validator(mode="after")
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
+        if self.load and not self.damping + self.slip_damping:
+            found = "load without damping and slip_damping"
+            raise problem(found, "one of the latter above 0, or no load")
         return self
 
 

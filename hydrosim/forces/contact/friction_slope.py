@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
+from hydrosim.forces.contact.coulomb import direction
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.contact.stick_slip import Friction, size_along
 from hydrosim.kernels import kernel
@@ -27,13 +28,16 @@ class FrictionSlope:
 
 @kernel
 def friction(mode, load, v1, s, p):
-    """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``."""
+    """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``. Slip goes
+    on in the half plane of its heading ``s`` (2,), so that it is smooth through rest."""
     speed = hypot(v1[0], v1[1])
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-    size = p.damping * speed if mode == STICK else p.kinetic * load.N
-    force = (-size * v1[0] / speed, -size * v1[1] / speed)
-    return Friction(force, (0.0, 0.0), speed, size * speed, 0.0, 0.0)
+    size, d = p.kinetic * load.N, direction(v1, s)
+    if mode == STICK:
+        size, d = p.damping * speed, (v1[0] / speed, v1[1] / speed)
+    power = size * (d[0] * v1[0] + d[1] * v1[1])
+    return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
 
 
 @kernel

@@ -23,11 +23,11 @@ changes of K2 take, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988).
 Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, the
 energy of the jump is lost, and in slip it stays on it, so that with d = S / |S|
 
-    slip    v2 = lambda d,  lambda = d v1 + (|S| min(K2', 0) / K2 - mu_k N') / K2  until lambda = 0
+    slip    v2 = lambda d,  lambda = d v1 - mu_k N' / K2  until lambda = 0
 
-which needs N' and so no normal damping. With C2 = 0, or where K2 is zero without load, an open node
-is where the body's point is. After Plasterk (2017), chapters 5 and 6, extended from one axis to the
-plane.
+which needs N', and so no normal damping, and constant coefficients. With C2 = 0, or where K2 is
+zero without load, an open node is where the body's point is. After Plasterk (2017), chapters 5 and
+6, extended from one axis to the plane.
 
 The state is the stretch s: S = K2 s; but while N_e rises and K2 with it, S = K s with K of the
 reference load. So s is smooth, also from the first touch on, and the same where K2 is constant.
@@ -151,8 +151,7 @@ def slip(load, v1, s, c, p):
     if c.C2 + c.C3 > 0.0:
         return _unit(T), (size - p.kinetic * load.N) / (c.C2 + c.C3)
     d = _unit(T) if size > 0.0 else _unit(v1)  # contact that begins in slip has no stretch yet
-    falling = 0.0 if load.rising else size * softening(load, p)
-    return d, d[0] * v1[0] + d[1] * v1[1] + (falling - p.kinetic * load.rate) / c.K2
+    return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * load.rate / c.K2
 
 
 @kernel

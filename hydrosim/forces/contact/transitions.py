@@ -93,7 +93,7 @@ def _find_segment(point, contact, p):
 @kernel
 def find_headings(t, y, modes, motion, bodies, p, out):
     """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all points that slip;
-    rigid friction keeps its own in y."""
+    laws without a node keep theirs in y."""
     for i in range(p.points.size):
         point, k = p.points[i], p.state + STATES * i
         if modes[i, MODE] != SLIP or point.law == FRICTIONLESS:
@@ -105,7 +105,9 @@ def find_headings(t, y, modes, motion, bodies, p, out):
         size = hypot(a[0], a[1])
         if size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
-            if point.law == COULOMB and out[i, 0] * y[k] + out[i, 1] * y[k + 1] > 0.0:
+            turned = out[i, 0] * y[k] + out[i, 1] * y[k + 1] <= 0.0
+            unknown = y[k] == 0.0 and y[k + 1] == 0.0
+            if point.law != STICK_SLIP and (unknown or not turned):
                 y[k], y[k + 1] = out[i, 0], out[i, 1]
 
 
@@ -144,6 +146,8 @@ def _break_away(i, t, y, modes, contact, reactions, p):
     if point.law == COULOMB:
         size = hypot(reactions[i, 0], reactions[i, 1])
         y[k], y[k + 1] = -reactions[i, 0] / size, -reactions[i, 1] / size
+    if point.law == FRICTION_SLOPE:
+        y[k], y[k + 1] = coulomb.direction(contact.velocity, (0.0, 0.0))
     if point.law == STICK_SLIP:
         load, before = pressure(i, t, modes, contact, p), hypot(y[k], y[k + 1])
         (y[k], y[k + 1]), lost = stick_slip.break_away(load, (y[k], y[k + 1]), point)

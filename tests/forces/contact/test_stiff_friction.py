@@ -37,35 +37,17 @@ def sliding(slope: float, step: float, method: Method = Method.ESDIRK4) -> Scene
 
 
 def exact(slope: float, times: np.ndarray) -> np.ndarray:
-    """x, x' (nt, 2) by scipy's Radau from corner to corner of the slope."""
+    """x, x' (nt, 2) by scipy's Radau, which walks over the corners in small steps."""
 
-    def rates(t: float, y: np.ndarray, side: float) -> list[float]:
-        friction = -slope * y[1] if side == 0.0 else -side * GRIP
-        return [y[1], (PUSH * np.sin(2 * np.pi * t / PERIOD) + friction) / MASS]
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        push = PUSH * np.sin(2 * np.pi * t / PERIOD)
+        return [y[1], (push - np.clip(slope * y[1], -GRIP, GRIP)) / MASS]
 
-    def corner(t: float, y: np.ndarray, side: float) -> float:
-        speed = abs(y[1]) if side == 0.0 else side * y[1]
-        return (1.0 if side == 0.0 else -1.0) * (speed * slope / GRIP - 1.0)
-
-    corner.terminal, corner.direction = True, 1
-    t, y, side, out = 0.0, np.zeros(2), 0.0, np.zeros((times.size, 2))
-    while t < times[-1]:
-        piece = solve_ivp(
-            *(rates, (t, times[-1]), y, "Radau"),
-            args=(side,),
-            events=corner,
-            dense_output=True,
-            rtol=1e-11,
-            atol=1e-15,
-        )
-        inside = (times >= t) & (times <= piece.t[-1])
-        out[inside] = piece.sol(times[inside]).T
-        t, y = piece.t[-1], piece.y[:, -1]
-        side = float(np.sign(y[1])) if side == 0.0 else 0.0
-    return out
+    tight = {"rtol": 1e-9, "atol": 1e-13, "max_step": 0.5}
+    return solve_ivp(rates, (0.0, times[-1]), [0.0, 0.0], "Radau", t_eval=times, **tight).y.T
 
 
-@pytest.mark.parametrize("slope", [1e8, 1e9, 1e10, 1e11, 1e12])
+@pytest.mark.parametrize("slope", [1e8, 1e10, 1e12])
 def test_steep_slopes_at_a_tenth_of_a_second(slope: float, figure: Figure) -> None:
     """h b / m reaches 500: no oscillation, and the creep v = F / b of stick is there."""
     run = hs.simulate(sliding(slope, 0.1))
