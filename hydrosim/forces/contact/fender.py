@@ -7,11 +7,11 @@ N: normal force along the plane's normal n (`normal`); f: friction in the plane 
 Every point has a mode (open, stick, slip), a segment of its curve, and stick-slip that goes with
 the load knows whether that rises. They change only at events (`transitions`).
 
-State per point: stretch s (2,), or of slip without a node its heading; slip distance; energy lost in
-friction and where contact ends with something still stored, and of that energy the parts lost in C2
-and in C3 of a contact node. Stored energy: normal curve and stretch; dissipation: normal damping,
-friction; a prescribed normal force stores nothing and what it takes from the body counts as
-dissipation.
+State per point: stretch s (2,), or of slip without a node its heading; slip distance; energy lost
+in friction and where contact ends with something still stored, and of that energy the parts lost
+in C2 and in C3 of a contact node. Stored energy: normal curve and stretch; dissipation: normal
+damping, friction; a prescribed normal force stores nothing and what it takes from the body counts
+as dissipation.
 """
 
 from __future__ import annotations
