@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from hydrosim.dynamics import Model, new_work, rhs
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import MARGINS, STATES, find_headings, margins, switch
+from hydrosim.forces.contact.fender import STATES
+from hydrosim.forces.contact.transitions import MARGINS, find_headings, margins, switch
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import State
 

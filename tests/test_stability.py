@@ -22,6 +22,8 @@ from hydrosim.forces import (
     Plane,
     PrescribedNormal,
     StickSlip,
+    Table,
+    constant,
 )
 from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
@@ -113,7 +115,7 @@ def moving_block(
 
 def stuck_block(slope: float) -> Scene:
     """Surge alone, with a friction slope that does not let it go."""
-    always = PrescribedNormal(np.zeros(1), np.full(1, 1e9))
+    always = PrescribedNormal(constant(1e9))
     return moving_block(1.62e8, DISTURBED, FrictionSlope(0.2, slope), always)
 
 
@@ -138,7 +140,7 @@ def stuck_barge(slope: float) -> Scene:
 def sliding_block(law: StickSlip, opened: bool, step: float) -> Scene:
     """Nothing slows it down. It stretches the node of its contact until that slips, at 2 s, or the
     contact opens, at 3 s; then 300 steps."""
-    press = PrescribedNormal(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4]))
+    press = PrescribedNormal(Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4])))
     solver = Solver(step=step)
     scene = moving_block(1e15, 1.0, law, press)
     return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)

@@ -13,7 +13,8 @@ so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy S^2 
 dissipation C2 |v1 - v2|^2 + (mu_k N + C3 |v2|) |v2|.
 
 K2, C2 and C3 may go with powers of the elastic normal force N_e (normal curve, without its
-damping). The spring is then incremental, and S shrinks with K2 while N_e falls,
+damping), down to a thousandth of its reference. The spring is then incremental, and S shrinks with
+K2 while N_e falls,
 
     S' = K2 (v1 - v2) + S min(K2', 0) / K2
 
@@ -43,7 +44,7 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
 
 REVERSED = 10.0  # 1 / cos(84 deg)
-LEAST = 1e-12  # of the reference load: below it powers of the load stay as they are
+LEAST = 1e-3  # of the reference load: below it K2, C2, C3 stay as they are there
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,9 @@ def coefficients(load, p):
 @kernel
 def softening(load, p):
     """K2' / K2 [1/s]."""
-    if p.reference == 0.0:
+    if p.reference == 0.0 or load.elastic < LEAST * p.reference:
         return 0.0
-    return p.stiffness_power * load.rate / max(load.elastic, LEAST * p.reference)
+    return p.stiffness_power * load.rate / load.elastic
 
 
 @kernel

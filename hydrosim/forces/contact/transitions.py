@@ -180,6 +180,8 @@ def _close(i, t, y, modes, contact, p):
     else:
         zero, s = (0.0, 0.0), (y[k], y[k + 1])
         held = _friction_margin(STICK, load, v, s, zero, zero, point) >= 0.0
+    if point.law == FRICTION_SLOPE:
+        y[k], y[k + 1] = coulomb.direction(v, (0.0, 0.0))
     modes[i, MODE] = STICK if held else SLIP
     y[k + DISSIPATED] -= stored_along_normal(i, modes, contact, p)
 

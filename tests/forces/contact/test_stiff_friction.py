@@ -54,7 +54,7 @@ def test_steep_slopes_at_a_tenth_of_a_second(slope: float, figure: Figure) -> No
     wanted = exact(slope, run.time.values)
     error = np.abs(surge(run) - wanted[:, 0]).max() / np.ptp(wanted[:, 0])
     figure(f"error over the range at {slope:g}", error)
-    assert error < 1e-6
+    assert error < 1e-4  # order 4 at slack slopes; stages of order 2 where h b / m is about 5
     creeping = np.abs(wanted[:, 1]) < 0.99 * GRIP / slope
     assert creeping.sum() > 10
     speed = run.velocity.values[creeping, 0, 0]
