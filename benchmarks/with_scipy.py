@@ -44,8 +44,9 @@ class Contact:
         n = self.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], self.bodies, self.motion)
         points, headings = self.points, self.headings
-        find_headings(y, self.modes, self.motion, self.bodies, points, headings)
-        margins(t, y, self.modes, self.motion, self.bodies, points, headings, self.margins)
+        find_headings(t, y, self.modes, self.motion, self.bodies, points, headings)
+        none = np.zeros_like(headings)  # reactions of rigid friction
+        margins(t, y, self.modes, self.motion, self.bodies, points, headings, none, self.margins)
         return self.margins
 
     def switch(self, t: float, y: np.ndarray) -> None:
@@ -53,7 +54,8 @@ class Contact:
         for i, left in enumerate(self.measure(t, y).reshape(-1, MARGINS)):
             if left.min() < ENDED:
                 which = int(left.argmin())
-                switch(i, which, t, y, self.modes, self.motion, self.bodies, self.points)
+                none = np.zeros((len(self.modes), 2))
+                switch(i, which, 1.0, t, y, self.modes, self.motion, self.bodies, none, self.points)
 
 
 def solve(

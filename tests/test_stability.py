@@ -127,7 +127,9 @@ def stuck_barge(slope: float) -> Scene:
     assert isinstance(fender, Fender)
     curve, law = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])), FrictionSlope(0.2, slope)
     load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
-    table = AppliedForce("barge", (0.0, 0.0, 0.0), np.zeros(1), load[None])
+    table = AppliedForce(
+        "barge", (0.0, 0.0, 0.0), {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
+    )
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
     return replace(
         with_body(in_waves(base), **start),
