@@ -32,6 +32,7 @@ from hydrosim.forces import (
     Plane,
     PrescribedNormal,
     StickSlip,
+    Table,
 )
 from hydrosim.scene import Body, Method, Scene, Solver
 from hydrosim.simulation import scene_step_limits
@@ -73,12 +74,11 @@ def answer() -> Answer:
 def _block(push: float, fender: Fender) -> Scene:
     """The block, pushed along straight lines between +-push [N] with a period of 8 s."""
     time = np.arange(0.0, DURATION + 4.0, 4.0)
-    force = np.zeros((time.size, 6))
-    force[:, 0] = push * np.where(np.arange(time.size) % 2, 1.0, -1.0)
+    force = Table(time, push * np.where(np.arange(time.size) % 2, 1.0, -1.0))
     stiffness = MOORING * (np.eye(6) * (np.arange(6) == 0))
     forces = {
         "mooring": LinearMooring("block", stiffness),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), time, force),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force}),
         "fender": fender,
     }
     body = Body("block", MASS, np.eye(3), dofs=("surge",))
@@ -89,7 +89,7 @@ def _fender(
     law: FrictionSlope | StickSlip, time: Sequence[float], force: Sequence[float]
 ) -> Fender:
     plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    normal = PrescribedNormal(np.array(time), np.array(force))
+    normal = PrescribedNormal(Table(np.array(time), np.array(force)))
     return Fender("block", np.zeros((1, 3)), plane, normal, law)
 
 

@@ -27,7 +27,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
-from hydrosim.scene import Body, Method, Scene, Solver, Unstable
+from hydrosim.scene import DOFS, Body, Method, Scene, Solver, Unstable
 from hydrosim.simulation import scene_step_limits
 from hydrosim.stability import ray_limits
 
