@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from hydrosim.dynamics import rhs, still
 from hydrosim.forces import FENDER
+from hydrosim.forces.contact.fender import SETTLED, STATES
 from hydrosim.forces.contact.transitions import MARGINS, break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
@@ -34,6 +35,7 @@ from hydrosim.stepper import (
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
+FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until it is settled
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
@@ -220,9 +222,10 @@ def note_headings(t, model, state, work, headings):
 
 
 @kernel
-def switch_modes(located, t, model, state, work, scratch):
+def switch_modes(located, step, t, model, state, work, scratch):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
-    location all whose margin is negative. One switch per point."""
+    location all whose margin is negative. One switch per point; a node that relaxes in few steps
+    of length ``step`` is settled only a while later."""
     y, modes, n = state.y, state.modes, model.bodies.active.size
     fenders, motion, reactions = model.elements[FENDER], work.motion, work.holds.reaction
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
@@ -235,6 +238,9 @@ def switch_modes(located, t, model, state, work, scratch):
                 continue
             size = max(abs(before[m]), abs(after[m]))
             switch(i, which, size, t, y, modes, motion, model.bodies, reactions, fenders)
+            relaxation = fenders.points[i].relaxation
+            if located and relaxation < FAST * step:
+                y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
             break
     scratch.newton.status[0] = STALE
     make_consistent(t, model, state, work, scratch)

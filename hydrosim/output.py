@@ -24,13 +24,7 @@ import xarray as xr
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import (
-    DAMPED,
-    DISSIPATED,
-    SLIP_DAMPED,
-    SLIP_DISTANCE,
-    STATES,
-)
+from hydrosim.forces.contact.fender import DAMPED, SLIP_DAMPED, SLIP_DISTANCE, STATES
 from hydrosim.forces.contact.modes import RISING, SEGMENT
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.names import fender_names, force_names, memory_names, state_names, supplies
@@ -38,6 +32,7 @@ from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
 
+LOST = -1  # the last of what `observe` says of a point
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
 EARTH = "earth"
 VARIABLES: dict[str, tuple[str, str, str]] = {
@@ -95,7 +90,7 @@ def to_dataset(
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points = _contact_states(model, values["y"])
     data.update(_fenders(values["contact"], record.modes[:count], points))
-    data.update({name: (("time",), e) for name, e in _ledger(scene, model, values, points).items()})
+    data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, record.modes[:count]))
     dataset = dataset.assign(_memory(scene, model, history))
@@ -193,7 +188,7 @@ def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, x
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
-    """States (nt, fenders, 4) of the contact points."""
+    """States (nt, fenders, `STATES`) of the contact points."""
     p = model.elements[FENDER]
     return y[:, p.state : p.state + STATES * p.points.size].reshape(len(y), -1, STATES)
 
@@ -211,18 +206,16 @@ def _fenders(
         "fender_friction": (POINT, contact[:, :, 2:5]),
         "fender_node": (POINT, contact[:, :, 5:8]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
-        "fender_dissipated": (POINT[:2], points[:, :, DISSIPATED]),
+        "fender_dissipated": (POINT[:2], contact[:, :, LOST]),
         "fender_dissipated_damping": (POINT[:2], points[:, :, DAMPED]),
         "fender_dissipated_slip_damping": (POINT[:2], points[:, :, SLIP_DAMPED]),
     }
 
 
-def _ledger(
-    scene: Scene, model: Model, values: dict[str, np.ndarray], points: np.ndarray
-) -> dict[str, np.ndarray]:
+def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
-    friction = _friction_losses(scene, model, points)
+    friction = _friction_losses(scene, model, values["contact"])
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
@@ -241,11 +234,11 @@ def _ledger(
     return ledger
 
 
-def _friction_losses(scene: Scene, model: Model, points: np.ndarray) -> dict[str, np.ndarray]:
+def _friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str, np.ndarray]:
     """Energy lost in friction (nt,) by fender element."""
     rows = model.elements[FENDER].points["row"]
     return {
-        name: points[:, rows == row, DISSIPATED].sum(axis=1)
+        name: contact[:, rows == row, LOST].sum(axis=1)
         for row, name in enumerate(force_names(scene))
         if np.any(rows == row)
     }

@@ -15,7 +15,7 @@ import numpy as np
 from hydrosim.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import observe
+from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.integrate import Control, error_norm, step_factor
 from hydrosim.kernels import assign, kernel
@@ -41,6 +41,7 @@ from hydrosim.waves.loads import wave_loads
 
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
+PARTS = 3  # of a step, while a contact node relaxes fast after an event
 PIECES = 200  # events in one step, per contact point, after which it is called chattering
 
 
@@ -85,7 +86,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "velocity": (m,),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
-        "contact": (model.elements[FENDER].points.size, 8),
+        "contact": (model.elements[FENDER].points.size, OBSERVED),
     }
 
 
@@ -131,8 +132,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
     events = 0
     while t < goal and events <= limit and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
-        if clock.control.adaptive:
-            stop = min(stop, t + scratch.pace[0])
+        stop = min(stop, t + _pace(t, stop - t, clock, model, state, scratch))
         note_headings(t, model, state, work, scratch.headings)
         step(t, stop - t, model, method, state, work, scratch, counters)
         h = stop - t
@@ -144,7 +144,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         _renew(left, work, scratch)
         if left:
             events += 1
-            switch_modes(clock.events, t, model, state, work, scratch)
+            switch_modes(clock.events, clock.step, t, model, state, work, scratch)
         elif work.holds.point.size > 0:
             still(state.y, state.modes, model, work)
         _check(state.y, model.bodies, counters)
@@ -153,6 +153,21 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         counters[STATUS] = CHATTERING
     counters[EVENTS] += events
     return t
+
+
+@kernel
+def _pace(t, h, clock, model, state, scratch):
+    """How long the next step shall be, if not the whole ``h``: as the control of an adaptive method
+    has it, or a part of a step while a contact node settles after an event."""
+    if clock.control.adaptive:
+        return scratch.pace[0]
+    part = clock.step / PARTS
+    if h > 1.1 * part:  # not cut for a sliver
+        fenders = model.elements[FENDER]
+        for i in range(fenders.points.size):
+            if t < state.y[fenders.state + STATES * i + SETTLED]:
+                return part
+    return h
 
 
 @kernel
@@ -229,7 +244,7 @@ def keep(t, model, state, work, scratch, record, counters):
     assign(row[at + m :], motion.velocity)
     for r in range(model.rows):
         assign(wrench[m * r :], work.wrench[r])
-    contact = wrench[m * model.rows :].reshape((points, 8))
+    contact = wrench[m * model.rows :].reshape((points, OBSERVED))
     fenders, reactions = model.elements[FENDER], work.holds.reaction
     observe(t, y, modes, motion, model.bodies, fenders, reactions, contact)
     for i in range(points):

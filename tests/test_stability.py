@@ -207,10 +207,11 @@ def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figu
 
     def grows(factor: float) -> bool:
         run = hs.simulate(scene(factor * predicted.step))
-        if (run.fender_mode.values[-295:] != mode).any():
+        if (run.fender_mode.values[-100:] != mode).any():
             return True
         stretch = run.position.values[:, 0, 0] - run.fender_node.values[:, 0, 0]
-        return abs(stretch[-1] - steady) > abs(stretch[-295] - steady)
+        early, late = np.abs(stretch[[-100, -1]] - steady)
+        return bool(late > max(early, 1e-9))  # m: roundings of 40 m of way
 
     found = threshold(grows)
     figure("predicted step [s]", predicted.step)

@@ -37,17 +37,19 @@ from hydrosim.forces.contact.modes import MODE, OPEN, RISING, SEGMENT, STICK
 from hydrosim.forces.contact.normal import FLAT, NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, Pressed, StickSlip
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.signal import NOTHING, SIGNAL, compile_signals, rate, value
+from hydrosim.forces.signal import NOTHING, SIGNAL, compile_signals, crest, rate, value
 from hydrosim.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(4)
 STATE_NAMES = (  # of each point
     *("stretch 1", "stretch 2", "slip distance"),
-    *("friction loss", "damping loss", "slip damping loss"),
+    *("friction loss", "damping loss", "slip damping loss", "settled"),
 )
 STATES = len(STATE_NAMES)
-SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED = range(2, STATES)
+SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
+OBSERVED = 9  # see `observe`
+LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,10 @@ POINT = np.dtype(
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
         *(("first", int), ("last", int), ("steepest", float)),
-        *(("normal_damping", float), ("prescribed", bool), ("signal", SIGNAL)),
+        *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
         *(("law", int), ("static", float), ("kinetic", float)),
         *(("stiffness", float), ("damping", float), ("slip_damping", float)),
-        *(("reference", float), ("stiffness_power", float)),
+        *(("relaxation", float), ("reference", float), ("stiffness_power", float)),
         *(("damping_power", float), ("slip_damping_power", float)),
     ]
 )
@@ -103,7 +105,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     rows, segments, first, following = [], [np.zeros(0, dtype=normal.SEGMENT)], 0, iter(signals)
     for name, e in fenders.items():
         curve = e.normal if isinstance(e.normal, NormalCurve) else FLAT
-        signal = (False, NOTHING) if curve is e.normal else (True, next(following))
+        signal = (False, 0.0, NOTHING)
+        if isinstance(e.normal, PrescribedNormal):
+            signal = _prescribed(next(following), pieces)
         segments.append(normal.segments(curve))
         last, steepest = first + segments[-1].size - 1, segments[-1]["slope"].max()
         shared = (first, last, steepest, curve.damping, *signal, *_law(e.friction))
@@ -111,6 +115,11 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         rows += [(*place, p, *_plane(e.plane, layout), *shared) for p in e.points]
         first = last + 1
     return Params(np.array(rows, dtype=POINT), np.concatenate(segments), pieces, layout.state)
+
+
+def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
+    """That the normal force is prescribed, the least that counts as contact, and its signal."""
+    return True, LEAST_NORMAL * abs(value(crest(signal, pieces), signal, pieces)), signal
 
 
 def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
@@ -121,13 +130,15 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
 
 
 def _law(law: StickSlip | FrictionSlope | Coulomb | Frictionless) -> tuple[float, ...]:
-    """Kind, mu_s, mu_k, K2, C2 (or the slope b), C3, and how these go with the load."""
-    none = (0.0,) * 4
+    """Kind, mu_s, mu_k, K2, C2 (or the slope b), C3, the time (C2 + C3) / K2 in which a slipping
+    node relaxes, and how these go with the load."""
+    none = (0.0,) * 5
     if isinstance(law, StickSlip):
-        load = law.load or LoadPowers(*none)
+        load = law.load or LoadPowers(0.0, 0.0)
         constants = (law.stiffness, law.damping, law.slip_damping)
-        powers = (load.stiffness, load.damping, load.slip_damping)
-        return (STICK_SLIP, law.static, law.kinetic, *constants, load.reference, *powers)
+        relaxation = (law.damping + law.slip_damping) / law.stiffness
+        powers = (load.reference, load.stiffness, load.damping, load.slip_damping)
+        return (STICK_SLIP, law.static, law.kinetic, *constants, relaxation, *powers)
     if isinstance(law, FrictionSlope):
         return (FRICTION_SLOPE, law.coefficient, law.coefficient, 0.0, law.slope, 0.0, *none)
     if isinstance(law, Coulomb):
@@ -150,7 +161,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         f = friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
-        dy[k + DAMPED], dy[k + SLIP_DAMPED] = f.damped, f.slip_damped
+        dy[k + DAMPED], dy[k + SLIP_DAMPED], dy[k + SETTLED] = f.damped, f.slip_damped, 0.0
         if mode != OPEN:
             lost = load.N if point.prescribed else point.normal_damping * c.rate
             rate[point.row] += lost * c.rate
@@ -238,7 +249,8 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @kernel
 def observe(t, y, modes, motion, bodies, p, reactions, out):
-    """Rows ``out`` (n, 8): compression, N, friction (3) in the earth frame, node (3)."""
+    """Rows ``out`` (n, 9): compression, N, friction (3) in the earth frame, node (3), energy lost
+    in friction."""
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, MODE], p.state + STATES * i
         c, s = geometry.touch(point, bodies, motion), (y[k], y[k + 1])
@@ -246,6 +258,9 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         f = friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
+        out[i, 8] = y[k + DISSIPATED]
+        if point.law == STICK_SLIP:
+            out[i, 8] -= stick_slip.lent(load, s, point)
         s = stick_slip.stretch(load, s, point) if point.law == STICK_SLIP else (0.0, 0.0)
         out[i, 0], out[i, 1] = c.compression, load.N
         for j in range(3):

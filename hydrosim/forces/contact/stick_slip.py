@@ -12,14 +12,16 @@ plane; S is the spring's traction, v1 = u1' relative to the plane, N the normal 
 so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy S^2 / (2 K2);
 dissipation C2 |v1 - v2|^2 + (mu_k N + C3 |v2|) |v2|.
 
-K2, C2 and C3 may go with powers of the elastic normal force N_e (normal curve, without its
-damping), down to a thousandth of its reference. The spring is then incremental, and S shrinks with
-K2 while N_e falls,
+K2, C2 and C3 may go with powers of x = e + (1 - e) N_e / N_0: N_e is the elastic normal force (the
+normal curve, without its damping), N_0 its reference, and e = 0.001 keeps x' / x finite where
+contact begins and ends. The spring is then incremental, and S shrinks with K2 while N_e falls,
 
     S' = K2 (v1 - v2) + S min(K2', 0) / K2
 
 or a spring that is stretched at a small N_e and let go at a large one would make energy; what
-changes of K2 take, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988).
+changes of K2 take, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988). That rate has no bound
+where K2 goes to zero with a power below 1; so the integral that is kept is that of what the spring
+takes, S (v1 - v2), and the loss is what of it is no longer stored.
 
 Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, the
 energy of the jump is lost, and in slip it stays on it, so that with d = S / |S|
@@ -44,13 +46,13 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
 
 REVERSED = 10.0  # 1 / cos(84 deg)
-LEAST = 1e-3  # of the reference load: below it K2, C2, C3 stay as they are there
+LEAST = 1e-3  # e: what is left of x without load
 
 
 @dataclass(frozen=True)
 class LoadPowers:
-    """``reference`` elastic normal force [N] at which K2, C2, C3 are as given, and the powers of
-    the force over it that they go with: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
+    """``reference`` elastic normal force N_0 [N] at which K2, C2, C3 are as given, and the powers
+    of x that they go with: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
 
     reference: float
     stiffness: float
@@ -83,8 +85,8 @@ class Pressed(NamedTuple):
 
 class Friction(NamedTuple):
     """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
-    ``slip_speed`` |v2|, the ``dissipation`` [W] and the parts of it that are ``damped`` by C2 and
-    ``slip_damped`` by C3."""
+    ``slip_speed`` |v2|, the ``dissipation`` [W], with what is `lent` to the spring, and the parts
+    of it that are ``damped`` by C2 and ``slip_damped`` by C3."""
 
     force: tuple[float, float]
     stretch_rate: tuple[float, float]
@@ -108,18 +110,16 @@ def coefficients(load, p):
     """K2, C2, C3 and K at a `Pressed` ``load``."""
     if p.reference == 0.0:
         return Coefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
-    x = max(load.elastic / p.reference, LEAST)
+    x = _share(load.elastic, p)
     K2 = p.stiffness * x**p.stiffness_power
     C2, C3 = p.damping * x**p.damping_power, p.slip_damping * x**p.slip_damping_power
     return Coefficients(K2, C2, C3, p.stiffness if load.rising else K2)
 
 
 @kernel
-def softening(load, p):
-    """K2' / K2 [1/s]."""
-    if p.reference == 0.0 or load.elastic < LEAST * p.reference:
-        return 0.0
-    return p.stiffness_power * load.rate / load.elastic
+def _share(elastic, p):
+    """x; stages of a step that ends contact may be just outside."""
+    return LEAST + (1.0 - LEAST) * max(elastic / p.reference, 0.0)
 
 
 @kernel
@@ -138,7 +138,8 @@ def friction(mode, load, v1, s, p):
     if mode == OPEN:
         return Friction((0.0, 0.0), dv, 0.0, damped, damped, 0.0)
     lost = damped + slip_damped + p.kinetic * load.N * v2
-    lost += abs(softening(load, p)) * stored_energy(load, s, p)
+    if p.reference > 0.0:
+        lost += c.K * (s[0] * dv[0] + s[1] * dv[1])
     force = (-(c.K * s[0] + c.C2 * dv[0]), -(c.K * s[1] + c.C2 * dv[1]))
     share = c.K2 / c.K
     return Friction(force, (share * dv[0], share * dv[1]), v2, lost, damped, slip_damped)
@@ -202,6 +203,12 @@ def stored_energy(load, s, p):
     """S^2 / (2 K2)."""
     c = coefficients(load, p)
     return 0.5 * c.K * c.K / c.K2 * (s[0] * s[0] + s[1] * s[1])
+
+
+@kernel
+def lent(load, s, p):
+    """What of the integral of the dissipation is still stored."""
+    return stored_energy(load, s, p) if p.reference > 0.0 else 0.0
 
 
 @kernel

@@ -2,8 +2,8 @@
 
 A mode holds while its margins are positive:
 
-    contact   min(k delta, N), its opposite when open      k: the curve's steepest slope; N alone
-                                                           if it is prescribed
+    contact   min(k delta, N), its opposite when open      k: the curve's steepest slope; if N is
+                                                           prescribed, N less 1e-12 of its largest
     friction  of the friction law                          in contact
     segment   distance to the nearer corner of the curve   in contact
     rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load
@@ -32,7 +32,6 @@ from hydrosim.forces.contact.fender import (
     pressed,
     pressure,
     stored_along_normal,
-    stored_in_plane,
 )
 from hydrosim.forces.contact.modes import MODE, OPEN, RISING, SEGMENT, SLIP, STICK
 from hydrosim.kernels import kernel
@@ -79,9 +78,11 @@ def _friction_margin(mode, load, v1, s, heading, reaction, point):
 
 @kernel
 def _contact_margin(t, point, segment, contact, p):
-    """min(k delta, N), or N if it is prescribed: positive in contact."""
+    """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact."""
     N = pressed(t, point, p.segments[segment], 0, contact, p).N
-    return N if point.prescribed else min(point.steepest * contact.compression, N)
+    if point.prescribed:
+        return N - point.least  # not N: a force that ends at exactly zero and stays there ends
+    return min(point.steepest * contact.compression, N)
 
 
 @kernel
@@ -193,7 +194,9 @@ def _open(i, t, y, modes, contact, p):
     k, point = p.state + STATES * i, p.points[i]
     y[k + DISSIPATED] += stored_along_normal(i, modes, contact, p)
     if point.law == STICK_SLIP and (point.damping == 0.0 or point.reference > 0.0):
-        y[k + DISSIPATED] += stored_in_plane(i, t, y, modes, contact, p)
+        load, s = pressure(i, t, modes, contact, p), (y[k], y[k + 1])
+        stored, lent = stick_slip.stored_energy(load, s, point), stick_slip.lent(load, s, point)
+        y[k + DISSIPATED] += stored - lent
         y[k], y[k + 1] = 0.0, 0.0
     modes[i, MODE], modes[i, SEGMENT], modes[i, RISING] = OPEN, point.first, 0
 

@@ -112,10 +112,11 @@ REVERSALS = {
 @pytest.mark.parametrize("name", REVERSALS)
 def test_stick_is_found_however_short_it_is(name, figure: Figure):
     """Stick of milliseconds where slip turns round: a step must not jump over it, or the order is
-    lost. The number of events does not depend on the step."""
+    lost. The number of events does not depend on the step. Nodes that relax in less than ten steps
+    are stepped finer, which is a jump in error: so steps are on one side of that."""
     swing, times = REVERSALS[name], 0.1 * np.arange(26)
     exact = integrate(swing, times, resolution=1e-3)
-    steps = (0.05, 0.02, 0.01) if name != "friction slope" else (0.02, 0.01, 0.005)
+    steps = (0.05, 0.025, 0.0125) if name == "stick-slip" else (0.02, 0.01, 0.005)
     runs = [hs.simulate(swing.scene(step)) for step in steps]
     size = np.array([np.abs(surge(run) - exact.states[:, 0]).max() for run in runs])
     figure("events", exact.events.size)
@@ -307,7 +308,7 @@ def test_two_bodies_keep_their_momentum(law, figure: Figure):
     """Momentum to rounding, since a step adds equal and opposite forces; angular momentum, which is
     not linear in the state, at the order of the method."""
     masses, drifts = np.array([1e4, 3e4]), []
-    for step in (0.005, 0.0025):
+    for step in (0.01, 0.005):  # the node relaxes in less than ten of either
         run = hs.simulate(with_step(collision(LAWS[law]), step))
         linear, angular = momenta(run, masses)
         assert_allclose(linear, linear[[0]] * np.ones((len(linear), 1)), atol=1e-7)

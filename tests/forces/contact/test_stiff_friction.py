@@ -56,7 +56,7 @@ def test_steep_slopes_at_a_tenth_of_a_second(slope: float, figure: Figure) -> No
     figure(f"error over the range at {slope:g}", error)
     assert error < 1e-4  # order 4 at slack slopes; stages of order 2 where h b / m is about 5
     creeping = np.abs(wanted[:, 1]) < 0.99 * GRIP / slope
-    assert creeping.sum() > 10
+    assert creeping.sum() >= 8  # the push is below the grip for a twelfth of the first period
     speed = run.velocity.values[creeping, 0, 0]
     figure(f"creep error at {slope:g}", np.abs(speed - wanted[creeping, 1]).max() * slope / GRIP)
     assert np.abs(speed - wanted[creeping, 1]).max() < 2e-3 * GRIP / slope
