@@ -11,6 +11,7 @@ from __future__ import annotations
 from hydrosim.dynamics import rhs, still
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import SETTLED, STATES
+from hydrosim.forces.contact.modes import MODE, STICK
 from hydrosim.forces.contact.transitions import MARGINS, break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
@@ -50,6 +51,8 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
         if left:
             stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+        else:
+            assign(scratch.margins[NOW], after)
         part = _dip(t, stop - t, model, state, work, scratch, counters) if stop > t else 1.0
         if part == 1.0:
             return stop, left
@@ -146,10 +149,23 @@ def _phi_on_cubic(x, t, h, model, state, work, scratch):
 
 @kernel
 def _on_cubic(x, t, h, model, state, work, scratch, out):
-    """Margins on the cubic through both ends of the uncut step."""
-    states, stage = scratch.states, scratch.states[STAGE]
-    hermite(x, h, state.y, scratch.k[0], states[FULL], states[SLOPE], stage)
+    """Margins on the cubic through both ends of the uncut step: of coordinates, rates and nodes
+    alone, but for the reactions of rigid friction."""
+    fenders, stage = model.elements[FENDER], scratch.states[STAGE]
+    if work.holds.point.size > 0:
+        _interpolate(x, h, 0, stage.size, state, scratch, stage)
+    else:
+        nodes = fenders.state
+        _interpolate(x, h, 0, 2 * model.bodies.active.size, state, scratch, stage)
+        _interpolate(x, h, nodes, nodes + STATES * fenders.points.size, state, scratch, stage)
     _left(t + x * h, stage, model, state, work, scratch, out)
+
+
+@kernel
+def _interpolate(x, h, i, j, state, scratch, out):
+    """States i to j on the cubic through both ends of the uncut step."""
+    k, full, slope = scratch.k[0], scratch.states[FULL], scratch.states[SLOPE]
+    hermite(x, h, state.y[i:j], k[i:j], full[i:j], slope[i:j], out[i:j])
 
 
 @kernel
@@ -158,7 +174,7 @@ def _dip(t, h, model, state, work, scratch, counters):
     zero on the cubic through both ends; 1 where none is.
 
     It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
-    step, or before another event, is not jumped over. Leaves the margins of the end in NOW.
+    step, or before another event, is not jumped over. The margins of the end are in NOW.
     """
     margin, end = scratch.margins, scratch.states[END]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
@@ -166,8 +182,9 @@ def _dip(t, h, model, state, work, scratch, counters):
     scratch.fresh[1] = 1
     assign(scratch.states[FULL], end)
     _left(t, state.y, model, state, work, scratch, margin[BEFORE])
-    _left(t + h, end, model, state, work, scratch, margin[NOW])
     _on_cubic(NEAR, t, h, model, state, work, scratch, margin[EARLY])
+    if not _may_dip(margin):
+        return 1.0
     _on_cubic(1.0 - NEAR, t, h, model, state, work, scratch, margin[LATE])
     for i in range(margin.shape[1]):
         first, last = margin[BEFORE, i], margin[NOW, i]
@@ -183,6 +200,16 @@ def _dip(t, h, model, state, work, scratch, counters):
 
 
 @kernel
+def _may_dip(margin):
+    """True if the tangent of any margin at the start of the step is below zero at its end."""
+    for i in range(margin.shape[1]):
+        first = margin[BEFORE, i]
+        if first + (margin[EARLY, i] - first) / NEAR < 0.0:
+            return True
+    return False
+
+
+@kernel
 def _deepest(i, floor, t, h, model, state, work, scratch):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
@@ -191,7 +218,7 @@ def _deepest(i, floor, t, h, model, state, work, scratch):
     a, b = 1.0 - golden, golden
     f_a = _margin_on_cubic(i, a, t, h, model, state, work, scratch)
     f_b = _margin_on_cubic(i, b, t, h, model, state, work, scratch)
-    for _ in range(40):
+    for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
         if min(f_a, f_b) < floor:
             return a if f_a < f_b else b
         if f_a < f_b:
@@ -239,7 +266,7 @@ def switch_modes(located, step, t, model, state, work, scratch):
             size = max(abs(before[m]), abs(after[m]))
             switch(i, which, size, t, y, modes, motion, model.bodies, reactions, fenders)
             relaxation = fenders.points[i].relaxation
-            if located and relaxation < FAST * step:
+            if located and modes[i, MODE] != STICK and relaxation < FAST * step:
                 y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
             break
     scratch.newton.status[0] = STALE

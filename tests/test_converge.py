@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.plot.work_precision import draw_work_precision
 from hydrosim.scene import Body, Method, Scene, Solver, Unstable
+
+Figure = Callable[[str, float], None]
 
 
 def oscillator() -> Scene:
@@ -47,6 +50,19 @@ def test_adaptive_error_follows_the_tolerance() -> None:
     errors = np.array([t.motion for t in study.trials])
     slope = np.polyfit(np.log10(tolerances), np.log10(errors), 1)[0]
     assert 0.7 < slope < 1.2
+
+
+def test_adaptive_error_follows_the_tolerance_through_contact(figure: Figure) -> None:
+    """Over four decades, with the contact modes changing more than forty times. Looser tolerances
+    may miss a contact shorter than their steps."""
+    tolerances = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
+    study = converge(in_contact(60.0), [Method.DOPRI5], [0.01], tolerances)
+    errors = np.array([t.motion for t in study.trials])
+    slope = np.polyfit(np.log10(tolerances), np.log10(errors), 1)[0]
+    figure("power of the tolerance", slope)
+    figure("largest error over tolerance", (errors / tolerances).max())
+    assert 0.7 < slope < 1.2
+    assert np.all(errors < 2 * np.array(tolerances))
 
 
 def test_order_four_through_contact() -> None:
