@@ -8,6 +8,7 @@ from math import ceil
 import numpy as np
 
 from hydrosim import forces, radiation, restart
+from hydrosim.database import needed
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, Recorded, signals_of
@@ -212,7 +213,8 @@ def _blocks(scene: Scene, blocks: dict[str, np.ndarray]) -> np.ndarray:
 def _stiffness(scene: Scene, wet: dict[str, WetBody]) -> np.ndarray:
     dry = np.zeros((6, 6))
     rows = [
-        wet[b.name].database.hydrostatic_stiffness if b.name in wet else dry for b in scene.bodies
+        needed(wet[b.name].database, "hydrostatic_stiffness") if b.name in wet else dry
+        for b in scene.bodies
     ]
     return np.array(rows)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hydrosim.database import needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
@@ -43,7 +44,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
 
 
 def _mass_warnings(body: Body, wet: WetBody) -> Iterator[str]:
-    displaced = wet.database.water_density * float(wet.database.volume[0])
+    displaced = wet.database.water_density * float(needed(wet.database, "volume")[0])
     if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
         yield (
             f"bodies.{body.name}.mass {body.mass:.4g} kg is not the displaced mass of its database,"

@@ -84,7 +84,7 @@ def critical_damping(body: Body, stiffness: np.ndarray, wet: WetBody | None) -> 
     if wet is None:
         return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * mass)
     db = wet.database
-    total = np.maximum(stiffness + np.diag(db.hydrostatic_stiffness), 0.0)
+    total = np.maximum(stiffness + np.diag(database.needed(db, "hydrostatic_stiffness")), 0.0)
     heavy = mass + [
         _added_mass_in_resonance(db, i, m, k) for i, m, k in zip(range(6), mass, total, strict=True)
     ]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.database.database import HydroDatabase, Real, needed
 
 # A DOF with less added mass or damping than this share of the body's own scale is noise.
 _NOISE = 1e-4
@@ -131,7 +131,7 @@ def _kernel_truncation(db: HydroDatabase) -> Finding:
 
 
 def _waterplane(db: HydroDatabase) -> Finding:
-    heave = _diagonal(db.hydrostatic_stiffness)[2::6]
+    heave = _diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
     # Zero is possible, for a body under water; any negative value raises the figure above those.
     return Finding(
         "heave stiffness",
@@ -161,12 +161,12 @@ def _long_waves(db: HydroDatabase) -> list[Finding]:
     """In waves much longer than a body its heave load is C33 times the elevation, and the
     horizontal load along the waves leads the elevation at the body by 90 degrees."""
     k = _wavenumber(db)
-    compact = k * np.cbrt(db.volume.max()) < _LONG_WAVE
+    compact = k * np.cbrt(needed(db, "volume").max()) < _LONG_WAVE
     along = np.stack([np.cos(db.heading), np.sin(db.heading)])
     load = db.excitation[0].reshape(db.heading.size, db.bodies, 6)
-    load = load * np.exp(1j * k * (along.T @ db.centre_of_buoyancy[:, :2].T))[..., None]
+    load = load * np.exp(1j * k * (along.T @ needed(db, "centre_of_buoyancy")[:, :2].T))[..., None]
     drive = load[..., 0] * along[0, :, None] + load[..., 1] * along[1, :, None]
-    stiffness = _diagonal(db.hydrostatic_stiffness)[2::6]
+    stiffness = _diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
     ratio = load[:, stiffness > 0, 2] / stiffness[stiffness > 0]
     size = np.abs(np.log10(np.maximum(np.abs(ratio), 1e-300))).max(initial=0.0)
     return [
@@ -203,12 +203,12 @@ def _wavenumber(db: HydroDatabase) -> float:
 
 
 def _displaced_mass(db: HydroDatabase) -> Real:
-    return db.water_density * db.volume
+    return db.water_density * needed(db, "volume")
 
 
 def _inertia_scale(db: HydroDatabase) -> Real:
     """(n,): displaced mass, times V^(2/3) for rotations."""
-    length = np.cbrt(db.volume)[:, None]
+    length = np.cbrt(needed(db, "volume"))[:, None]
     return (_displaced_mass(db)[:, None] * length ** np.array([0, 0, 0, 2, 2, 2])).ravel()
 
 
@@ -224,7 +224,7 @@ def _damping_scale(db: HydroDatabase) -> Real:
 
 
 def _damping_floor(db: HydroDatabase) -> Real:
-    rate = np.sqrt(db.gravity / np.repeat(np.cbrt(db.volume), 6))
+    rate = np.sqrt(db.gravity / np.repeat(np.cbrt(needed(db, "volume")), 6))
     return _NOISE * _inertia_scale(db) * rate
 
 

@@ -36,13 +36,25 @@ class HydroDatabase:
     ``added_mass_zero`` and ``added_mass_infinite`` (n, n) are their limits. ``excitation`` and its
     part ``froude_krylov`` (nw, nh, n) are loads per unit wave amplitude; ``mean_drift`` (nw, nh, n)
     is the mean second-order load per amplitude squared [N/m^2, N m/m^2] and ``drift_imbalance``
-    (nw, nh) its relative energy error. ``hydrostatic_stiffness`` (n, n) includes gravity about
-    ``centre_of_gravity``. ``inertia_matrix`` (n, n) is about ``reference_point``. Points are
-    (nb, 3), ``volume`` is (nb,). An infinite ``water_depth`` is ``math.inf``.
+    (nw, nh) its relative energy error; ``mean_drift_held`` is that of bodies held at rest.
+    ``hydrostatic_stiffness`` (n, n) includes gravity about ``centre_of_gravity``.
+    ``inertia_matrix`` (n, n) is about ``reference_point``. Points are (nb, 3), ``volume`` is (nb,).
+    An infinite ``water_depth`` is ``math.inf``.
+
+    Quadratic transfer functions, on ascending frequencies of their own, ``qtf_frequency`` (nq,),
+    and for pairs of headings ``qtf_heading`` (np, 2): ``qtf_difference`` and ``qtf_sum``
+    (np, nq, nq, n), the loads of two waves of complex amplitudes a_1, a_2 at w_1 (first axis,
+    first heading) and w_2 being
+
+        F(t) = Re sum_1 sum_2 [ a_1 conj(a_2) T-_12 exp(i (w_1 - w_2) t)
+                              + a_1 a_2 T+_12 exp(i (w_1 + w_2) t) ]
+
+    over all ordered pairs, so that T-_21 = conj T-_12 where the headings swap too, T+_21 = T+_12,
+    and the diagonal of T- is the mean drift.
 
     ``port_starboard_symmetric``: each body is its own mirror image in y = 0. ``attributes`` say
-    what the hull is and what computed it. Raises `InputError` where a shape does not fit or a
-    number is NaN.
+    what the hull is and what computed it. What the file did not hold is None; `needed` asks for it.
+    Raises `InputError` where a shape does not fit or a number is NaN.
     """
 
     source: str
@@ -51,20 +63,25 @@ class HydroDatabase:
     added_mass: Real
     radiation_damping: Real
     excitation: Complex
-    hydrostatic_stiffness: Real
-    volume: Real
-    centre_of_buoyancy: Real
-    centre_of_gravity: Real
     reference_point: Real
     water_depth: float
     water_density: float
     gravity: float
     port_starboard_symmetric: bool
+    hydrostatic_stiffness: Real | None = None
+    volume: Real | None = None
+    centre_of_buoyancy: Real | None = None
+    centre_of_gravity: Real | None = None
     added_mass_zero: Real | None = None
     added_mass_infinite: Real | None = None
     froude_krylov: Complex | None = None
     mean_drift: Real | None = None
+    mean_drift_held: Real | None = None
     drift_imbalance: Real | None = None
+    qtf_frequency: Real | None = None
+    qtf_heading: Real | None = None
+    qtf_difference: Complex | None = None
+    qtf_sum: Complex | None = None
     inertia_matrix: Real | None = None
     attributes: Mapping[str, str] = field(default_factory=dict)
 
@@ -95,7 +112,9 @@ class HydroDatabase:
     def _shapes(self) -> dict[str, tuple[int, ...]]:
         bodies, n = self.bodies, 6 * self.bodies
         nw, nh = self.frequency.size, self.heading.size
-        point, square, loads = (bodies, 3), (n, n), (nw, nh, n)
+        nq = 0 if self.qtf_frequency is None else self.qtf_frequency.size
+        pairs = 0 if self.qtf_heading is None else len(self.qtf_heading)
+        point, square, loads, pair = (bodies, 3), (n, n), (nw, nh, n), (pairs, nq, nq, n)
         return {
             "frequency": (nw,),
             "heading": (nh,),
@@ -106,6 +125,11 @@ class HydroDatabase:
             "excitation": loads,
             "froude_krylov": loads,
             "mean_drift": loads,
+            "mean_drift_held": loads,
+            "qtf_frequency": (nq,),
+            "qtf_heading": (pairs, 2),
+            "qtf_difference": pair,
+            "qtf_sum": pair,
             "drift_imbalance": (nw, nh),
             "hydrostatic_stiffness": square,
             "inertia_matrix": square,
@@ -118,7 +142,7 @@ class HydroDatabase:
     @property
     def bodies(self) -> int:
         """Number of bodies."""
-        return self.volume.size
+        return len(self.reference_point)
 
     @cached_property
     def checksum(self) -> str:
@@ -132,6 +156,17 @@ class HydroDatabase:
                 digest.update(array.tobytes())
         digest.update(f"symmetric {self.port_starboard_symmetric}".encode())
         return digest.hexdigest()
+
+
+def needed(db: HydroDatabase, name: str) -> Real:
+    """An array that a file may lack; raises `InputError` if this one does."""
+    value = getattr(db, name)
+    if value is None:
+        raise InputError(
+            f"{db.source}: has no {name.replace('_', ' ')}, which is needed here; give it with"
+            " `hydrosim db convert`, see `hydrosim db convert --help`."
+        )
+    return np.asarray(value)
 
 
 def all_headings(db: HydroDatabase) -> HydroDatabase:
@@ -156,6 +191,7 @@ def all_headings(db: HydroDatabase) -> HydroDatabase:
         excitation=db.excitation[:, rows] * sign,
         froude_krylov=None if db.froude_krylov is None else db.froude_krylov[:, rows] * sign,
         mean_drift=None if db.mean_drift is None else db.mean_drift[:, rows] * sign,
+        mean_drift_held=None if db.mean_drift_held is None else db.mean_drift_held[:, rows] * sign,
         drift_imbalance=None if db.drift_imbalance is None else db.drift_imbalance[:, rows],
     )
 

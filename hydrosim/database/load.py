@@ -5,23 +5,22 @@ from __future__ import annotations
 import warnings
 from pathlib import Path
 
-from hydrosim.database import netcdf
 from hydrosim.database.checks import Finding, check
 from hydrosim.database.database import HydroDatabase
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers import READERS
 from hydrosim.errors import InputError
 
+HEAD = 4096  # bytes that a format is recognised by
 
-def load(path: Path | str) -> HydroDatabase:
-    """The database in the file ``path``, checked.
+
+def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in the file ``path``, of any format that `readers` know, checked.
 
     Raises `InputError` where the file is missing, not a database, incomplete or breaks physics so
     clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
     """
-    path = Path(path)
-    if not path.is_file():
-        found = "is a directory" if path.is_dir() else "no such file"
-        raise InputError(f"{path}: {found}; expected a hydrodynamic database (netCDF).")
-    db = netcdf.read(path)
+    db = read(path, given)
     findings = check(db)
     refused = [finding for finding in findings if finding.refused]
     if refused:
@@ -31,6 +30,21 @@ def load(path: Path | str) -> HydroDatabase:
         if not finding.passed:
             warnings.warn(f"{path}: {_message(finding)}", stacklevel=2)
     return db
+
+
+def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in the file ``path``, unchecked."""
+    path = Path(path)
+    if not path.is_file():
+        found = "is a directory" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {found}; expected a hydrodynamic database.")
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    for reader in READERS:
+        if reader.sniff(path, head):
+            return reader.read(path, given)
+    names = ", ".join(reader.NAME for reader in READERS)
+    raise InputError(f"{path}: is of no format that is known here; expected one of {names}.")
 
 
 def _message(finding: Finding) -> str:

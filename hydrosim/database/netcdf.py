@@ -15,9 +15,11 @@ import netCDF4
 import numpy as np
 
 from hydrosim.database.database import HydroDatabase
+from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.errors import InputError
 from hydrosim.scene import DOFS
 
+NAME = "hydrosim netCDF"
 FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"
 PHASE = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
 
@@ -35,6 +37,7 @@ class Variable(NamedTuple):
 _MATRIX = ("influenced_dof", "radiating_dof")
 _LOADS = ("frequency", "heading", "influenced_dof")
 _POINT = ("body", "axis")
+_QTF = ("qtf_pair", "qtf_frequency", "qtf_frequency_2", "influenced_dof")
 
 # Matrices and loads mix translations and rotations: with metres and radians every entry is in
 # coherent SI, and the unit given is that of the translations.
@@ -55,11 +58,22 @@ VARIABLES = {
     "drift_imbalance": Variable(
         ("frequency", "heading"), "1", "relative energy imbalance of the mean drift", optional=True
     ),
-    "hydrostatic_stiffness": Variable(_MATRIX, "N m-1", "hydrostatic and gravity stiffness"),
+    "mean_drift_held": Variable(
+        _LOADS, "N m-2", "mean drift load per amplitude squared on bodies held at rest", True
+    ),
+    "qtf_frequency": Variable(("qtf_frequency",), "rad s-1", "frequency of the first wave", True),
+    "qtf_heading": Variable(("qtf_pair", "wave"), "rad", "directions of both waves", True),
+    "qtf_difference": Variable(
+        _QTF, "N m-2", "difference-frequency quadratic transfer function", True, True
+    ),
+    "qtf_sum": Variable(_QTF, "N m-2", "sum-frequency quadratic transfer function", True, True),
+    "hydrostatic_stiffness": Variable(
+        _MATRIX, "N m-1", "hydrostatic and gravity stiffness", optional=True
+    ),
     "inertia_matrix": Variable(_MATRIX, "kg", "inertia matrix of the body", optional=True),
-    "volume": Variable(("body",), "m3", "displaced volume"),
-    "centre_of_buoyancy": Variable(_POINT, "m", "centre of buoyancy"),
-    "centre_of_gravity": Variable(_POINT, "m", "centre of gravity"),
+    "volume": Variable(("body",), "m3", "displaced volume", optional=True),
+    "centre_of_buoyancy": Variable(_POINT, "m", "centre of buoyancy", optional=True),
+    "centre_of_gravity": Variable(_POINT, "m", "centre of gravity", optional=True),
     "reference_point": Variable(_POINT, "m", "point the coefficients refer to"),
     "water_depth": Variable((), "m", "water depth, inf for deep water"),
     "water_density": Variable((), "kg m-3", "density of the water"),
@@ -67,8 +81,14 @@ VARIABLES = {
 }
 
 
-def read(path: Path) -> HydroDatabase:
-    """The database in a netCDF file of this layout; raises `InputError` for what is missing."""
+def sniff(path: Path, head: bytes) -> bool:
+    """Any netCDF-4 file; the reader says what is missing in one that is another program's."""
+    return head.startswith(b"\x89HDF")
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in a netCDF file of this layout, which holds all there is to know; raises
+    `InputError` for what is missing."""
     try:
         file = netCDF4.Dataset(path)
     except OSError as error:
@@ -143,6 +163,11 @@ def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
     """Dimensions, and the labels of those that are not numbers."""
     file.createDimension("frequency", db.frequency.size)
     file.createDimension("heading", db.heading.size)
+    if db.qtf_frequency is not None and db.qtf_heading is not None:
+        file.createDimension("qtf_frequency", db.qtf_frequency.size)
+        file.createDimension("qtf_frequency_2", db.qtf_frequency.size)
+        file.createDimension("qtf_pair", len(db.qtf_heading))
+        file.createDimension("wave", 2)
     labels = {
         "influenced_dof": (dof_names(db.bodies), "degree of freedom of the load"),
         "radiating_dof": (dof_names(db.bodies), "degree of freedom of the motion"),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.database.database import Complex, HydroDatabase, Real, needed
 
 
 def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
@@ -27,15 +28,16 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
     distribution of mass. Returns ``db`` itself if nothing moves.
     """
     new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
-    if np.array_equal(new, db.reference_point) and np.array_equal(new, db.centre_of_gravity):
+    old = needed(db, "centre_of_gravity")
+    if np.array_equal(new, db.reference_point) and np.array_equal(new, old):
         return db
     T = velocity_transfer(db.reference_point - new)
-    stiffness = T.T @ db.hydrostatic_stiffness @ T
-    weight = db.water_density * db.gravity * db.volume
-    for body, loss in enumerate(weight * (new - db.centre_of_gravity)[:, 2]):
+    stiffness = T.T @ needed(db, "hydrostatic_stiffness") @ T
+    weight = db.water_density * db.gravity * needed(db, "volume")
+    for body, loss in enumerate(weight * (new - old)[:, 2]):
         for dof in (6 * body + 3, 6 * body + 4):
             stiffness[dof, dof] -= loss
-    same_mass = np.array_equal(new, db.centre_of_gravity)
+    same_mass = np.array_equal(new, old)
     return replace(
         db,
         reference_point=new,
@@ -47,8 +49,11 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
         added_mass_infinite=_matrix(db.added_mass_infinite, T),
         inertia_matrix=_matrix(db.inertia_matrix, T) if same_mass else None,
         excitation=db.excitation @ T,
-        froude_krylov=None if db.froude_krylov is None else db.froude_krylov @ T,
-        mean_drift=None if db.mean_drift is None else db.mean_drift @ T,
+        froude_krylov=_loads(db.froude_krylov, T),
+        mean_drift=_loads(db.mean_drift, T),
+        mean_drift_held=_loads(db.mean_drift_held, T),
+        qtf_difference=_loads(db.qtf_difference, T),
+        qtf_sum=_loads(db.qtf_sum, T),
     )
 
 
@@ -64,3 +69,7 @@ def velocity_transfer(offset: Real) -> Real:
 
 def _matrix(value: Real | None, T: Real) -> Real | None:
     return None if value is None else T.T @ value @ T
+
+
+def _loads(value: Real | Complex | None, T: Real) -> Any:
+    return None if value is None else value @ T

@@ -1,0 +1,37 @@
+"""Readers of other programs' files, one file each; all conventions end here.
+
+A reader is a module with
+
+    NAME                       what the format is called
+    sniff(path, head) -> bool  whether the file is of this format, from its name and first bytes
+    read(path, given) -> HydroDatabase
+
+that gives SI units, radians, exp(+i w t), headings where waves go to and phases at the origin of
+the database's frame, whatever the file has. `READERS` are asked in order.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from hydrosim.database import netcdf
+from hydrosim.database.database import HydroDatabase
+from hydrosim.database.given import Given
+
+
+class Reader(Protocol):
+    """What a module of this folder provides."""
+
+    NAME: str
+
+    def sniff(self, path: Path, head: bytes) -> bool:
+        """Whether the file is of this format."""
+        ...
+
+    def read(self, path: Path, given: Given) -> HydroDatabase:
+        """The database in the file."""
+        ...
+
+
+READERS: tuple[Reader, ...] = (netcdf,)
