@@ -1,0 +1,119 @@
+"""`hydrosim db`: what is in a hydrodynamic database, whether it is right, another format of it."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console, RenderableType
+
+from hydrosim.errors import InputError
+
+app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look into, check, convert.")
+
+PICTURES = (".png", ".pdf", ".svg")
+
+DatabaseFile = Annotated[Path, typer.Argument(metavar="FILE", help="Hydrodynamic database.")]
+
+
+@app.command()
+def info(file: DatabaseFile) -> None:
+    """Print what a database holds."""
+    from hydrosim.database.load import read, recognise
+    from hydrosim.database.summary import contents
+
+    _show(contents(read(file), recognise(file).NAME))
+
+
+@app.command()
+def check(
+    file: DatabaseFile,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if one fails.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it, too.")
+    ] = None,
+) -> None:
+    """Put a database to the test of physics; draw its coefficients.
+
+    Exit code 2 if it is refused, 1 with --strict if a check fails.
+    """
+    from hydrosim.database.checks import check as findings_of
+    from hydrosim.database.load import read
+    from hydrosim.database.summary import remarks, verdicts
+
+    if output is not None:
+        _drawable(output)
+    db = read(file)
+    findings = findings_of(db)
+    _show(verdicts(findings), *remarks(findings))
+    if output is not None:
+        from hydrosim.plot.database import draw_database
+
+        draw_database(db, output)
+        _show(f"picture   {output}")
+    if any(finding.refused for finding in findings):
+        raise typer.Exit(2)
+    if strict and not all(finding.passed for finding in findings):
+        raise typer.Exit(1)
+
+
+@app.command()
+def convert(
+    file: DatabaseFile,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
+    length: Annotated[str | None, typer.Option(help="That a program divided by.")] = None,
+    density: Annotated[str | None, typer.Option(help="Of the water.")] = None,
+    gravity: Annotated[str | None, typer.Option(help="Acceleration.")] = None,
+    depth: Annotated[str | None, typer.Option(help='Of the water, or "infinite".')] = None,
+    volume: Annotated[str | None, typer.Option(help="Displaced, of each body.")] = None,
+    centre_of_buoyancy: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
+    centre_of_gravity: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
+    reference_point: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
+) -> None:
+    """Read a database of any format and write it in another, checked.
+
+    The options are for what the file does not hold: numbers in SI or with a unit, as in
+    --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
+    """
+    from hydrosim.commands.given import given
+    from hydrosim.database.convert import writable, write
+    from hydrosim.database.load import load, overruled
+
+    writable(out)
+    known = given(
+        length=length,
+        water_density=density,
+        gravity=gravity,
+        water_depth=depth,
+        volume=volume,
+        centre_of_buoyancy=centre_of_buoyancy,
+        centre_of_gravity=centre_of_gravity,
+        reference_point=reference_point,
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        db = load(file, known)
+    _show(*(f"warning   {warning.message}" for warning in caught))
+    for name in overruled(db, known):
+        _show(f"warning   {file} has its own {name.replace('_', ' ')}; what is given is not used")
+    _show(*(f"result    {path}" for path in write(db, out)))
+
+
+def _drawable(path: Path) -> None:
+    """Raises `InputError` where a picture cannot be written to ``path``."""
+    if path.suffix not in PICTURES:
+        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
+
+
+def _show(*parts: RenderableType) -> None:
+    """Tables, and lines as they are: no markup, no colours, not broken."""
+    out = Console()
+    for part in parts:
+        if isinstance(part, str):
+            out.print(part, markup=False, highlight=False, soft_wrap=True)
+        else:
+            out.print(part)
