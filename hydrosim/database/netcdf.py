@@ -103,7 +103,12 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
                 f"{path}: variable {', '.join(missing)} is missing; expected a hydrosim database"
                 " with the layout of hydrosim.database.netcdf. Is it another program's file?"
             )
-        arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+        try:
+            arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+        except RuntimeError as error:
+            raise InputError(
+                f"{path}: is damaged ({error}); expected a hydrosim database. Copy it again."
+            ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
     return HydroDatabase(

@@ -18,7 +18,7 @@ from hydrosim.database.checks.scales import diagonal
 from hydrosim.plot.panels import COLOURS, DPI
 from hydrosim.scene import DOFS
 
-WIDTH, HEIGHT = 6.0, 2.6  # inches of a panel
+WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn
 DASHES = ("-", "--", ":")  # of those headings
 NONE = 1e-3  # of a panel's largest value: what stays below is not drawn
