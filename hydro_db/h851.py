@@ -32,11 +32,18 @@ from pathlib import Path
 
 import capytaine
 import numpy as np
-from assemble import Floating, assemble, asymmetry
-from barge import Barge, Resolution, half_hull, half_lid, hydrostatics, mirrored
-from bem import Solution, Water, floating_body, limit_added_mass, solve_all
-from picture import draw
 
+from hydrosim.database.build.assemble import Floating, assemble, asymmetry
+from hydrosim.database.build.barge import (
+    Barge,
+    Resolution,
+    half_hull,
+    half_lid,
+    hydrostatics,
+    mirrored,
+)
+from hydrosim.database.build.bem import Solution, Water, floating_body, limit_added_mass, solve_all
+from hydrosim.database.build.picture import draw
 from hydrosim.database.netcdf import write
 
 HEAVE_STIFFNESS = 132_105e3  # N/m, what the full beam's length is solved for

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import barge
 import numpy as np
 import pytest
+
+from hydrosim.database.build import barge
 
 RHO_G = 1025.0 * 9.81
 

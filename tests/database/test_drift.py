@@ -3,10 +3,11 @@ so the far-field formulae can be held against the pressure on its wall."""
 
 from __future__ import annotations
 
-import drift
 import numpy as np
 import pytest
 from scipy.special import h1vp, hankel1, jv, jvp
+
+from hydrosim.database.build import drift
 
 RHO, G, RADIUS = 1025.0, 9.81, 10.0
 HEADINGS = np.radians([0.0, 30.0, 90.0, 200.0])

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import barge as hull
 import numpy as np
 import pytest
 import xarray
 
 from hydrosim.database import all_headings
+from hydrosim.database.build import barge as hull
 
 INDEPENDENT = Path(__file__).parents[2] / ".." / "shared" / "validation" / "h851_independent.nc"
 LATERAL, ALONG = [1, 3, 5], [0, 2, 4]

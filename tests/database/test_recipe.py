@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import barge as hull
 import numpy as np
 import pytest
 
+from hydrosim.database.build import barge as hull
+
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
-import assemble
-import bem
 import h851
+
+from hydrosim.database.build import assemble, bem
 
 COARSE = hull.Resolution((5, 4, 11, 8, 5), 6, 3, 6, 2, (7, 14, 12), 5)
 

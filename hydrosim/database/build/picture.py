@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database import HydroDatabase
+from hydrosim.database import HydroDatabase, needed
 from hydrosim.scene import DOFS
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
@@ -38,7 +38,7 @@ def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
 def _draw_panels(axis: Axes, panels: np.ndarray, plane: tuple[int, int], name: str) -> None:
     """The panels seen along the third axis."""
     across, up = plane
-    shape = PolyCollection(panels[:, :, plane], facecolor="lightsteelblue", edgecolor="black")
+    shape = PolyCollection(list(panels[:, :, plane]), facecolor="lightsteelblue", edgecolor="black")
     shape.set_linewidth(0.3)
     axis.add_collection(shape)
     axis.autoscale_view()
@@ -70,7 +70,7 @@ def _draw_excitation(axis: Axes, db: HydroDatabase) -> None:
 
 def _draw_drift(axis: Axes, db: HydroDatabase) -> None:
     for dof, degrees in ((0, 0), (0, 180), (1, 90)):
-        load = db.mean_drift[:, _nearest(db, degrees), dof]
+        load = needed(db, "mean_drift")[:, _nearest(db, degrees), dof]
         axis.plot(db.frequency, load / 1e3, label=f"{DOFS[dof]}, waves to {degrees}°")
     axis.set_ylabel("mean drift, floating free [kN/m²]")
 

@@ -16,7 +16,7 @@ import joblib
 import numpy as np
 from capytaine.bem.airy_waves import froude_krylov_force
 from capytaine.post_pro import compute_kochin
-from drift import DIRECTIONS, Complex, Real
+from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from rich.progress import track
 
 DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bem import Solution, Water
-from drift import Complex, Drift, Real, mean_drift
+from hydrosim.database.build.bem import Solution, Water
+from hydrosim.database.build.drift import Complex, Drift, Real, mean_drift
 
 from hydrosim.database import HydroDatabase
 
