@@ -24,7 +24,7 @@ def info(file: DatabaseFile) -> None:
     from hydrosim.database.load import read, recognise
     from hydrosim.database.summary import contents
 
-    _show(contents(read(file), recognise(file).NAME))
+    _show(contents(read(file), recognise(file)[0].NAME))
 
 
 @app.command()
@@ -77,9 +77,9 @@ def convert(
     The options are for what the file does not hold: numbers in SI or with a unit, as in
     --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
     """
-    from hydrosim.commands.given import given
+    from hydrosim.commands.given import given, overruled
     from hydrosim.database.convert import writable, write
-    from hydrosim.database.load import load, overruled
+    from hydrosim.database.load import load
 
     writable(out)
     known = given(

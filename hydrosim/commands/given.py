@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
 from hydrosim.case.units import Quantity
+from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import Given
 from hydrosim.errors import InputError
 
@@ -42,6 +44,17 @@ def given(**texts: str | None) -> Given:
         key: _value(_OPTIONS[key], text) for key, text in texts.items() if text is not None
     }
     return Given(**values)
+
+
+def overruled(db: HydroDatabase, given: Given) -> list[str]:
+    """Names of what is ``given`` although the file says something else, which counts."""
+    return [
+        name
+        for name in _OPTIONS
+        if getattr(given, name) is not None
+        and hasattr(db, name)
+        and not np.array_equal(np.ravel(getattr(db, name)), np.ravel(getattr(given, name)))
+    ]
 
 
 def _value(option: _Option, text: str) -> float | tuple[float, ...]:

@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import fields, replace
-from math import prod
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from hydrosim.database.checks import Finding, check
-from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.errors import InputError
 
 HEAD = 4096  # bytes that a format is recognised by
-OF_BODIES: dict[str, tuple[int, ...]] = {  # shape for each body
-    "volume": (),
-    "centre_of_buoyancy": (3,),
-    "centre_of_gravity": (3,),
-}
 
 
 def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
@@ -43,29 +33,14 @@ def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in the file ``path``, unchecked; what the file lacks is what is ``given``."""
-    db = recognise(path).read(Path(path), given)
-    known = {name: getattr(given, name) for name in OF_BODIES if getattr(db, name) is None}
-    places: dict[str, Any] = {
-        name: _by_body(db, name, value) for name, value in known.items() if value
-    }
-    return replace(db, **places) if places else db
+    """The database in the file ``path``, unchecked."""
+    reader, file = recognise(path)
+    return reader.read(file, given)
 
 
-def overruled(db: HydroDatabase, given: Given) -> list[str]:
-    """Names of what is ``given`` although the file says something else, which counts."""
-    values = {item.name: getattr(given, item.name) for item in fields(given)}
-    return [
-        name
-        for name, value in values.items()
-        if value is not None
-        and hasattr(db, name)
-        and not np.array_equal(np.ravel(getattr(db, name)), np.ravel(value))
-    ]
-
-
-def recognise(path: Path | str) -> Reader:
-    """What reads the file ``path``; raises `InputError` where it is missing or unknown."""
+def recognise(path: Path | str) -> tuple[Reader, Path]:
+    """What reads the file ``path``, and that file; raises `InputError` where it is missing or of no
+    known format."""
     path = Path(path)
     if not path.is_file():
         found = "is a directory" if path.is_dir() else "no such file"
@@ -74,20 +49,9 @@ def recognise(path: Path | str) -> Reader:
         head = file.read(HEAD)
     for reader in READERS:
         if reader.sniff(path, head):
-            return reader
+            return reader, path
     names = ", ".join(reader.NAME for reader in READERS)
     raise InputError(f"{path}: is of no format that is known here; expected one of {names}.")
-
-
-def _by_body(db: HydroDatabase, name: str, value: tuple[float, ...]) -> Real:
-    try:
-        return np.reshape(np.array(value, dtype=float), (db.bodies, *OF_BODIES[name]))
-    except ValueError:
-        expected = db.bodies * prod(OF_BODIES[name])
-        raise InputError(
-            f"{db.source}: {len(value)} numbers are given for the {name.replace('_', ' ')} of"
-            f" {db.bodies} bodies; expected {expected}."
-        ) from None
 
 
 def _message(finding: Finding) -> str:

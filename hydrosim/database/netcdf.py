@@ -8,6 +8,7 @@ xarray takes longer than everything else; the files open in xarray all the same.
 
 from __future__ import annotations
 
+from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -87,8 +88,8 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a netCDF file of this layout, which holds all there is to know; raises
-    `InputError` for what is missing."""
+    """The database in a netCDF file of this layout. The volume and centres that a file lacks are
+    what is ``given``, nothing else of which is needed; raises `InputError` for what is missing."""
     try:
         file = netCDF4.Dataset(path)
     except OSError as error:
@@ -111,8 +112,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
+    known = {"source": str(path), "port_starboard_symmetric": symmetric, "attributes": texts}
     return HydroDatabase(
-        source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
+        **{**_of_bodies(given, path, len(arrays["reference_point"])), **arrays, **known}
     )
 
 
@@ -151,6 +153,23 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
     if variable.is_complex:
         return value.view(np.complex128)[..., 0]
     return value if expected else float(value)
+
+
+def _of_bodies(given: Given, path: Path, bodies: int) -> dict[str, Any]:
+    """Volume and centres that are given, in the shapes of the database."""
+    shapes = {"volume": (bodies,), "centre_of_buoyancy": (bodies, 3)}
+    shapes["centre_of_gravity"] = (bodies, 3)
+    arrays = {}
+    for name, shape in shapes.items():
+        numbers = getattr(given, name)
+        if numbers is not None and len(numbers) != prod(shape):
+            raise InputError(
+                f"{path}: {len(numbers)} numbers are given for the {name.replace('_', ' ')} of"
+                f" {bodies} bodies; expected {prod(shape)}."
+            )
+        if numbers is not None:
+            arrays[name] = np.reshape(np.array(numbers, dtype=float), shape)
+    return arrays
 
 
 def _attributes(db: HydroDatabase) -> dict[str, str]:
