@@ -9,6 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console, RenderableType
 
+from hydrosim.commands.given import overruled, with_given
+from hydrosim.database.database import HydroDatabase
+from hydrosim.database.given import Given
 from hydrosim.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look into, check, convert.")
@@ -19,25 +22,30 @@ DatabaseFile = Annotated[Path, typer.Argument(metavar="FILE", help="Hydrodynamic
 
 
 @app.command()
-def info(file: DatabaseFile) -> None:
-    """Print what a database holds."""
+@with_given
+def info(file: DatabaseFile, given: Given) -> None:
+    """Print what a database holds. For the options see convert."""
     from hydrosim.database.load import read, recognise
     from hydrosim.database.summary import contents
 
-    _show(contents(read(file), recognise(file)[0].NAME))
+    db = read(file, given)
+    _show(contents(db, recognise(file)[0].NAME), *_not_used(db, given))
 
 
 @app.command()
+@with_given
 def check(
     file: DatabaseFile,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if one fails.")] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it, too.")
     ] = None,
+    *,
+    given: Given,
 ) -> None:
     """Put a database to the test of physics; draw its coefficients.
 
-    Exit code 2 if it is refused, 1 with --strict if a check fails.
+    Exit code 2 if it is refused, 1 with --strict if a check fails. For the options see convert.
     """
     from hydrosim.database.checks import check as findings_of
     from hydrosim.database.load import read
@@ -45,9 +53,9 @@ def check(
 
     if output is not None:
         _drawable(output)
-    db = read(file)
+    db = read(file, given)
     findings = findings_of(db)
-    _show(verdicts(findings), *remarks(findings))
+    _show(verdicts(findings), *remarks(findings), *_not_used(db, given))
     if output is not None:
         from hydrosim.plot.database import draw_database
 
@@ -60,45 +68,34 @@ def check(
 
 
 @app.command()
+@with_given
 def convert(
     file: DatabaseFile,
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
-    length: Annotated[str | None, typer.Option(help="That a program divided by.")] = None,
-    density: Annotated[str | None, typer.Option(help="Of the water.")] = None,
-    gravity: Annotated[str | None, typer.Option(help="Acceleration.")] = None,
-    depth: Annotated[str | None, typer.Option(help='Of the water, or "infinite".')] = None,
-    volume: Annotated[str | None, typer.Option(help="Displaced, of each body.")] = None,
-    centre_of_buoyancy: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
-    centre_of_gravity: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
-    reference_point: Annotated[str | None, typer.Option(help="x, y, z of each body.")] = None,
+    given: Given,
 ) -> None:
     """Read a database of any format and write it in another, checked.
 
-    The options are for what the file does not hold: numbers in SI or with a unit, as in
+    Options are for what the file does not hold: numbers in SI or with a unit, as in
     --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
     """
-    from hydrosim.commands.given import given, overruled
     from hydrosim.database.convert import writable, write
     from hydrosim.database.load import load
 
     writable(out)
-    known = given(
-        length=length,
-        water_density=density,
-        gravity=gravity,
-        water_depth=depth,
-        volume=volume,
-        centre_of_buoyancy=centre_of_buoyancy,
-        centre_of_gravity=centre_of_gravity,
-        reference_point=reference_point,
-    )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        db = load(file, known)
-    _show(*(f"warning   {warning.message}" for warning in caught))
-    for name in overruled(db, known):
-        _show(f"warning   {file} has its own {name.replace('_', ' ')}; what is given is not used")
-    _show(*(f"result    {path}" for path in write(db, out)))
+        db = load(file, given)
+        files = write(db, out)
+    _show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
+    _show(*(f"result    {path}" for path in files))
+
+
+def _not_used(db: HydroDatabase, given: Given) -> list[str]:
+    return [
+        f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
+        for name in overruled(db, given)
+    ]
 
 
 def _drawable(path: Path) -> None:

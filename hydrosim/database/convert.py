@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
+from hydrosim.database.readers import bemio, wamit
 from hydrosim.errors import InputError
 
-# One that writes several files is given a name without a suffix:
-# lambda db, path: wamit.write(db, path.with_suffix(""))
 WRITERS: dict[str, Callable[[HydroDatabase, Path], None]] = {
     ".nc": netcdf.write,
+    ".h5": bemio.write,
+    ".1": lambda db, path: wamit.write(db, path.with_suffix("")),
 }
 
 
@@ -41,8 +42,18 @@ def write(db: HydroDatabase, path: Path) -> list[Path]:
         WRITERS[path.suffix](db, Path(folder) / path.name)
         parts = sorted(Path(folder).iterdir())
         files = [path.parent / part.name for part in parts]
-        if Path(db.source).resolve() in [file.resolve() for file in files]:
-            raise InputError(f"{path}: is the file that is converted; expected another name.")
+        if _holds(files, Path(db.source)):
+            raise InputError(f"{path}: is what is converted; expected another name.")
         for part, file in zip(parts, files, strict=True):
             part.replace(file)
     return files
+
+
+def _holds(files: Sequence[Path], source: Path) -> bool:
+    """Whether one of the files is the source, or may be one of the set that was read."""
+    if source.resolve() in [file.resolve() for file in files]:
+        return True
+    of_set = [file for file in files if file.exists() and file.stem == source.stem]
+    return len(files) > 1 and any(
+        file.resolve().parent == source.resolve().parent for file in of_set
+    )
