@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console, RenderableType
 
 from hydrosim.commands.given import overruled, with_given
-from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import Given
 from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.database.given import Given
 
 app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look into, check, convert.")
 

@@ -189,7 +189,40 @@ class TestConvert:
         before = files(folder)
         result = db("convert", "h851.nc", out)
         assert (result.code, result.out) == (2, "")
-        assert "is the file that is converted; expected another name" in result.err
+        assert "is what is converted; expected another name" in result.err
+        assert files(folder) == before
+
+    def test_bemio_and_back(self, db: Command) -> None:
+        """All that the format has a place for, to rounding."""
+        assert db("convert", "h851.nc", "there.h5").code == 0
+        assert db("convert", "there.h5", "back.nc").code == 0
+        back, barge = read("back.nc"), read("h851.nc")
+        for name in ("frequency", "heading", "added_mass", "radiation_damping", "excitation"):
+            there = getattr(barge, name)
+            np.testing.assert_allclose(
+                getattr(back, name), there, rtol=1e-12, atol=1e-12 * np.abs(there).max()
+            )
+        assert back.water_depth == np.inf
+
+    def test_wamit_and_back(self, db: Command, folder: Path) -> None:
+        """Of which the files do not say the depth, the density and where the bodies are."""
+        result = db("convert", "h851.nc", "there.1")
+        assert result.code == 0
+        assert {"there.1", "there.3", "there.hst", "there.mmx"} <= set(files(folder))
+        known = ("--density", "1025", "--gravity", "9.81", "--depth", "infinite", "--length", "1")
+        place = ("--reference-point", "0, 0, -4.9", "--symmetric")
+        for name in ("there", "there.3"):  # any name of the set
+            assert db("check", name, *known, *place).code == 0
+            assert db("convert", name, "back.nc", *known, *place).code == 0
+            back, barge = read("back.nc"), read("h851.nc")
+            for array in ("added_mass", "radiation_damping", "excitation"):
+                there = getattr(barge, array)
+                np.testing.assert_allclose(
+                    getattr(back, array), there, rtol=1e-12, atol=1e-12 * np.abs(there).max()
+                )
+        before = files(folder)
+        result = db("convert", "there.1", "there.1", *known, *place)
+        assert (result.code, result.out) == (2, "")
         assert files(folder) == before
 
     def test_a_writer_that_fails_leaves_nothing(
@@ -206,22 +239,10 @@ class TestConvert:
         assert (result.code, result.out) == (2, "")
         assert files(folder) == before
 
-    def test_a_format_of_several_files(
-        self, db: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def write(db: HydroDatabase, path: Path) -> None:
-            for suffix in (".1", ".3"):
-                path.with_suffix(suffix).write_text(suffix)
-
-        monkeypatch.setitem(WRITERS, ".1", write)
-        result = db("convert", "h851.nc", "other.1")
-        assert (result.code, result.out) == (0, "result other.1 result other.3")
-        assert set(files(folder)) == {"h851.nc", "other.1", "other.3"}
-
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
-            (("other.yaml",), ["other.yaml", "suffix .yaml", "expected one of .nc"]),
+            (("other.yaml",), ["other.yaml", "suffix .yaml", "expected one of .nc, .h5, .1"]),
             (("other",), ["suffix (none)"]),
             (("nowhere/other.nc",), ["no folder nowhere"]),
             (("other.nc", "--density", "3 m"), ["--density", '"3 m"', "expected a density"]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import timeit
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -12,8 +13,11 @@ import pytest
 
 from hydrosim.database import check, load, netcdf
 from hydrosim.database.checks import CHECKS
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.load import read
 from hydrosim.errors import InputError
 
+ROOT = Path(__file__).parents[2]
 RHO_G = 1025 * 9.81
 OPTIONAL = [name for name, variable in netcdf.VARIABLES.items() if variable.optional]
 
@@ -216,7 +220,6 @@ REFUSED = {
         SLOPE,
     ),
     "mass in tonnes": ({"inertia_matrix": times(1e-3)}, "weight"),
-    "volume in cubic feet": ({"volume": times(35.31)}, DEPTH),
     "roll and pitch stiffness per degree": (
         {"hydrostatic_stiffness": lambda C: C * np.outer(PER_DEGREE, PER_DEGREE)},
         "moments of the waterplane",
@@ -225,8 +228,7 @@ REFUSED = {
         {"excitation": with_radians_taken_for_degrees},
         HORIZONTAL,
     ),
-    "water density in t/m3": (lambda db: replace(db, water_density=1.025), DEPTH),
-    "depth of 40 m instead of deep water": (lambda db: replace(db, water_depth=40.0), DEPTH),
+    "water density in t/m3": (lambda db: replace(db, water_density=1.025), HASKIND),
     "drift with the other sign": ({"mean_drift": times(-1)}, "drift along the waves"),
     "drift of headings where waves come from": (
         {"mean_drift": coming_from},
@@ -247,6 +249,8 @@ REFUSED = {
 DOUBTED = {
     "no high frequencies": (lambda db: between(db, 0.02, 0.8), "kernel truncation"),
     "frequencies far apart": (every(12), "frequency spacing"),
+    "volume in another unit": ({"volume": times(1.5)}, DEPTH),
+    "depth of 100 m instead of deep water": (lambda db: replace(db, water_depth=100.0), DEPTH),
     "irregular frequency": ({"added_mass": spiked}, "irregular frequencies"),
     "phases at a place 3 km away": (far_origin, "smooth loads"),
     "added mass over rho": ({"added_mass": times(1 / 1025)}, "added mass against damping"),
@@ -410,3 +414,31 @@ def test_load_is_silent_on_the_barge(barge):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         load(barge.source)
+
+
+# What the checks say of other people's databases. The sphere's was computed in deep water and says
+# 200 m; its surge damping does not fall above 8 rad/s. The hemisphere has irregular frequencies
+# above 5 rad/s, the semi-submersible above 4 and trapped waves between its columns.
+OTHERS = {
+    "sphere/sphere.h5": {"kernel truncation", DEPTH},
+    "hemisphere/hemisphere.1": {
+        "irregular frequencies",
+        "positive damping",
+        "added mass against damping",
+    },
+    "volturnus/volturnus.1": {
+        "irregular frequencies",
+        "positive damping",
+        "symmetry of radiation damping",
+    },
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_databases_of_others(name):
+    path = ROOT / ".." / "shared" / "validation" / name
+    if not path.is_file():
+        pytest.skip("needs the validation data beside the project")
+    findings = check(read(path, Given(water_density=1000.0) if "hemi" in name else NOTHING_GIVEN))
+    assert {finding.name for finding in findings if not finding.passed} == OTHERS[name]
+    assert not any(finding.refused for finding in findings)
