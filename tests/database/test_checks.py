@@ -327,6 +327,13 @@ def test_every_check_finds_a_fault():
     assert found == {one.name for one in CHECKS}
 
 
+def test_the_readme_lists_every_check():
+    readme = (ROOT / "README.md").read_text()
+    rows = [line.split("|")[1] for line in readme.splitlines() if line.startswith("| ")]
+    listed = {name.strip() for row in rows for name in row.split(",")}
+    assert {one.name for one in CHECKS} <= listed
+
+
 @pytest.mark.parametrize("name", ["added_mass", "radiation_damping", "excitation"])
 def test_a_check_that_cannot_be_made_is_left_out(whole, name):
     """Without what a file may lack, the checks of the rest stay and still find faults."""
