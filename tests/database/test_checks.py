@@ -314,6 +314,7 @@ def test_a_fault_is_refused_by_name(whole, tmp_path, fault):
         load(tmp_path / "db.nc")
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")  # what else it raises
 @pytest.mark.parametrize("doubt", DOUBTED)
 def test_a_doubt_is_a_warning(whole, tmp_path, doubt):
     change, name = DOUBTED[doubt]
@@ -343,6 +344,13 @@ def test_a_check_that_cannot_be_made_is_left_out(whole, name):
     assert left_out["weight"] == "left out: the database has no inertia matrix"
     assert HASKIND not in left_out
     assert failed(changed(bare, **{name: times(-1)}))
+
+
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_nonsense_is_refused_without_an_error(made_up, bodies):
+    findings = check(made_up(bodies))
+    assert all(np.isfinite(finding.figure) for finding in findings)
+    assert any(finding.refused for finding in findings)
 
 
 def test_few_frequencies_and_headings_are_no_error(barge):
