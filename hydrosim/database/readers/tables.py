@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from hydrosim.errors import InputError
 Index = NDArray[np.intp]
 
 _LARGEST_FILE = 2**30  # bytes
+_LONGEST_LINE = 10_000  # characters
 _LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
 _SPARSEST = 64  # numbers of an array that one row may stand for; symmetries leave out up to 9 of 10
 # What Fortran prints and Python does not read: 1.0D+00, and 1.0-101 for three digits of exponent.
@@ -65,41 +68,43 @@ class Table:
             row = int(np.setdiff1d(np.arange(place.size), first)[0])
             before = self.line[int(np.argmax(place == place[row]))]
             raise self.problem(row, f"the same indices as in line {before}", "each of them once")
-        array = np.full(shape, np.nan, dtype=value.dtype)
-        array.ravel()[place] = value
-        return array
+        spread = np.full(shape, np.nan, dtype=value.dtype)
+        spread.ravel()[place] = value
+        return spread
 
 
 def read_table(path: Path, columns: tuple[int, ...]) -> Table:
     """The rows of a file whose lines have one of these numbers of columns; lines before them that
     are not mostly numbers are a heading. Raises `InputError` for anything else."""
-    rows: list[list[float]] = []
-    numbers: list[int] = []
-    for number, line in enumerate(read_lines(path), 1):
+    width = max(columns)
+    values, numbers = array("d"), array("q")
+    for number, line in enumerate(_lines(path), 1):
         tokens = line.split()
-        if not tokens or (not rows and _heading(tokens)):
+        if not tokens or (not numbers and _heading(tokens)):
             continue
-        rows.append(_row(path, number, tokens, columns))
+        row = _row(path, number, tokens, columns)
+        values.extend(row + [math.nan] * (width - len(row)))
         numbers.append(number)
-    if not rows:
+    if not numbers:
         raise InputError(
             f"{path}: found no rows of numbers, expected rows of"
             f" {' or '.join(map(str, columns))} numbers. Is it empty or another kind of file?"
         )
-    values = np.full((len(rows), max(columns)), np.nan)
-    for width in columns:
-        of_width = [i for i, row in enumerate(rows) if len(row) == width]
-        if of_width:
-            values[of_width, :width] = [rows[i] for i in of_width]
-    return Table(path, values, np.array(numbers))
+    return Table(path, np.array(values).reshape(-1, width), np.array(numbers))
 
 
 def read_lines(path: Path) -> list[str]:
     """The lines of a text file in any 8-bit coding; raises `InputError` if it cannot be read."""
+    return list(_lines(path))
+
+
+def _lines(path: Path) -> Iterator[str]:
+    """One by one; a line that is too long, as in binary files, comes in pieces."""
     try:
         if path.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{path}: is larger than 1 GiB; expected a table of coefficients.")
-        return path.read_text(encoding="latin-1").splitlines()
+        with path.open(encoding="latin-1") as file:
+            yield from iter(lambda: file.readline(_LONGEST_LINE), "")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}).") from error
 

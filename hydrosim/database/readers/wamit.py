@@ -12,7 +12,7 @@ DOFs that symmetry makes zero may be absent. Everything is made dimensional with
 The time factor is exp(+i w t), phases refer to the elevation at the global origin, headings are
 where waves go to, coefficients refer to each body's origin (XBODY of .out). What neither a file nor
 the user gives is assumed, and the attribute ``assumed`` says so. Rows of negative I in the drift
-files, the same loads in other axes, are left out. (WAMIT user manual, version 7.4, chapters 4, 5.)
+files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Units:
 
 def angular(column: FrequencyColumn, value: Real, units: Units) -> Real:
     """Frequency [rad/s]. A period of zero is infinite frequency, a negative one zero frequency;
-    for frequencies and wavenumbers zero is zero and a negative value infinity."""
+    for frequencies and wavenumbers zero is taken to be zero and a negative value infinity."""
     size = np.maximum(np.abs(value), 1e-30)
     k = size / units.length
     if column is FrequencyColumn.PERIOD:
@@ -115,7 +115,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     radiation = read_table(files[".1"], (4, 5))
     bodies = -(-int(_dofs(radiation, 1, _HIGHEST_INDEX).max() + 1) // 6)
     excitation = _excitation_tables(path, files)
-    facts, assumed = _facts(files, given, bodies)
+    facts, assumed = _facts(path, files, given, bodies)
     units, remark = _units(facts, bodies, radiation, excitation[0])
     return _database(path, files, facts, units, radiation, excitation, [*assumed, *remark])
 
@@ -182,7 +182,9 @@ def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
     )
 
 
-def _facts(files: dict[str, Path], given: Given, bodies: int) -> tuple[Given, list[str]]:
+def _facts(
+    path: Path, files: dict[str, Path], given: Given, bodies: int
+) -> tuple[Given, list[str]]:
     """All there is to know, and what of it nobody said."""
     readers: dict[str, Callable[[Path], Given]] = {
         ".out": wamit_header.main_output,
@@ -193,7 +195,9 @@ def _facts(files: dict[str, Path], given: Given, bodies: int) -> tuple[Given, li
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
     origin = first_given(given, said, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
-    _check(files, first_given(said, _ASSUMED), bodies)
+    where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
+    _check_units(where, first_given(given, said, _ASSUMED))
+    _check_bodies(where, said, bodies)
     said = replace(
         said,
         centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
@@ -210,17 +214,25 @@ def _facts(files: dict[str, Path], given: Given, bodies: int) -> tuple[Given, li
     return first_given(known, _ASSUMED, Given(reference_point=origin)), assumed
 
 
-def _check(files: dict[str, Path], said: Given, bodies: int) -> None:
-    """Raises `InputError` where the headers cannot be of SI units or of this many bodies."""
-    ranges = {"length": (1e-3, 1e4), "gravity": (9.0, 11.0), "water_density": (500.0, 2000.0)}
-    where = ", ".join(str(files[suffix]) for suffix in (".out", ".mmx", ".gdf") if suffix in files)
-    for name, (lowest, highest) in {**ranges, "water_depth": (0.0, np.inf)}.items():
-        value = getattr(said, name)
-        if not lowest <= value <= highest or value <= 0:
+def _check_units(where: str, facts: Given) -> None:
+    """Raises `InputError` where the numbers cannot be of SI units."""
+    ranges = {
+        "length": (1e-3, 1e4),
+        "gravity": (9.0, 11.0),
+        "water_density": (500.0, 2000.0),
+        "water_depth": (1e-3, np.inf),
+    }
+    for name, (lowest, highest) in ranges.items():
+        value = getattr(facts, name)
+        if not lowest <= value <= highest:
             raise InputError(
                 f"{where}: {name.replace('_', ' ')} is {value:g}, expected {lowest:g} to"
                 f" {highest:g} in SI units. Was WAMIT run in feet? Convert its files first."
             )
+
+
+def _check_bodies(where: str, said: Given, bodies: int) -> None:
+    """Raises `InputError` where the headers are of another number of bodies."""
     for name in ("volume", "reference_point", "centre_of_buoyancy", "centre_of_gravity"):
         items, each = getattr(said, name), 1 if name == "volume" else 3
         if items is not None and len(items) != bodies * each:
@@ -334,7 +346,7 @@ def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | f
     wrong = np.abs(grid[place] - values) > same
     if wrong.any():
         row = int(np.argmax(wrong))
-        expected = f"one of the {grid.size} values that the .1 and the excitation file have"
+        expected = f"one of the {grid.size} values of the other tables"
         raise table.problem(row, f"{table.values[row, column]:g} in column {column + 1}", expected)
     return place
 

@@ -71,10 +71,10 @@ def inertia(path: Path, bodies: int, density: float) -> Real | None:
 
     ``MASS(I,J)/RHO`` (IALTFRC = 1) is per density. In ``External force matrices`` (IALTFRC = 2,
     3), the third column is the mass as it was given to WAMIT. A body's matrix has indices of its
-    own, 1 to 6, or those among all bodies.
+    own, 1 to 6, unless the file has higher ones.
     """
-    matrix = np.zeros((6 * bodies, 6 * bodies))
-    body, factor, found = 0, 0.0, False
+    entries = []
+    body, factor = 1, 0.0
     for number, line in enumerate(read_lines(path), 1):
         tokens = line.split()
         if "body N" in line:
@@ -85,11 +85,13 @@ def inertia(path: Path, bodies: int, density: float) -> Real | None:
             factor = 1.0
         elif factor and len(tokens) >= 3 and tokens[0].isdigit():
             row, column, mass = _entry(path, number, tokens, bodies)
-            local = max(row, column) <= 6
-            shift = 6 * (body - 1) if local and body else 0
-            matrix[shift + row - 1, shift + column - 1] = factor * mass
-            found = True
-    return matrix if found else None
+            entries.append((body, row, column, factor * mass))
+    own = all(max(row, column) <= 6 for _, row, column, _ in entries)
+    matrix = np.zeros((6 * bodies, 6 * bodies))
+    for body, row, column, mass in entries:
+        before = 6 * (body - 1) - 1 if own else -1
+        matrix[before + row, before + column] = mass
+    return matrix if entries else None
 
 
 def _body(path: Path, number: int, tokens: list[str], bodies: int) -> int:
@@ -117,7 +119,7 @@ def _items(path: Path, lines: list[str], label: str, count: int) -> list[tuple[f
     found = []
     for number, line in enumerate(lines, 1):
         if label in line and not (label == _GRAVITY and _CENTRE in line):
-            tokens = line.split(label, 1)[1].split()[:count]
+            tokens = line.split(label, 1)[1].lstrip(" :").split()[:count]
             values = tuple(math.inf if t == "infinite" else number_in(t) for t in tokens)
             if len(values) < count or any(
                 math.isnan(v) or 1e12 < abs(v) < math.inf for v in values

@@ -129,10 +129,7 @@ def _degrees(angle: Real) -> Real:
 
 
 def _lines(rows: list[list[float | int]]) -> list[str]:
-    form = "".join("%6d" if isinstance(x, int) else _NUMBER for x in rows[0])
-    if len({len(row) for row in rows}) == 1:
-        return [form % tuple(row) for row in rows]
-    return [" ".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in row) for row in rows]
+    return ["".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in r) for r in rows]
 
 
 def _write(stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
