@@ -18,6 +18,7 @@ from typing import Protocol
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import Given
+from hydrosim.database.readers import aqwa, capytaine, marin, nemoh, orcaflex
 
 
 class Reader(Protocol):
@@ -34,4 +35,4 @@ class Reader(Protocol):
         ...
 
 
-READERS: tuple[Reader, ...] = (netcdf,)
+READERS: tuple[Reader, ...] = (aqwa, capytaine, marin, nemoh, orcaflex, netcdf)

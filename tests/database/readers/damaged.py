@@ -1,0 +1,57 @@
+"""Damage done to files, by seed: readers must say what is wrong or find a database in the rest."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from hydrosim.database import HydroDatabase
+from hydrosim.errors import InputError
+
+_NUMBER = re.compile(rb"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.])")
+_INSTEAD = [b"NaN", b"inf", b"1e308", b"999999999", b"-1", b"0", b"", b"*****", b"1e-308", b"2.5"]
+SLOWEST = 2.0  # s, which the largest files may take
+
+
+def damaged(content: bytes, seed: int) -> bytes:
+    """Cut off, with wrong numbers, with junk, with lines lost or doubled."""
+    random = np.random.default_rng(seed)
+    at = int(random.integers(len(content)))
+    if seed % 5 == 0:
+        return content[:at]
+    if seed % 5 == 1:
+        return content[:at] + random.bytes(int(random.integers(1, 60))) + content[at:]
+    if seed % 5 == 2:
+        lines = content.split(b"\n")
+        line = int(random.integers(len(lines)))
+        return b"\n".join(lines[:line] + lines[line + 1 :] + lines[: int(random.integers(3))])
+    numbers = list(_NUMBER.finditer(content[: 1500 if seed % 5 == 3 else None]))
+    match = numbers[int(random.integers(len(numbers)))]
+    instead = _INSTEAD[int(random.integers(len(_INSTEAD)))]
+    return content[: match.start()] + instead + content[match.end() :]
+
+
+def refused(read: Callable[[Path], HydroDatabase], path: Path, content: bytes, name: str) -> int:
+    """How many of 100 damaged contents of ``path`` are refused, in good time and by ``name``."""
+    count = 0
+    for seed in range(100):
+        path.write_bytes(damaged(content, seed))
+        begin = time.perf_counter()
+        message = _message(read, path)
+        assert message is None or name in message, seed
+        count += message is not None
+        assert time.perf_counter() - begin < SLOWEST, seed
+    path.write_bytes(content)
+    return count
+
+
+def _message(read: Callable[[Path], HydroDatabase], path: Path) -> str | None:
+    try:
+        read(path)
+    except InputError as error:
+        return str(error)
+    return None
