@@ -63,7 +63,7 @@ class _Spring(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """One OMEGA, in the file's units, headings in degrees."""
+    """One OMEGA; loads are in SI units, the rest is in the file's."""
 
     omega: float
     heading: Real
@@ -175,7 +175,7 @@ def _tables(reader: _Reader) -> tuple[_Tables, int]:
             )
     _end(reader)
     heading: Real = np.radians(blocks[0].heading)
-    loads: Complex = _KILO * np.array([block.loads for block in blocks], dtype=complex)
+    loads: Complex = np.array([block.loads for block in blocks])
     if symmetry == 2:
         heading, loads = with_fore_aft_headings(heading, loads)
     omega = frequencies(
@@ -194,7 +194,7 @@ def _block(reader: _Reader, headings: float) -> _Block:
     while len(loads) < headings:
         directions += reader.take("WDIR", 1)
         size, lag = reader.take("FAMP", 6), reader.take("FEPS", 6)
-        loads.append(polar(size, np.radians(lag)))
+        loads.append(_KILO * polar(size, np.radians(lag)))
     return _Block(omega, np.array(directions), added_mass, damping, np.array(loads))
 
 

@@ -78,6 +78,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     results = _existing(folder, "Results")
     tec = _existing(results, "RadiationCoefficients.tec")
     omega, matrices = _zones(tec, 6 * bodies, 6 * bodies)
+    loads = _first_order(results, project, omega)  # bears out the number of headings
     hydrostatics = _hydrostatics(folder, bodies, project.rotation_points)
     return assembled(
         project.text.path,
@@ -85,7 +86,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         project.headings(),
         added_mass=matrices[..., 0].transpose(1, 2, 0),
         radiation_damping=matrices[..., 1].transpose(1, 2, 0),
-        **_first_order(results, project, omega),
+        **loads,
         **_second_order(results, project),
         hydrostatic_stiffness=hydrostatics.stiffness,
         volume=volumes(path, given.volume, hydrostatics.volume),
