@@ -11,6 +11,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,33 +174,53 @@ def all_headings(db: HydroDatabase) -> HydroDatabase:
     """The database with the full circle of headings, ascending in [0, 2 pi).
 
     Waves towards -b on a hull that is its own mirror image load it as waves towards b do, with
-    sway, roll and yaw reversed; headings that the database lacks come from such images. The
-    headings of a hull without symmetry are only brought into the range.
+    sway, roll and yaw reversed; headings that the database lacks come from such images. So do
+    pairs of headings of the quadratic transfer functions. The headings of a hull without symmetry
+    are only brought into the range.
     """
-    rows, mirror = np.arange(db.heading.size), np.zeros(db.heading.size, dtype=bool)
-    angle = db.heading
-    if db.port_starboard_symmetric:
-        angle, rows = np.concatenate([angle, -angle]), np.tile(rows, 2)
-        mirror = np.concatenate([mirror, ~mirror])
-    angle = np.mod(angle, TURN)
-    angle[TURN - angle < SAME_HEADING] = 0.0
-    keep = _first_of_each(angle)
-    rows, sign = rows[keep], np.where(mirror[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
+    heading, rows, sign = _full_circle(db, db.heading[:, None])
+    pair, pair_rows, pair_sign = _full_circle(
+        db, np.empty((0, 2)) if db.qtf_heading is None else db.qtf_heading
+    )
+
+    def loads(value: Any) -> Any:
+        return None if value is None else value[:, rows] * sign
+
+    def transfer(value: Any) -> Any:
+        return None if value is None else value[pair_rows] * pair_sign[:, None, None]
+
     return replace(
         db,
-        heading=angle[keep],
-        excitation=db.excitation[:, rows] * sign,
-        froude_krylov=None if db.froude_krylov is None else db.froude_krylov[:, rows] * sign,
-        mean_drift=None if db.mean_drift is None else db.mean_drift[:, rows] * sign,
-        mean_drift_held=None if db.mean_drift_held is None else db.mean_drift_held[:, rows] * sign,
+        heading=heading[:, 0],
+        excitation=loads(db.excitation),
+        froude_krylov=loads(db.froude_krylov),
+        mean_drift=loads(db.mean_drift),
+        mean_drift_held=loads(db.mean_drift_held),
         drift_imbalance=None if db.drift_imbalance is None else db.drift_imbalance[:, rows],
+        qtf_heading=None if db.qtf_heading is None else pair,
+        qtf_difference=transfer(db.qtf_difference),
+        qtf_sum=transfer(db.qtf_sum),
     )
 
 
-def _first_of_each(angle: Real) -> NDArray[np.intp]:
-    """Indices that sort the angles, each direction once: the one that comes first."""
-    order = np.argsort(angle, kind="stable")
-    steps = np.diff(angle[order], prepend=-TURN)
-    groups = np.cumsum(steps > SAME_HEADING)
-    firsts = [order[groups == g].min() for g in np.unique(groups)]
-    return np.array(firsts)
+def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp], Real]:
+    """Directions (m, k) of k waves each, with their images, in the first turn and each once; which
+    rows of ``angle`` they come from, and the signs (m, n) that the loads take."""
+    rows = np.arange(len(angle))
+    mirrored = np.zeros(len(angle), dtype=bool)
+    if db.port_starboard_symmetric:
+        angle, rows = np.concatenate([angle, -angle]), np.tile(rows, 2)
+        mirrored = np.concatenate([mirrored, ~mirrored])
+    angle = np.mod(angle, TURN)
+    angle[TURN - angle < SAME_HEADING] = 0.0
+    keep = np.unique(_directions(angle), axis=0, return_index=True)[1]
+    sign = np.where(mirrored[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
+    return angle[keep], rows[keep], sign
+
+
+def _directions(angle: Real) -> NDArray[np.intp]:
+    """Whole numbers that ascend with the angles, the same for the same direction."""
+    order = np.argsort(angle, axis=None)
+    numbers = np.empty(angle.size, dtype=np.intp)
+    numbers[order] = np.cumsum(np.diff(angle.ravel()[order], prepend=-TURN) > SAME_HEADING)
+    return numbers.reshape(angle.shape)

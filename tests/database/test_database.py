@@ -12,21 +12,38 @@ HALF_CIRCLE = np.radians([0.0, 45.0, 90.0, 135.0, 180.0])
 CIRCLE = np.radians(np.arange(0.0, 360.0, 45.0))
 
 
-def froude_krylov(headings: np.ndarray, k: float = 0.05) -> np.ndarray:
-    """Loads (nh, 6) of a wave exp(-i k (x cos b + y sin b)) exp(k z) on the faces of a wedge-shaped
-    box that is symmetric about y = 0 but not fore and aft: pressure summed over points on them."""
+def wedge() -> tuple[np.ndarray, np.ndarray]:
+    """Points (m, 3) on the sides of a wedge-shaped box that is symmetric about y = 0 but not fore
+    and aft, and what a pressure of one there gives in loads (m, 6)."""
     s = (np.arange(20) + 0.5) / 20
     x, z = (a.ravel() for a in np.meshgrid(-30 + 60 * s, -5 * s))
     half = 10 - x / 6
-    loads = np.zeros((len(headings), 6), dtype=complex)
-    for side in (1.0, -1.0):
-        point = np.stack([x, side * half, z], axis=1)
-        normal = np.tile([1 / 6, side, 0.0], (x.size, 1))
-        weights = np.hstack([normal, np.cross(point, normal)])
-        for i, b in enumerate(headings):
-            phase = np.exp(k * z - 1j * k * (point[:, 0] * np.cos(b) + point[:, 1] * np.sin(b)))
-            loads[i] += phase @ weights
-    return loads
+    point = np.concatenate([np.stack([x, side * half, z], axis=1) for side in (1.0, -1.0)])
+    normal = np.stack([np.full(2 * x.size, 1 / 6), np.repeat([1.0, -1.0], x.size)], axis=1)
+    normal = np.hstack([normal, np.zeros((2 * x.size, 1))])
+    return point, np.hstack([normal, np.cross(point, normal)])
+
+
+def wave(point: np.ndarray, k: float, heading: float) -> np.ndarray:
+    """exp(-i k (x cos b + y sin b)) exp(k z)."""
+    along = point[:, 0] * np.cos(heading) + point[:, 1] * np.sin(heading)
+    return np.exp(k * point[:, 2] - 1j * k * along)
+
+
+def froude_krylov(headings: np.ndarray, k: float = 0.05) -> np.ndarray:
+    """Loads (nh, 6) of a wave's pressure summed over points of the wedge."""
+    point, loads = wedge()
+    return np.array([wave(point, k, b) @ loads for b in headings])
+
+
+def pressure_of_pairs(headings: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Loads (np, nq, nq, 6) of the product of two waves' pressures on the wedge, that of the
+    second conjugate."""
+    point, loads = wedge()
+    waves = {b: np.array([wave(point, one, b) for one in k]) for b in np.unique(headings)}
+    return np.array(
+        [np.einsum("ip,jp,pd->ijd", waves[b], waves[c].conj(), loads) for b, c in headings]
+    )
 
 
 def test_full_circle_is_what_a_symmetric_hull_feels(made_up):
@@ -35,6 +52,7 @@ def test_full_circle_is_what_a_symmetric_hull_feels(made_up):
         heading=HALF_CIRCLE,
         excitation=loads,
         mean_drift=loads.real,
+        mean_drift_held=2 * loads.real,
         froude_krylov=None,
         drift_imbalance=np.tile(np.cos(HALF_CIRCLE), (4, 1)),
     )
@@ -43,6 +61,7 @@ def test_full_circle_is_what_a_symmetric_hull_feels(made_up):
     np.testing.assert_allclose(full.heading, CIRCLE, atol=1e-15)
     np.testing.assert_allclose(full.excitation[2], expected, atol=1e-12 * abs(expected).max())
     np.testing.assert_allclose(full.mean_drift[2], expected.real, atol=1e-12 * abs(expected).max())
+    np.testing.assert_array_equal(full.mean_drift_held, 2 * full.mean_drift)
     np.testing.assert_allclose(full.drift_imbalance[0], np.cos(CIRCLE), atol=1e-15)
     assert full.froude_krylov is None
 
@@ -54,6 +73,7 @@ def test_headings_from_minus_to_plus_180_are_brought_into_one_turn(made_up):
         heading=heading,
         excitation=loads,
         mean_drift=None,
+        mean_drift_held=None,
         froude_krylov=loads,
         drift_imbalance=None,
     )
@@ -61,6 +81,24 @@ def test_headings_from_minus_to_plus_180_are_brought_into_one_turn(made_up):
         full = all_headings(replace(db, port_starboard_symmetric=symmetric))
         np.testing.assert_allclose(full.heading, np.radians([0.0, 90.0, 180.0, 270.0]))
         np.testing.assert_allclose(full.froude_krylov[0], froude_krylov(full.heading), atol=1e-9)
+
+
+def test_pairs_of_headings_get_their_images(made_up):
+    k = np.array([0.02, 0.05, 0.11])
+    pairs = np.radians([[0.0, 0.0], [0.0, 45.0], [45.0, 90.0], [-45.0, 45.0], [180.0, 180.0]])
+    transfer = pressure_of_pairs(pairs, k)
+    db = made_up(qtf_frequency=k, qtf_heading=pairs, qtf_difference=transfer, qtf_sum=None)
+    full = all_headings(db)
+    expected = np.radians(
+        [[0, 0], [0, 45], [0, 315], [45, 90], [45, 315], [180, 180], [315, 45], [315, 270]]
+    )
+    np.testing.assert_allclose(full.qtf_heading, expected, atol=1e-12)
+    np.testing.assert_allclose(
+        full.qtf_difference, pressure_of_pairs(expected, k), atol=1e-12 * abs(transfer).max()
+    )
+    assert full.qtf_sum is None
+    one_sided = all_headings(replace(db, port_starboard_symmetric=False))
+    assert len(one_sided.qtf_heading) == len(pairs)
 
 
 def test_several_bodies_are_mirrored_each(made_up):
