@@ -4,7 +4,8 @@ Verified by real files of versions before 2020 (one head for all structures, GEN
 structure number, neither COB nor DISPLACEMENT) and of 2020 R1 (a head for each structure): order of
 sections, indices (structure, structure, frequency) of matrices and (structure, heading, frequency)
 of loads, stiffness with gravity about the centre of gravity. Their loads in long waves show that
-phases are lags in degrees and that headings are where waves go to. That phases refer to the wave at
+phases are lags in degrees and that headings are where waves go to, as does a sphere that WAMIT has,
+too. That phases refer to the wave at
 each structure's centre of gravity is from AQWA's users, not seen in a file. Frequency-independent
 damping (FIDD) is left out: it is no wave making, add it to the case.
 
@@ -76,6 +77,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         path,
         head.omega,
         head.heading,
+        given.port_starboard_symmetric,
         added_mass=_by_frequency(text, sections, "ADDEDMASS", head, bodies),
         radiation_damping=_by_frequency(text, sections, "DAMPING", head, bodies),
         added_mass_zero=_limit(text, sections, "ADDEDMASS_LF", bodies),
@@ -92,7 +94,6 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_depth=depth,
         water_density=density if given.water_density is None else given.water_density,
         gravity=gravity,
-        port_starboard_symmetric=False,
         attributes={"solver": "AQWA"},
     )
 

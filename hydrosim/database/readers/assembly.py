@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.readers.common import mirror_image
 from hydrosim.errors import InputError
 
 # Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
@@ -80,9 +82,12 @@ def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
     return np.concatenate([heading, mirrored]), np.concatenate([loads, images], axis=1)
 
 
-def assembled(path: Path, omega: Real, heading: Real, **fields: Any) -> HydroDatabase:
+def assembled(
+    path: Path, omega: Real, heading: Real, symmetric: bool | None, **fields: Any
+) -> HydroDatabase:
     """The database, with frequencies and headings put in ascending order and the matrices of zero
-    and infinite frequency taken out. Other fields are passed on as they are."""
+    and infinite frequency taken out; whether bodies are ``symmetric`` port and starboard is seen
+    from the coefficients if it is not said. Other fields are passed on as they are."""
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0 or columns.size == 0:
@@ -99,9 +104,18 @@ def assembled(path: Path, omega: Real, heading: Real, **fields: Any) -> HydroDat
     for name in _BY_WAVE:
         if fields.get(name) is not None:
             fields[name] = fields[name][rows][:, columns]
-    return HydroDatabase(
-        source=str(path), frequency=omega[rows], heading=heading[columns], **fields
+    db = HydroDatabase(
+        source=str(path),
+        frequency=omega[rows],
+        heading=heading[columns],
+        port_starboard_symmetric=bool(symmetric),
+        **fields,
     )
+    if symmetric is not None:
+        return db
+    with np.errstate(all="ignore"):  # of no added mass at all
+        seen = mirror_image(db.added_mass, db.heading, db.excitation)
+    return replace(db, port_starboard_symmetric=seen)
 
 
 def points(

@@ -62,7 +62,7 @@ def sniff(path: Path, head: bytes) -> bool:
             return {*_MATRIX} <= set(file.dimensions) and not _TO_OMEGA.keys().isdisjoint(
                 file.dimensions
             )
-    except OSError:
+    except (OSError, RuntimeError):
         return False
 
 
@@ -106,6 +106,7 @@ class _File:
             path,
             omega,
             heading,
+            given.port_starboard_symmetric,
             added_mass=self.matrices("added_mass", omega),
             radiation_damping=self.matrices("radiation_damping", omega),
             excitation=total,
@@ -131,7 +132,6 @@ class _File:
             water_depth=depth,
             water_density=density,
             gravity=gravity,
-            port_starboard_symmetric=False,
             attributes={"solver": f"Capytaine {getattr(self.file, 'capytaine_version', '')}"},
         )
 

@@ -6,7 +6,7 @@ exported; no file of MARIN's own was at hand. Taken from there, and not proved: 
 waves go to, FEPS is the lag of the load behind the crest at the origin, coefficients and centres
 refer to one origin, REFS gives the depth (0 for infinite), the draught and the waterline above the
 origin. In that sample loads in long waves are right in phase, but its centre of flotation refers
-to another origin than its coefficients: such files are refused.
+to another origin than its coefficients: such a stiffness is refused.
 
 The stiffness is made of the waterplane and the metacentres, whose heights are above the keel (the
 origin where the draught is given as zero); it needs the centre of gravity, which the file lacks.
@@ -73,13 +73,14 @@ class _Block(NamedTuple):
 
 
 class _Tables(NamedTuple):
-    """By frequency, in SI units."""
+    """By frequency, in SI units; the symmetry as numbered in the file."""
 
     omega: Real
     heading: Real
     added_mass: Real
     damping: Real
     loads: Complex
+    symmetry: int
 
 
 class _Reader:
@@ -124,30 +125,27 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database in a .hyd file; raises `InputError` for what is missing or does not fit."""
     reader = _Reader(read_text(path))
     depth, draught, waterline, _ = reader.take("REFS", 4)
-    spring_line = reader.next
+    line = reader.peek("keyword SPRING").line
     spring = _Spring(*reader.take("SPRING", 6))
-    tables, symmetry = _tables(reader)
+    tables = _tables(reader)
     density = told(path, "water density", given.water_density)
     gravity = told(path, "gravity", given.gravity)
-    if _off_centre(tables, spring, gravity):
-        raise reader.text.wrong(
-            reader.records[spring_line].line,
-            f"a centre of flotation at {spring.flotation:g} m that the loads in long waves belie",
-            "one from the origin of the coefficients",
-            "Correct the third and fourth number of SPRING.",
-        )
     centre = points(path, "centre of gravity", given.centre_of_gravity, None, 1)
-    keel = -(draught if draught > 0 else waterline)
+    stiffness = None
+    if centre is not None:
+        _check_flotation(reader.text, line, tables, spring, gravity)
+        keel = -(draught if draught > 0 else waterline)
+        stiffness = density * gravity * _stiffness(spring, centre[0, 2] - keel)
+    symmetric = given.port_starboard_symmetric
     return assembled(
         path,
         tables.omega,
         tables.heading,
+        tables.symmetry > 0 if symmetric is None else symmetric,
         added_mass=tables.added_mass,
         radiation_damping=tables.damping,
         excitation=tables.loads,
-        hydrostatic_stiffness=None
-        if centre is None
-        else density * gravity * _stiffness(spring, centre[0, 2] - keel),
+        hydrostatic_stiffness=stiffness,
         volume=volumes(path, given.volume, spring.volume),
         centre_of_gravity=centre,
         centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
@@ -155,13 +153,11 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_depth=given.water_depth or (depth if depth > 0 else np.inf),
         water_density=density,
         gravity=gravity,
-        port_starboard_symmetric=symmetry > 0,
         attributes={"solver": "MARIN .hyd file"},
     )
 
 
-def _tables(reader: _Reader) -> tuple[_Tables, int]:
-    """All records by frequency, and the kind of symmetry."""
+def _tables(reader: _Reader) -> _Tables:
     line = reader.peek("keyword PARA").line
     count, headings, symmetry = reader.take("PARA", 3)
     if symmetry not in _SYMMETRIES or min(count, headings) < 1:
@@ -183,7 +179,7 @@ def _tables(reader: _Reader) -> tuple[_Tables, int]:
     )
     added_mass = _KILO * np.array([block.added_mass for block in blocks])
     damping = _KILO * np.array([block.damping for block in blocks])
-    return _Tables(omega, heading, added_mass, damping, loads), int(symmetry)
+    return _Tables(omega, heading, added_mass, damping, loads, int(symmetry))
 
 
 def _block(reader: _Reader, headings: float) -> _Block:
@@ -220,12 +216,22 @@ def _stiffness(spring: _Spring, height: float) -> Real:
     return C
 
 
-def _off_centre(tables: _Tables, spring: _Spring, gravity: float) -> bool:
-    """Whether the pitch moment of the longest waves, -x_F times the heave force, denies x_F."""
+def _check_flotation(
+    text: Text, line: int, tables: _Tables, spring: _Spring, gravity: float
+) -> None:
+    """Raises `InputError` where long waves, whose pitch moment is -x_F times the heave force, show
+    another centre of flotation."""
     lowest = int(np.argmin(tables.omega))
     heave, pitch = tables.loads[lowest, :, 2], tables.loads[lowest, :, 4]
     length = np.cbrt(abs(spring.volume))
     if tables.omega[lowest] ** 2 * length > _LONG * gravity or not heave.all():
-        return False
-    shown = -np.mean(np.real(pitch * heave.conj()) / np.abs(heave) ** 2)
-    return bool(abs(shown - spring.flotation) > _OFF_CENTRE * length)
+        return
+    with np.errstate(over="ignore"):
+        shown = -np.mean(np.real(pitch / heave))
+    if abs(shown - spring.flotation) > _OFF_CENTRE * length:
+        raise text.wrong(
+            line,
+            f"a centre of flotation at {spring.flotation:g} m where long waves show {shown:.2f} m",
+            "one from the origin of the coefficients",
+            "Correct the third and fourth number of SPRING.",
+        )

@@ -84,6 +84,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         project.text.path,
         omega,
         project.headings(),
+        given.port_starboard_symmetric,
         added_mass=matrices[..., 0].transpose(1, 2, 0),
         radiation_damping=matrices[..., 1].transpose(1, 2, 0),
         **loads,
@@ -100,7 +101,6 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_depth=project.depth,
         water_density=project.density,
         gravity=project.gravity,
-        port_starboard_symmetric=False,
         attributes={"solver": "Nemoh"},
     )
 

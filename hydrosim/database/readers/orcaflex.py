@@ -188,6 +188,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         path,
         omega,
         heading,
+        _symmetric(vessel, given),
         added_mass=added_mass,
         radiation_damping=damping,
         excitation=excitation[rows],
@@ -202,7 +203,6 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_depth=vessel.depth,
         water_density=_density(model, given),
         gravity=vessel.gravity,
-        port_starboard_symmetric="xz" in vessel.symmetry or vessel.symmetry == "circular",
         attributes={"solver": "OrcaFlex vessel type"},
     )
 
@@ -323,6 +323,14 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     heading, loads = _mirrored(vessel, heading, loads)
     loads = _at(vessel, loads, waves, heading, origin)
     return waves, heading, loads @ velocity_transfer((origin - vessel.reference)[None])
+
+
+def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
+    """Said by the user or the file; where neither does, it is to be seen."""
+    said = "xz" in vessel.symmetry or vessel.symmetry == "circular"
+    return (
+        True if said and given.port_starboard_symmetric is None else given.port_starboard_symmetric
+    )
 
 
 def _mirrored(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hydrosim.database.readers.tables import number_in
 from hydrosim.errors import InputError
 
 _LARGEST = 1e30  # no quantity comes near, in any unit: a number above is a damaged file's
@@ -33,7 +33,7 @@ class Text:
         return [self.number(index, word) for word in words]
 
     def number(self, index: int, word: str) -> float:
-        """One finite number; Fortran's D exponents are known."""
+        """One finite number, also as Fortran prints it."""
         value = parsed(word)
         if value is None:
             raise self.wrong(index, repr(word.strip()[:40]), "a finite number")
@@ -64,10 +64,7 @@ def read_text(path: Path) -> Text:
 
 def parsed(word: str) -> float | None:
     """The number a word stands for; None for anything else, NaN, infinity and absurd sizes."""
-    try:
-        value = float(word.replace("D", "E").replace("d", "e"))
-    except ValueError:
-        return None
-    if "_" in word or not math.isfinite(value) or abs(value) > _LARGEST:
+    value = number_in(word)
+    if "_" in word or not abs(value) <= _LARGEST:  # which NaN is not, either
         return None
     return value

@@ -76,6 +76,71 @@ def written(db: HydroDatabase) -> str:
     return "\n".join(lines) + "\n"
 
 
+# One frequency and two headings of the file that AQWA-LINE 2020 R1 wrote for a half-submerged
+# sphere of 5 m radius in 50 m of water (WEC-Sim's examples; its mass is no sphere's).
+SPHERE = """\
+* DATE:29/11/21      TIME:11:55:55
+* FILE VERSION NO 5  CREATED BY AQWA-LINE VERSION 2020 R1.
+* ADDED MASS AND DAMPING AT LOW-FREQUENCY (0.001RAD/S), AND ADDED MASS AT HIGH-
+* FREQUENCY (100.0RAD/S) ARE OUTPUT, IF LHFR OPTION IS ON
+*
+  1  2   1   -180.00000     0.00000
+              0.7976751
+GENERAL
+  1              50.000    1025.000       9.807     0     0
+COG
+  1               0.000       0.000      -2.000
+DRAFT
+  1               5.000
+COB
+  1               0.000       0.000      -1.874
+DISPLACEMENT
+  1          2.6135E+02
+MASS
+  1          2.6788E+05  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+             0.0000E+00  2.6788E+05  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+             0.0000E+00  0.0000E+00  2.6788E+05  0.0000E+00  0.0000E+00  0.0000E+00
+             0.0000E+00  0.0000E+00  0.0000E+00  2.6788E+05  0.0000E+00  0.0000E+00
+             0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  2.6788E+05  0.0000E+00
+             0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  2.6788E+05
+HYDSTIFFNESS
+  1          0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+             0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+             0.0000E+00  0.0000E+00  7.8895E+05 -4.0702E+00  8.4256E-01  0.0000E+00
+             0.0000E+00  0.0000E+00 -4.0702E+00  5.2583E+06  1.7251E-01 -1.0410E-02
+             0.0000E+00  0.0000E+00  8.4256E-01  1.7251E-01  5.2583E+06 -5.7654E-01
+             0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+ADDEDMASS
+  1  1   1   1.3819E+05 -9.4695E+02  6.4816E+03 -2.0537E+04  8.3868E+05  5.7943E-01
+            -9.4286E+02  1.3828E+05 -6.7909E+03 -8.3705E+05  2.0446E+04 -2.2820E-01
+            -1.4219E+03  1.4956E+03 -1.0046E+06  3.2516E+04  3.1276E+04 -3.2717E-01
+             3.1444E+03 -3.1288E+05  2.3288E+04 -6.8363E+06 -6.6686E+04  5.0805E-01
+             3.1269E+05 -3.2460E+03  2.2903E+04 -6.8888E+04 -6.8333E+06  1.3308E+00
+             5.7519E-01 -2.3546E-01 -7.4804E-01  1.0394E+00  3.4763E+00  2.1689E-02
+DAMPING
+  1  1   1   4.9054E+03 -7.6931E+01 -7.8876E+02 -6.5779E+02  3.1356E+04  2.1927E-02
+            -7.6594E+01  4.9123E+03  8.2686E+02 -3.1305E+04  6.5572E+02 -9.3224E-03
+            -5.8004E+02  6.1225E+02  1.3063E+05  1.1571E+04  1.1047E+04 -1.3900E-01
+             2.1598E+02 -1.1186E+04 -3.1549E+03  7.1118E+04 -1.3698E+03  2.2720E-02
+             1.1171E+04 -2.2077E+02 -3.1188E+03 -1.3628E+03  7.1241E+04  5.1384E-02
+             2.1895E-02 -9.5362E-03 -2.9136E-01  2.1992E-02  1.0576E-01  4.1509E-07
+ADDEDMASS_HF
+  1  1       7.4864E+04  3.5326E-01  1.3551E+00 -5.8268E-01  1.4973E+05  2.9995E-01
+             3.5637E-01  7.4865E+04  2.9522E+00 -1.4973E+05  5.8445E-01 -1.3168E-01
+            -8.6024E+00  1.0761E+01  1.3599E+05 -2.0456E+01 -1.8201E+01 -1.3677E-01
+             1.9829E+01 -1.4988E+05 -5.5949E+00  2.9929E+05  4.0511E+01  2.5821E-01
+             1.4990E+05 -2.0413E+01  3.4735E+00  4.1195E+01  2.9932E+05  6.0473E-01
+             2.9658E-01 -1.3779E-01 -1.7381E-01  2.7006E-01  5.9629E-01  2.1686E-02
+FIDD
+  1          0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00  0.0000E+00
+FORCERAO
+  1  1   1   1.9426E+05  4.7340E+03  5.0174E+05  1.6243E+04  4.4442E+05  1.5248E+00
+                  91.70      -26.01      -12.07      153.77       92.32      136.76
+  1  2   1   1.9292E+05  4.1446E+03  4.9888E+05  1.4279E+04  4.3921E+05  1.2380E+00
+                 -90.60       10.64      -11.63     -171.16      -91.24     -151.75
+"""
+
+
 @pytest.fixture
 def path(barge, tmp_path) -> Path:
     out = tmp_path / "ANALYSIS.AH1"
@@ -113,6 +178,26 @@ def test_long_waves_lift_the_hull(barge, path):
     load = db.excitation[0, head] * np.exp(1j * db.frequency[0] ** 2 / 9.81 * CENTRE[0])
     assert load[2] == pytest.approx(db.hydrostatic_stiffness[2, 2], rel=0.02)
     assert np.angle(load[0]) == pytest.approx(np.pi / 2, abs=0.02)
+
+
+def test_a_real_file_loads_the_sphere_as_wamit_does(validation, tmp_path):
+    """In size within a sixth and in phase within 10 degrees: AQWA's pressures are poor here, as
+    its negative added mass in heave shows."""
+    path = tmp_path / "sphere.AH1"
+    path.write_text(SPHERE)
+    db, other = read(path), read(validation / "sphere" / "sphere.h5")
+    w = int(np.argmin(np.abs(other.frequency - 0.8)))
+    ahead = db.heading.tolist().index(0.0)
+    for dof in (0, 2, 4):
+        ratio = db.excitation[0, ahead, dof] / (1.025 * other.excitation[w, 0, dof])
+        assert abs(ratio) == pytest.approx(1.0, abs=1 / 6)
+        assert abs(np.degrees(np.angle(ratio))) < 10
+    astern = db.excitation[0, 1 - ahead, 0] / db.excitation[0, ahead, 0]
+    assert astern == pytest.approx(-1.0, abs=0.1)
+    assert db.hydrostatic_stiffness[2, 2] == pytest.approx(1025 * 9.807 * np.pi * 25, rel=0.01)
+    assert db.volume[0] == 261.35
+    np.testing.assert_array_equal(db.centre_of_buoyancy, [[0.0, 0.0, -1.874]])
+    assert db.added_mass_infinite[2, 2] == 1.3599e5
 
 
 def test_older_files_and_their_listing(barge, tmp_path):

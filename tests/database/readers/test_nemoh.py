@@ -169,6 +169,34 @@ def test_phases_refer_to_the_wave_measurement_point(barge, tmp_path):
     np.testing.assert_allclose(db.excitation[:, 0, 2], here.excitation[:, 0, 2] * late, rtol=1e-9)
 
 
+def test_a_real_file_is_the_sphere_that_wamit_has(validation, tmp_path):
+    """Rows at 1.0 rad/s of what Nemoh 2.3 wrote for a half-submerged sphere of 5 m radius about a
+    point 2 m deep (WEC-Sim's examples): 2 per cent and 1 degree from WAMIT, for other panels."""
+    radiation = [0.1721014e6, 0.2763689e5, *[0.0] * 6, 0.3441041e6, 0.5525722e5, 0.0, 0.0]
+    loads = [0.3213887e6, -0.1515387e1, 0.6599379, -0.1949728, 0.4073798e6, -0.2286643]
+    loads += [0.4869803, 0.2963469e1, 0.6425847e6, -0.1515387e1, 0.7655562e-7, 0.1399648e1]
+    results = tmp_path / "Results"
+    results.mkdir()
+    head, omega = 'VARIABLES="w (rad/s)"', np.array([1.0])
+    motions = [f"Motion of body    1 in DoF   {dof}" for dof in range(1, 7)]
+    rows = [np.array([radiation if dof == 0 else [0.0] * 12]) for dof in range(6)]
+    (results / "RadiationCoefficients.tec").write_text(_tec(head, motions, omega, rows))
+    title = ["Diffraction force - beta =   0.000 deg"]
+    (results / "ExcitationForce.tec").write_text(_tec(head, title, omega, [np.array([loads])]))
+    cal = tmp_path / "Nemoh.cal"
+    cal.write_text(_cal(1, "420\t0.02\t8.4").replace("4 0. 180.", "1\t0.\t0."))
+    db, other = read(cal), read(validation / "sphere" / "sphere.h5")
+    w = int(np.argmin(np.abs(other.frequency - 1.0)))
+    for dof in (0, 2, 4):
+        ratio = db.excitation[0, 0, dof] / other.excitation[w, 0, dof]
+        assert abs(ratio) == pytest.approx(1.0, abs=0.02)
+        assert abs(np.degrees(np.angle(ratio))) < 1
+    for dof in (0, 4):
+        assert db.added_mass[0, dof, 0] == pytest.approx(other.added_mass[w, dof, 0], rel=0.02)
+        damping = other.radiation_damping[w, dof, 0]
+        assert db.radiation_damping[0, dof, 0] == pytest.approx(damping, rel=0.03)
+
+
 def test_two_bodies(made_up, tmp_path):
     """Rows of a motion are the loads on all bodies; stiffness is each body's own."""
     loads = np.ones((4, SPREAD.size, 12)) + 1j

@@ -12,6 +12,7 @@ from hydrosim.database import HydroDatabase, move_reference
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import orcaflex
 from hydrosim.errors import InputError
+from hydrosim.waves.dispersion import wavenumber
 
 USED = slice(4, 104, 20)
 HULL = np.array([30.0, -12.0, 12.4])  # the frame of our database in OrcaFlex's vessel axes
@@ -187,6 +188,66 @@ def test_hydrostatics_do_not_depend_on_phases(barge, model, tmp_path):
 @pytest.mark.filterwarnings("ignore:.*size of the heave load")
 def test_passes_the_checks_of_physics(model, tmp_path):
     load(write(tmp_path / "barge.yml", model))
+
+
+def test_a_real_file_lifts_a_barge_in_long_waves(model, tmp_path):
+    """Numbers at 40 s that OrcaFlex 11.0 saved of a diffraction result for a barge of 100 x 30 m,
+    4 m deep in 100 m of water. Its waves are 1200 m long: kL/2 = 0.26 and kT = 0.02 take 1/6 of the
+    square of the first and the second off the heave load, 4 per cent, where added mass takes more;
+    towards 345 degrees they push it to starboard."""
+    drag = draught_of(model)["FrequencyDependentAddedMassAndDamping"][0]
+    own = draught_of(model) | {
+        "Mass": "1",
+        "CentreOfGravity": ["2.53", "0", "-1.974"],
+        "LoadRAOs": {
+            "RAOOrigin": ["2.53", "0", "-1.974"],
+            "PhaseOrigin": ["2.53", "0", "-1.974"],
+            "RAOs": [
+                real_direction(
+                    "0", "328.15900265121195 270.0014 0 0", "27.980206114700053e3", "0 0"
+                ),
+                real_direction(
+                    "345",
+                    "317.0370832911547 270.0014 106.821434537249 90.0035635611914",
+                    "27.984570519054476e3",
+                    "1437.6545864352545 270.0035621645656",
+                ),
+            ],
+        },
+        "WaveDrift": {"RAOOrigin": ["0", "0", "0"], "RAOs": []},
+        "ReferenceOrigin": ["2.53", "0", "-1.974"],
+        "ReferenceOriginDatumPosition": ["0", "0", "0"],
+        "DisplacedVolume": "12e3",
+        "CentreOfBuoyancy": ["2.53", "0", "-3.974"],
+        "HydrostaticStiffnessz, HydrostaticStiffnessRx, HydrostaticStiffnessRy": [
+            ["30.155448749999992e3", "0", "0"],
+            ["0", "2.0179021121874996e6", "0"],
+            ["0", "0", "24.87824521875e6"],
+        ],
+        "FrequencyDependentAddedMassAndDamping": [drag | {"AMDPeriodOrFrequency": "40"}],
+    }
+    kind = model["VesselTypes"][0] | {"Symmetry": "xz and yz planes", "Draughts": [own]}
+    environment = {"Density": "1.025", "WaterDepth": "100"}
+    db = read(
+        write(tmp_path / "barge.yml", model | {"Environment": environment, "VesselTypes": [kind]})
+    )
+    np.testing.assert_allclose(np.degrees(db.heading), [0, 345])
+    assert db.hydrostatic_stiffness[2, 2] == pytest.approx(1025 * 9.80665 * 3000, rel=1e-6)
+    np.testing.assert_allclose(db.reference_point, [[2.53, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(db.centre_of_buoyancy, [[2.53, 0, -2]], atol=1e-12)
+    k = wavenumber(2 * np.pi / 40, 100.0, 9.80665)
+    load = db.excitation[0] * np.exp(1j * k * 2.53 * np.cos(db.heading))[:, None]
+    np.testing.assert_allclose(load[:, 2], db.hydrostatic_stiffness[2, 2], rtol=0.08)
+    along = load[:, 0] * np.cos(db.heading) + load[:, 1] * np.sin(db.heading)
+    np.testing.assert_allclose(np.angle(along), np.pi / 2, atol=1e-3)
+    assert load[1, 1].imag < 0
+
+
+def real_direction(heading: str, horizontal: str, heave: str, roll: str) -> dict[str, Any]:
+    """The columns of surge to roll at 40 s."""
+    key = ", ".join(["RAOPeriodOrFrequency", *COLUMNS[:8]])
+    row = ["40", *horizontal.split(), heave, "359.4952", *roll.split()]
+    return {"RAODirection": heading, key: [row]}
 
 
 def test_phase_by_hand(model, tmp_path):
