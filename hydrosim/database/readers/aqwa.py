@@ -3,11 +3,11 @@
 Verified by real files of versions before 2020 (one head for all structures, GENERAL without a
 structure number, neither COB nor DISPLACEMENT) and of 2020 R1 (a head for each structure): order of
 sections, indices (structure, structure, frequency) of matrices and (structure, heading, frequency)
-of loads, stiffness with gravity about the centre of gravity. Their loads in long waves show that
-phases are lags in degrees and that headings are where waves go to, as does a sphere that WAMIT has,
-too. That phases refer to the wave at
-each structure's centre of gravity is from AQWA's users, not seen in a file. Frequency-independent
-damping (FIDD) is left out: it is no wave making, add it to the case.
+of loads, stiffness with gravity about the centre of gravity. Their loads in long waves, and a
+sphere that WAMIT has, too, show that phases are lags in degrees and that headings are where waves
+go to. That phases refer to the wave at each structure's centre of gravity is from AQWA's users, not
+seen in a file. Frequency-independent damping (FIDD) is left out: it is no wave making, add it to
+the case.
 
 Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside.
 """

@@ -67,8 +67,9 @@ def elevation(
         return np.ones(np.broadcast_shapes(omega.shape, heading.shape), dtype=complex)
     from hydrosim.waves.dispersion import wavenumber  # imports numba, which few files need
 
-    k = wavenumber(np.where(np.isfinite(omega), omega, 0.0), depth, gravity)
-    return np.asarray(np.exp(-1j * k * along))
+    with np.errstate(all="ignore"):  # absurd depths give loads that the database refuses
+        k = wavenumber(np.where(np.isfinite(omega), omega, 0.0), depth, gravity)
+        return np.asarray(np.exp(-1j * k * along))
 
 
 def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:

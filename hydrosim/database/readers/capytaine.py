@@ -19,7 +19,9 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+from scipy.io import netcdf_file
 
+from hydrosim.database import hdf5
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
@@ -35,8 +37,19 @@ from hydrosim.scene import DOFS
 
 NAME = "Capytaine netCDF"
 
-_MAGIC = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-_MOST = 10**8  # numbers in one variable; more is a damaged file's
+_CLASSIC = b"CDF"
+_MOST = 10**7  # numbers in one variable; more is a damaged file's
+# What the libraries raise about damaged files.
+_UNREADABLE = (
+    OSError,
+    RuntimeError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AssertionError,
+    OverflowError,
+    MemoryError,
+)
 _MATRIX = ("influenced_dof", "radiating_dof")
 _LOADS = ("wave_direction", "influenced_dof")
 _POINT = ("body", "space_coordinate")
@@ -55,27 +68,38 @@ _TO_OMEGA: dict[str, Callable[[Real, float, float], Real]] = {
 
 def sniff(path: Path, head: bytes) -> bool:
     """A netCDF file with Capytaine's dimensions."""
-    if not head.startswith(_MAGIC):
+    if not head.startswith((hdf5.MAGIC, _CLASSIC)):
         return False
     try:
-        with netCDF4.Dataset(path) as file:
-            return {*_MATRIX} <= set(file.dimensions) and not _TO_OMEGA.keys().isdisjoint(
-                file.dimensions
-            )
-    except (OSError, RuntimeError):
+        with _opened(path) as file:
+            names = set(file.dimensions)
+    except _UNREADABLE:
         return False
+    return {*_MATRIX} <= names and not names.isdisjoint(_TO_OMEGA)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database in a Capytaine file; raises `InputError` for what is missing or does not fit."""
     try:
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_maskandscale(False)
+        with _opened(path) as file:
             return _File(path, file).database(given)
-    except (OSError, RuntimeError, UnicodeDecodeError, IndexError, OverflowError) as error:
+    except _UNREADABLE as error:
         raise InputError(
             f"{path}: cannot be read as netCDF ({error}). The file is damaged; write it again."
         ) from error
+
+
+def _opened(path: Path) -> Any:
+    """The file of netCDF's library or, in the classic format that xarray writes without that
+    library, of scipy, which does not take memory for what a damaged head promises."""
+    with path.open("rb") as file:
+        if file.read(len(_CLASSIC)) == _CLASSIC:
+            return netcdf_file(path, mmap=False)
+    if problem := hdf5.fault(path):
+        raise OSError(problem)
+    opened = netCDF4.Dataset(path)
+    opened.set_auto_maskandscale(False)
+    return opened
 
 
 class _File:
@@ -132,7 +156,7 @@ class _File:
             water_depth=depth,
             water_density=density,
             gravity=gravity,
-            attributes={"solver": f"Capytaine {getattr(self.file, 'capytaine_version', '')}"},
+            attributes={"solver": f"Capytaine {self.version()}".strip()},
         )
 
     def wrong(self, name: str, found: str, expected: str) -> InputError:
@@ -141,6 +165,11 @@ class _File:
             f"{self.path}: variable {name}: found {found}, expected {expected}. Write the dataset"
             " with Capytaine's assemble_dataset and save_dataset_as_netcdf."
         )
+
+    def version(self) -> str:
+        """Capytaine's, if the file says it; scipy has texts as bytes."""
+        version = getattr(self.file, "capytaine_version", "")
+        return version.decode() if isinstance(version, bytes) else str(version)
 
     def variable(self, name: str) -> Any:
         """A variable of a size that can be."""
@@ -155,15 +184,16 @@ class _File:
         """Numbers with the dimensions in this order; others may be of size one."""
         stored = self.variable(name)
         names = list(stored.dimensions)
-        if stored.dtype is str or stored.dtype.kind not in "fiu":
-            raise self.wrong(name, f"type {stored.dtype}", "numbers")
         if not set(dimensions) <= set(names):
             raise self.wrong(name, f"dimensions {names}", f"{list(dimensions)}")
         others = [d for d in names if d not in dimensions]
         if any(stored.shape[names.index(d)] != 1 for d in others):
             raise self.wrong(name, f"several values along {others}", "one: select it")
         order = [names.index(d) for d in (*others, *dimensions)]
-        array = np.array(stored[...], dtype=float).transpose(order)
+        values = np.asarray(stored[...])
+        if values.dtype.kind not in "fiu":
+            raise self.wrong(name, f"type {values.dtype}", "numbers")
+        array = values.astype(float).transpose(order)
         return array.reshape(array.shape[len(others) :])
 
     def scalar(self, name: str) -> float | None:
@@ -181,7 +211,7 @@ class _File:
 
     def labels(self, name: str) -> list[str]:
         """Names along a dimension."""
-        values = self.variable(name)[...]
+        values = np.asarray(self.variable(name)[...])
         if values.dtype.kind == "S" and values.ndim == 2:
             values = netCDF4.chartostring(values)
         return [str(value) for value in np.atleast_1d(values)]

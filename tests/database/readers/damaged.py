@@ -41,15 +41,16 @@ def refused(read: Callable[[Path], HydroDatabase], path: Path, content: bytes, n
     for seed in range(100):
         path.write_bytes(damaged(content, seed))
         begin = time.perf_counter()
-        message = _message(read, path)
-        assert message is None or name in message, seed
-        count += message is not None
+        found = message(read, path)
+        assert found is None or name in found, seed
+        count += found is not None
         assert time.perf_counter() - begin < SLOWEST, seed
     path.write_bytes(content)
     return count
 
 
-def _message(read: Callable[[Path], HydroDatabase], path: Path) -> str | None:
+def message(read: Callable[[Path], HydroDatabase], path: Path) -> str | None:
+    """What a reader raises about a file, if anything."""
     try:
         read(path)
     except InputError as error:
