@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import netCDF4
 import numpy as np
 
+from hydrosim.database import hdf5
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.errors import InputError
@@ -83,19 +84,22 @@ VARIABLES = {
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Any netCDF-4 file; the reader says what is missing in one that is another program's."""
-    return head.startswith(b"\x89HDF")
+    """Any netCDF-4 file that no other reader, asked before, knows for its own: so that a damaged
+    one of ours is still told what is missing."""
+    return head.startswith(hdf5.MAGIC)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database in a netCDF file of this layout. The volume and centres that a file lacks are
     what is ``given``, nothing else of which is needed; raises `InputError` for what is missing."""
+    if problem := hdf5.fault(path):
+        raise InputError(
+            f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
+        )
     try:
         file = netCDF4.Dataset(path)
-    except OSError as error:
-        raise InputError(
-            f"{path}: not a netCDF-4/HDF5 file ({error}); expected a hydrosim database."
-        ) from error
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error
     with file:
         file.set_auto_maskandscale(False)
         missing = [n for n, v in VARIABLES.items() if not v.optional and n not in file.variables]
@@ -149,7 +153,12 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
             f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
             f" {expected}."
         )
-    value = np.array(stored[...], dtype=np.float64, order="C")
+    try:
+        value = np.array(stored[...], dtype=np.float64, order="C")
+    except (RuntimeError, ValueError) as error:
+        raise InputError(
+            f"{file.filepath()}: variable {name} cannot be read ({error}). The file is damaged."
+        ) from error
     if variable.is_complex:
         return value.view(np.complex128)[..., 0]
     return value if expected else float(value)

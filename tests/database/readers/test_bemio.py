@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -140,12 +139,6 @@ def test_sphere_loads(path):
     assert db.port_starboard_symmetric
     assert {f.name for f in check(db) if not f.passed} <= {"kernel truncation"}
     assert len(caught) <= 1
-
-
-def test_sphere_is_read_quickly(path):
-    start = time.perf_counter()
-    read(path)
-    assert time.perf_counter() - start < 2.0
 
 
 # Files made up by other means than our writer.
@@ -351,13 +344,12 @@ def test_damaged_files_are_refused_or_read(at_centre, tmp_path, damaged):
     """100 files: a message with the name, or a database."""
     bemio.write(at_centre(), tmp_path / "x.h5")
     content = (tmp_path / "x.h5").read_bytes()
-    messages, start = [], time.perf_counter()
+    messages = []
     for changed in damaged(content, 100):
         (tmp_path / "x.h5").write_bytes(changed)
         try:
             read(tmp_path / "x.h5")
         except InputError as error:
             messages.append(str(error))
-    assert time.perf_counter() - start < 30.0
     assert len(messages) >= 30
     assert all(text.startswith(f"{tmp_path}/x.h5") for text in messages)

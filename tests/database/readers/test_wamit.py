@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import time
 import warnings
 from dataclasses import replace
 from itertools import product
@@ -212,14 +211,6 @@ def test_volturnus_difference_function_has_the_set_down_behind_its_waves(volturn
 
     assert share(T[i, j] / size) == pytest.approx(1.0, abs=0.2)
     assert abs(share(T[i, j].conj() / size)) < 0.2
-
-
-def test_real_files_are_read_quickly(validation):
-    folders = {"sphere/wamit/sphere": SPHERE, "volturnus/volturnus": VOLTURNUS}
-    for name, given in {**folders, "hemisphere/hemisphere": Given()}.items():
-        start = time.perf_counter()
-        read(validation / name, given)
-        assert time.perf_counter() - start < 2.0
 
 
 # Conventions.
@@ -599,14 +590,13 @@ def test_damaged_files_are_refused_or_read(made_up, tmp_path, suffix, damaged):
     )
     path = tmp_path / f"x{suffix}"
     content = path.read_bytes()
-    messages, start = [], time.perf_counter()
+    messages = []
     for changed in damaged(content, 50):
         path.write_bytes(changed)
         try:
             read(tmp_path / "x")
         except InputError as error:
             messages.append(str(error))
-    assert time.perf_counter() - start < 30.0
     assert len(messages) >= 15
     named = re.compile(rf"{re.escape(str(tmp_path))}/x(\.\w+)?(, line \d+|, /|:)")
     assert [text for text in messages if not named.match(text)] == []
