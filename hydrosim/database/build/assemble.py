@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from hydrosim.database.build.bem import Solution, Water
-from hydrosim.database.build.drift import Complex, Drift, Real, mean_drift
 
 from hydrosim.database import HydroDatabase
+from hydrosim.database.build.bem import Solution, Water
+from hydrosim.database.build.drift import Complex, Drift, Real, mean_drift
 
 LATERAL = np.array([False, True, False, True, False, True])
 

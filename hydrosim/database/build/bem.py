@@ -16,8 +16,9 @@ import joblib
 import numpy as np
 from capytaine.bem.airy_waves import froude_krylov_force
 from capytaine.post_pro import compute_kochin
-from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from rich.progress import track
+
+from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 
 DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 
