@@ -91,6 +91,9 @@ def _check(scene: Scene) -> None:
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             _check_record(key, signal.time, scene.duration)
+    for name, element in scene.forces.items():
+        if isinstance(element, fender.Fender):
+            _check_rate_free(name, element)
 
 
 def _check_record(key: str, time: np.ndarray, duration: float) -> None:
@@ -99,6 +102,20 @@ def _check_record(key: str, time: np.ndarray, duration: float) -> None:
         raise InputError(
             f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected one of the whole"
             f" run, from 0 s to its end at {duration:g} s. Shorten the duration, or record more."
+        )
+
+
+def _check_rate_free(name: str, element: fender.Fender) -> None:
+    """Slip without damping needs N' and constant coefficients."""
+    law, curve = element.friction, element.normal
+    if not isinstance(law, fender.StickSlip) or law.damping + law.slip_damping > 0.0:
+        return
+    damped = isinstance(curve, fender.NormalCurve) and curve.damping > 0.0
+    if law.load or damped:
+        found = "a load" if law.load else "normal damping"
+        raise InputError(
+            f"forces.{name}.friction: found {found} and friction without damping and slip_damping;"
+            f" expected one of the latter above 0, or no {found.split()[-1]}."
         )
 
 
