@@ -1,18 +1,18 @@
 """Cutting a step where the mode of a contact or a spring ends inside it, and switching the mode.
 
-A mode holds while its margins (`hydrosim.forces.margins`) are positive. A step is cut
-at the first zero of any; one that dips below zero and comes back within the step counts too. The
-right hand side is smooth on every piece, so a method keeps its order through stick, slip and
+A mode holds while its margins (`forces.contact.transitions`, `forces.spring`) are positive. A step
+is cut at the first zero of any; one that dips below zero and comes back within the step counts too.
+The right hand side is smooth on every piece, so a method keeps its order through stick, slip and
 contact.
 """
 
 from __future__ import annotations
 
 from hydrosim.dynamics import rhs, still
-from hydrosim.forces import FENDER, SPRING, margins, spring
+from hydrosim.forces import FENDER, SPRING, spring
 from hydrosim.forces.contact.fender import SETTLED, STATES
 from hydrosim.forces.contact.modes import MARGINS, MODE, STICK
-from hydrosim.forces.contact.transitions import break_loose, find_headings, switch
+from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.kernels import assign, kernel
@@ -70,14 +70,15 @@ def _left(t, y, model, state, work, scratch, out):
     """Margins of all contact modes at t, y; True if any mode has ended."""
     if out.size == 0:
         return False
-    n, holds = model.bodies.active.size, work.holds
+    n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
     if holds.point.size > 0:  # the reactions are margins of rigid friction
         rhs(t, y, state.modes, state.history, model, work, scratch.states[SPARE])
     else:
         place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     headings, reactions = scratch.headings, holds.reaction
-    motion, elements = work.motion, model.elements
-    margins(t, y, state.modes, motion, model.bodies, elements, headings, reactions, out)
+    margins(t, y, state.modes, work.motion, model.bodies, fenders, headings, reactions, out)
+    if model.elements[SPRING].lines.size > 0:
+        spring.margins(state.modes, work.motion, model.bodies, model.elements[SPRING], out)
     return left_behind(out)
 
 

@@ -4,8 +4,8 @@ Dimensions: time, body, dof, fender (contact points), spring, axis. Wrenches are
 about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*`
 are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all
 since the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the
-error of the time integration. A run that starts from another counts on from there; its residual is its
-own, zero where it begins.
+error of the time integration. A run that starts from another counts on from there; its residual is
+its own, zero where it begins.
 
 The whole state y is in `state_value` (state_time, state) by name, for a start from there
 (`hydrosim.restart`): at the end, or at every output time if the scene says so.

@@ -18,8 +18,8 @@ import xarray as xr
 from hydrosim import radiation
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, SPRING, margins, new_modes, settle
-from hydrosim.forces.contact import fender
+from hydrosim.forces import FENDER, SPRING, new_modes, settle, spring
+from hydrosim.forces.contact import fender, transitions
 from hydrosim.forces.contact.modes import (
     CONTACT_MARGIN,
     MARGINS,
@@ -188,10 +188,13 @@ def _possible(
 ) -> np.ndarray:
     """Which points and springs (nf + ns,) are in contact or not, and on their curve, as their mode
     says."""
-    elements, out = model.elements, np.zeros((len(modes), MARGINS))
+    fenders, springs = model.elements[FENDER], model.elements[SPRING]
+    out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    margins(time, y, modes, motion, model.bodies, elements, nothing, nothing, out.reshape(-1))
-    steepest = [elements[FENDER].points["steepest"], elements[SPRING].lines["steepest"]]
+    flat, bodies = out.reshape(-1), model.bodies
+    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, flat)
+    spring.margins(modes, motion, bodies, springs, flat)
+    steepest = [fenders.points["steepest"], springs.lines["steepest"]]
     touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)
     return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
 

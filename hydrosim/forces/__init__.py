@@ -39,7 +39,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     linear_mooring.add_force(t, y, modes, motion, bodies, elements[0], wrench, rate, dy)
     applied_force.add_force(t, y, modes, motion, bodies, elements[1], wrench, rate, dy)
     fender.add_force(t, y, modes, motion, bodies, elements[2], wrench, rate, dy)
-    spring.add_force(t, y, modes, motion, bodies, elements[3], wrench, rate, dy)
+    if elements[3].lines.size > 0:  # arguments alone would cost a few percent
+        spring.add_force(t, y, modes, motion, bodies, elements[3], wrench, rate, dy)
 
 
 @kernel
@@ -76,11 +77,3 @@ def settle(t, y, modes, motion, bodies, elements):
     """Fill ``modes`` for a start from ``y``."""
     transitions.settle(t, y, modes, motion, bodies, elements[FENDER])
     spring.settle(modes, motion, bodies, elements[SPRING])
-
-
-@kernel
-def margins(t, y, modes, motion, bodies, elements, headings, reactions, out):
-    """Margins ``out`` (4 (nf + ns),) of all modes, negative where a mode has ended."""
-    fenders = elements[FENDER]
-    transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, out)
-    spring.margins(modes, motion, bodies, elements[SPRING], out)
