@@ -11,12 +11,21 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, observed_orders, scene, steady, surge, with_step
+from dry_scenes import (
+    block,
+    moving,
+    observed_orders,
+    on_floor,
+    scene,
+    steady,
+    surge,
+    with_step,
+)
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.forces import Spring
+from hydrosim.forces import Coulomb, Spring, StickSlip
 from hydrosim.output import write
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
 from hydrosim.simulation import scene_step_limits
@@ -425,6 +434,56 @@ def test_lines_may_be_other_ones_after_a_restart() -> None:
         np.testing.assert_array_equal(kept.position, new.position)
         assert not np.array_equal(kept.position, same.position)
         assert kept.energy_residual_relative <= 1e-5
+
+
+def on_a_floor(law: StickSlip | Coulomb, height: float, **lines: Spring) -> Scene:
+    """A block on two points that is thrown on a floor from a ``height``."""
+    body = block(
+        *(1e4, ("surge", "heave")),
+        position=moving(heave=height),
+        velocity=moving(surge=2.0),
+    )
+    floor = on_floor(2e7, law, points=((0.5, 0.0, 0.0), (-0.5, 0.2, 0.0)))
+    forces = {"weight": steady(heave=-1e5), **lines, "floor": floor}
+    return scene(body, forces, 3.0, 0.1, step=0.005)
+
+
+STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
+STERN = line((-9.6, 0.0, 0.5), 10.0, 3e5)
+
+
+def test_lines_and_fenders_keep_their_own_modes(figure: Figure) -> None:
+    """A line that stays slack changes no digit of what a block does on a floor; one that stops the
+    block is taut for a while, in which the fenders slip and stick, and the ledger closes; a run
+    with both goes on to the bit after a restart."""
+    far = line((50.0, 0.0, 0.0), 100.0, 1e6, damping=1e4)
+    without, slack = (hs.simulate(on_a_floor(STEEL, 0.02, **lines)) for lines in ({}, {"far": far}))
+    for name in ("position", "fender_mode", "fender_friction", "fender_segment"):
+        np.testing.assert_array_equal(slack[name], without[name])
+    assert slack.solver_events == without.solver_events >= 5
+    both = replace(on_a_floor(STEEL, 0.02, far=far, stern=STERN), output_states=True)
+    run = hs.simulate(both)
+    figure("residual", run.energy_residual_relative)
+    assert run.energy_residual_relative <= 5e-6
+    assert {0, 1} == set(np.unique(run.spring_mode.sel(spring="stern")))
+    assert set(np.unique(run.fender_mode)) == {0, 1, 2}
+    for time in (0.4, 0.7):
+        after = hs.simulate(replace(both, duration=3.0 - time, initial=Start(run, time)))
+        rest = run.sel(time=slice(time - 1e-9, None))
+        for name in ("position", "fender_mode", "spring_mode", "spring_tension"):
+            np.testing.assert_array_equal(after[name], rest[name])
+
+
+def test_rigid_friction_holds_a_block_on_a_line() -> None:
+    """The line stops and returns the block, which comes to rest where friction is more than the
+    tension; the ledger closes."""
+    thrown = on_a_floor(Coulomb(0.3, 0.2), -0.005, stern=STERN)
+    floor = replace(thrown.forces["floor"], points=np.zeros((1, 3)))
+    run = hs.simulate(replace(thrown, forces={**thrown.forces, "floor": floor}))
+    assert run.fender_mode[-1, 0] == 1
+    assert run.velocity[-1, 0, 0] == 0.0
+    assert run.spring_tension.max() > 3e4
+    assert run.energy_residual_relative <= 1e-5
 
 
 def on_steps(step: float, **springs: Spring) -> Scene:
