@@ -166,10 +166,12 @@ def _restore(
     kind: str, names: list[str], each: np.ndarray, time: float, run: xr.Dataset, modes: np.ndarray
 ) -> None:
     """The stored modes of those of ``each`` fender or spring that are in ``run`` by name."""
-    there = list(run[kind].values) if kind in run.dims else []
+    if kind not in run.dims:
+        return
+    at, there = run.sel(time=time, state_time=time), list(run[kind].values)
     for i, name in enumerate(names):
         if name in there:
-            at, k = run.sel(time=time, state_time=time), there.index(name)
+            k = there.index(name)
             segment = each["first"][i] + int(at[f"{kind}_segment"][k])
             modes[i, MODE] = int(at[f"{kind}_mode"][k])
             modes[i, SEGMENT] = min(segment, each["last"][i])

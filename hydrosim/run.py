@@ -94,7 +94,8 @@ def new_record(model: Model, clock: Clock) -> Record:
     """Room for all output times, the first included."""
     nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
     width = sum(prod(shape) for shape in channels(model).values())
-    return Record(np.zeros((nt, width)), np.stack([new_modes(model.elements)] * nt))
+    modes = new_modes(model.elements)
+    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype))
 
 
 @kernel

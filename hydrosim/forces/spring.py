@@ -97,7 +97,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     for name, e in elements.items():
         if isinstance(e, Spring):
             pieces = _segments(e)
-            last, anchor = first + pieces.size - 1, layout.body.get(e.anchor_body or "", EARTH)
+            last = first + pieces.size - 1
+            anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
             ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
             rows.append((*ends, e.length, e.damping, first, last, pieces["slope"].max()))
             segments.append(pieces)
@@ -109,6 +110,12 @@ def _segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x, f = np.asarray(spring.extension, float), np.asarray(spring.tension, float)
     return normal.segments(NormalCurve(np.array([x[0] - 1.0, *x]), np.array([0.0, *f])))
+
+
+@kernel
+def own(modes, p):
+    """The rows of ``modes`` that are those of the springs."""
+    return modes[modes.shape[0] - p.lines.size :]
 
 
 @kernel
@@ -138,7 +145,7 @@ def tension(line, mode, s, p):
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[modes.shape[0] - p.lines.size + i]
+        line, mode = p.lines[i], own(modes, p)[i]
         if mode[SEGMENT] == line.first:
             continue
         s = stretch(line, bodies, motion)
@@ -161,7 +168,7 @@ def pull(line, s, T, wrench):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every spring, into its row of ``stored``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[modes.shape[0] - p.lines.size + i]
+        line, mode = p.lines[i], own(modes, p)[i]
         s = stretch(line, bodies, motion)
         stored[line.row] += normal.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
@@ -171,7 +178,7 @@ def observe(modes, motion, bodies, p, out):
     """Rows ``out`` (n, 2): tension and length."""
     for i in range(p.lines.size):
         s = stretch(p.lines[i], bodies, motion)
-        out[i, 0], _ = tension(p.lines[i], modes[modes.shape[0] - p.lines.size + i], s, p)
+        out[i, 0], _ = tension(p.lines[i], own(modes, p)[i], s, p)
         out[i, 1] = s.length
 
 
@@ -180,8 +187,8 @@ def margins(modes, motion, bodies, p, out):
     """Margins of all springs into the last of ``out`` (4 times the rows of ``modes``,): of contact
     T, its opposite where it is cut; of the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
-        k = modes.shape[0] - p.lines.size + i
-        line, mode, m = p.lines[i], modes[k], MARGINS * k
+        line, mode = p.lines[i], own(modes, p)[i]
+        m = MARGINS * (modes.shape[0] - p.lines.size + i)
         s = stretch(line, bodies, motion)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
         out[m + SEGMENT_MARGIN] = normal.inside_segment(p.segments[mode[SEGMENT]], s.extension)
@@ -193,7 +200,7 @@ def margins(modes, motion, bodies, p, out):
 @kernel
 def switch(i, which, modes, motion, bodies, p):
     """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    line, mode = p.lines[i], modes[modes.shape[0] - p.lines.size + i]
+    line, mode = p.lines[i], own(modes, p)[i]
     if which == CONTACT_MARGIN:
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
@@ -209,7 +216,7 @@ def switch(i, which, modes, motion, bodies, p):
 def settle(modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[modes.shape[0] - p.lines.size + i]
+        line, mode = p.lines[i], own(modes, p)[i]
         s = stretch(line, bodies, motion)
         mode[SEGMENT] = find_segment(line.first, line.last, p.segments, s.extension)
         mode[MODE] = TAUT
