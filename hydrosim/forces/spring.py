@@ -113,9 +113,9 @@ def _segments(spring: Spring) -> np.ndarray:
 
 
 @kernel
-def own(modes, p):
-    """The rows of ``modes`` that are those of the springs."""
-    return modes[modes.shape[0] - p.lines.size :]
+def row(i, modes, p):
+    """The row of ``modes`` of spring ``i``."""
+    return modes.shape[0] - p.lines.size + i
 
 
 @kernel
@@ -145,7 +145,7 @@ def tension(line, mode, s, p):
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], own(modes, p)[i]
+        line, mode = p.lines[i], modes[row(i, modes, p)]
         if mode[SEGMENT] == line.first:
             continue
         s = stretch(line, bodies, motion)
@@ -168,7 +168,7 @@ def pull(line, s, T, wrench):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every spring, into its row of ``stored``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], own(modes, p)[i]
+        line, mode = p.lines[i], modes[row(i, modes, p)]
         s = stretch(line, bodies, motion)
         stored[line.row] += normal.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
@@ -178,7 +178,7 @@ def observe(modes, motion, bodies, p, out):
     """Rows ``out`` (n, 2): tension and length."""
     for i in range(p.lines.size):
         s = stretch(p.lines[i], bodies, motion)
-        out[i, 0], _ = tension(p.lines[i], own(modes, p)[i], s, p)
+        out[i, 0], _ = tension(p.lines[i], modes[row(i, modes, p)], s, p)
         out[i, 1] = s.length
 
 
@@ -187,8 +187,8 @@ def margins(modes, motion, bodies, p, out):
     """Margins of all springs into the last of ``out`` (4 times the rows of ``modes``,): of contact
     T, its opposite where it is cut; of the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], own(modes, p)[i]
-        m = MARGINS * (modes.shape[0] - p.lines.size + i)
+        line, mode = p.lines[i], modes[row(i, modes, p)]
+        m = MARGINS * row(i, modes, p)
         s = stretch(line, bodies, motion)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
         out[m + SEGMENT_MARGIN] = normal.inside_segment(p.segments[mode[SEGMENT]], s.extension)
@@ -200,7 +200,7 @@ def margins(modes, motion, bodies, p, out):
 @kernel
 def switch(i, which, modes, motion, bodies, p):
     """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    line, mode = p.lines[i], own(modes, p)[i]
+    line, mode = p.lines[i], modes[row(i, modes, p)]
     if which == CONTACT_MARGIN:
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
@@ -216,7 +216,7 @@ def switch(i, which, modes, motion, bodies, p):
 def settle(modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], own(modes, p)[i]
+        line, mode = p.lines[i], modes[row(i, modes, p)]
         s = stretch(line, bodies, motion)
         mode[SEGMENT] = find_segment(line.first, line.last, p.segments, s.extension)
         mode[MODE] = TAUT
