@@ -90,7 +90,7 @@ ELEMENTS = {
         f"fender on {where}, {name}": Fender("block", POINTS, plane, curve, law)
         for name, curve, law in (
             ("prescribed normal force", PRESSED, LAWS["stick-slip"]),
-            ("rate-free", KNEES, StickSlip(0.4, 0.3, 2e5, 0.0)),
+            ("rate-free", replace(KNEES, damping=0.0), StickSlip(0.4, 0.3, 2e5, 0.0)),
         )
         for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
     },
