@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import timeit
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -418,11 +417,6 @@ def test_two_barges_far_from_the_origin_are_in_phase_with_their_own_waves(barge)
     assert "phase of the heave load in long waves" not in failed(db)
     phase = {f.name: f.figure for f in check(at_origin)}["phase of the heave load in long waves"]
     assert phase == pytest.approx(np.degrees(k[0] * 2000.0), rel=0.01)
-
-
-def test_reading_and_checking_is_fast(barge):
-    seconds = min(timeit.repeat(lambda: load(barge.source), number=1, repeat=5))
-    assert seconds < 0.1
 
 
 def test_load_is_silent_on_the_barge(barge):
