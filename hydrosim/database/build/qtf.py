@@ -135,7 +135,8 @@ def _products(
     one, two = _heading(flows, first), _heading(flows, second)
     moved = displacement(one.motion, wetted.arm)
     twice = _integral(-weight / 2 * wetted.edge, one.rise[..., None], two.rise[..., None])
-    twice += _integral(density / 2 * wetted.area, one.velocity, two.velocity)
+    squared = [np.einsum("qnk,nkl->qnl", flow.velocity, wetted.sharp) for flow in (one, two)]
+    twice += _integral(density / 2 * wetted.area, *squared)
     acceleration = np.conj(1j * w[:, None])
     twice += acceleration * _integral(density * wetted.area, moved, two.velocity)
     turn, load = one.motion[:, None, 3:], np.conj(two.load)
