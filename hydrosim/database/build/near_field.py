@@ -7,6 +7,7 @@ time factor exp(+i w t) and are per unit wave amplitude.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import capytaine as cpt
@@ -23,11 +24,10 @@ ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
 
 
 class Wetted(NamedTuple):
-    """The wetted surface at rest. Panels: place ``arm`` (n, 3) from the reference point and
-    ``area`` (n, 6), the outward normal and its moment, times the panel's area [m^2, m^3]; ``sharp``
-    (n, 3, 3), by which the velocity is multiplied for its square, see `_sharp`. Edges in
-    the waterline: ``edge_arm`` (m, 3) and ``edge`` (m, 6), the same with the edge's length over
-    the sine of the hull's slope, which is the area wetted per rise of the water [m, m^2]."""
+    """The wetted surface at rest, from the reference point. Panels: their middles ``arm`` (n, 3);
+    ``area`` (n, 6), outward normals and their moments times the area [m^2, m^3]; ``sharp``
+    (n, 3, 3), see `_sharp`. Edges in the waterline: their middles ``edge_arm`` (m, 3); ``edge``
+    (m, 6), normals and moments times the area wetted per rise of the water [m, m^2]."""
 
     arm: Real
     area: Real
@@ -61,47 +61,30 @@ def wetted_surface(body: cpt.FloatingBody) -> Wetted:
 
 
 def first_order(
-    body: cpt.FloatingBody, floating: Floating | None, water: Water, frequency: float, headings: Real
+    body: cpt.FloatingBody,
+    floating: Floating | None,
+    water: Water,
+    frequency: float,
+    headings: Real,
 ) -> Flow:
     """Flow at one ``frequency`` [rad/s] for ``headings`` [rad] round a body that floats freely, or
-    is held at rest where ``floating`` is None; its moments are about its centre of mass.
+    is held at rest where ``floating`` is None; about its centre of mass.
 
-    The flow due to the sources s on the panels is grad phi = sum K s + n s / 2 at the hull, and the
-    elevation is -i w phi / g. Motions obey (C - w^2 (M + A) + i w B) xi = X.
+    Along a panel, the velocity is the difference of the potential between its corners, which has
+    a fraction of the error of the sources' own velocity; across it is the hull's.
     """
     given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
     radiated = [_solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
     diffracted = [_solver().solve(problem) for problem in fixed]
     incident = _by_dof(froude_krylov_force(problem) for problem in fixed)
-    load = np.conj(_by_dof(result.forces for result in diffracted) + incident)
-    restoring = np.zeros((6, 6), dtype=complex)
-    motion = np.zeros_like(load)
-    if floating is not None:
-        added = _by_dof(result.added_masses for result in radiated).T
-        damping = _by_dof(result.radiation_dampings for result in radiated).T
-        restoring = floating.stiffness - frequency**2 * added + 1j * frequency * damping
-        impedance = restoring - frequency**2 * floating.inertia
-        motion = np.linalg.solve(impedance, load.T).T
-    # Radiated potentials are those of unit displacement and, with the sources of the diffracted
-    # ones, of Capytaine's time factor: so the sum is made there and conjugated at its end.
+    excitation = np.conj(_by_dof(result.forces for result in diffracted) + incident)
+    motion, load = _response(floating, radiated, excitation)
+    # Sources have Capytaine's time factor, so they need the conjugate motion.
     sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
     wetted = wetted_surface(body)
-    mesh, edges = body.mesh.merged(), wetted.edge_arm + body.center_of_mass
-    speed = np.conj([airy_waves_velocity(mesh.faces_centers, problem) for problem in fixed])
-    at_edges = np.array([airy_waves_potential(edges, problem) for problem in fixed])
-    at_edges += _potential(body, fixed[0].wavenumber, sources, edges)
-    at_corners = _potential(body, fixed[0].wavenumber, sources, mesh.vertices)
-    elevation = np.conj(1j * frequency / water.gravity * at_edges)
-    moved = displacement(motion, wetted.arm)
-    own = np.sum((1j*frequency*moved-speed)*mesh.faces_normals, axis=-1)
-    return Flow(
-        frequency,
-        motion,
-        load - motion @ restoring.T,
-        speed + _gradient(mesh, np.conj(at_corners), own),
-        elevation - displacement(motion, wetted.edge_arm)[..., 2],
-    )
+    velocity = _velocity(wetted, fixed, sources, motion)
+    return Flow(frequency, motion, load, velocity, _rise(wetted, fixed, sources, motion))
 
 
 def first_order_all(
@@ -124,35 +107,80 @@ def displacement(motion: Complex, arm: Real) -> Complex:
     return motion[..., None, :3] + np.cross(motion[..., None, 3:], arm)
 
 
+def _response(
+    floating: Floating | None,
+    radiated: Sequence[cpt.LinearPotentialFlowResult],
+    excitation: Complex,
+) -> tuple[Complex, Complex]:
+    """Motions and first-order loads of fluid and weight (headings, 6):
+    (C - w^2 (M + A) + i w B) xi = X and F = X - (C - w^2 A + i w B) xi."""
+    if floating is None:
+        return np.zeros_like(excitation), excitation
+    w = radiated[0].omega
+    added_mass = _by_dof(result.added_masses for result in radiated).T
+    damping = _by_dof(result.radiation_dampings for result in radiated).T
+    fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
+    motion: Complex = np.linalg.solve(fluid - w**2 * floating.inertia, excitation.T).T
+    return motion, excitation - motion @ fluid.T
+
+
+def _velocity(
+    wetted: Wetted,
+    fixed: Sequence[cpt.DiffractionProblem],
+    sources: Complex,
+    motion: Complex,
+) -> Complex:
+    """Velocity (headings, n, 3) at the panels."""
+    problem = fixed[0]
+    mesh = problem.body.mesh.merged()
+    incident = np.conj([airy_waves_velocity(mesh.faces_centers, wave) for wave in fixed])
+    corner = np.conj(_potential(problem, sources, mesh.vertices))
+    hull = 1j * problem.omega * displacement(motion, wetted.arm)
+    normal = np.sum((hull - incident) * mesh.faces_normals, axis=-1)
+    return incident + _gradient(mesh, corner, normal)
+
+
 def _gradient(mesh: cpt.Mesh, corner: Complex, normal: Complex) -> Complex:
     """Gradients (headings, n, 3) at the panels of a potential (headings, corners of ``mesh``) by
     its differences along the diagonals, and its ``normal`` derivatives (headings, n)."""
     place, value = mesh.vertices[mesh.faces], corner[:, mesh.faces]
-    axes = np.stack(
-        [place[:, 2] - place[:, 0], place[:, 3] - place[:, 1], mesh.faces_normals], axis=1
-    )
+    diagonals = [place[:, 2] - place[:, 0], place[:, 3] - place[:, 1]]
     slope = [value[..., 2] - value[..., 0], value[..., 3] - value[..., 1], normal]
+    axes = np.stack([*diagonals, mesh.faces_normals], axis=1)
     return np.linalg.solve(axes, np.stack(slope, axis=-1)[..., None])[..., 0]
 
 
-def _potential(
-    body: cpt.FloatingBody, wavenumber: float, sources: Complex, points: Real
+def _rise(
+    wetted: Wetted,
+    fixed: Sequence[cpt.DiffractionProblem],
+    sources: Complex,
+    motion: Complex,
 ) -> Complex:
-    """Potential (headings, m) at ``points`` (m, 3) by ``sources``."""
-    panels = body.mesh_including_lid.merged()
-    sea = {"free_surface": 0.0, "water_depth": np.inf, "wavenumber": wavenumber}
+    """Elevation -i w phi / g over the hull's own waterline (headings, m)."""
+    problem = fixed[0]
+    edges = wetted.edge_arm + problem.body.center_of_mass
+    potential = np.array([airy_waves_potential(edges, wave) for wave in fixed])
+    potential += _potential(problem, sources, edges)
+    elevation = -1j * problem.omega / problem.g * np.conj(potential)
+    return elevation - displacement(motion, wetted.edge_arm)[..., 2]
+
+
+def _potential(problem: cpt.DiffractionProblem, sources: Complex, points: Real) -> Complex:
+    """Potential (headings, m) at ``points`` (m, 3) by ``sources``, in Capytaine's time factor."""
+    panels = problem.body.mesh_including_lid.merged()
+    sea = {"free_surface": 0.0, "water_depth": np.inf, "wavenumber": problem.wavenumber}
     parts = (points[start : start + ROWS] for start in range(0, len(points), ROWS))
     build = _solver().engine.build_S_matrix
     return np.concatenate([build(part, panels, **sea) @ sources.T for part in parts]).T
 
 
 def _sharp(mesh: cpt.Mesh) -> Real:
-    """Factors (n, 3, 3) of the panels' mean velocities, for the mean of the square at corners.
+    """Factors (n, 3, 3) of the panels' mean velocities that give the mean of their square.
 
-    At an edge where the hull turns by t, the potential is that of a flow round a corner, c s^a at a
-    distance s from it, a = pi / (pi + t). The mean square of its slope over a panel at the edge
-    is a^2 / (2 a - 1) times the square of its mean slope: 4/3 at a right angle, and the error
-    falls with the panel's width to the power 2/3, without the factor 1/3 only.
+    Where the hull turns by an angle t, the potential is that of the flow round a corner, c s^a at
+    a distance s from it, a = pi / (pi + t). The mean square of its slope over a panel that ends
+    there is a^2 / (2 a - 1) times the square of the mean slope, 4/3 at a right angle. The error of
+    the integral then falls with the panel's width to the power 2/3 and no longer 1/3.
     """
     sharp = np.tile(np.eye(3), (mesh.nb_faces, 1, 1))
     panel, other, along = _neighbours(mesh)

@@ -55,9 +55,8 @@ def difference_qtf(
         ]
     )
     along = np.isclose(np.sin(pairs), 0.0, atol=1e-9).all(axis=1)
-    if db.port_starboard_symmetric:
-        transfer[np.ix_(along, [True] * len(frequency), [True] * len(frequency), LATERAL)] = 0.0
-    return pairs, transfer
+    forbidden = db.port_starboard_symmetric & along[:, None, None, None] & LATERAL
+    return pairs, np.where(forbidden, 0.0, transfer)
 
 
 def quadratic(
@@ -98,8 +97,8 @@ def second_order_potential(
     sign = np.where(w_1 < w_2, -1.0, 1.0)
     x = sign * (w_1**2 * np.cos(first) - w_2**2 * np.cos(second))
     y = sign * (w_1**2 * np.sin(first) - w_2**2 * np.sin(second))
-    squared = np.hypot(x, y)  # g |K|
     slow = (w_1 - w_2) ** 2
+    squared = np.where(slow > 0, np.hypot(x, y), 0.0)  # g |K|
     free = np.where(slow > 0, squared - slow, 1.0)
     ratio = -slow * w_1 * w_2 * (1 + np.cos(first - second)) / (2 * db.gravity * free)
     X = _excitation(db, np.sqrt(squared), np.arctan2(y, x))
@@ -155,15 +154,9 @@ def _turned(weight: float, wetted: Wetted, one: Complex, two: Complex) -> Comple
     pressed = weight * wetted.arm.T @ wetted.area
     pressed -= pressed[0, 0] * np.eye(3, 6)  # rho g V: the volume is int x n_x dS
     a, b = one[:, None], np.conj(two)
-    rise = np.stack(
-        [
-            a[..., 0] * b[:, 2],
-            a[..., 1] * b[:, 2],
-            -a[..., 0] * b[:, 0] - a[..., 1] * b[:, 1],
-        ],
-        axis=-1,
-    )
-    return rise @ pressed / 2
+    upwards = -a[..., 0] * b[:, 0] - a[..., 1] * b[:, 1]
+    slope = np.stack([a[..., 0] * b[:, 2], a[..., 1] * b[:, 2], upwards], axis=-1)
+    return slope @ pressed / 2
 
 
 def _integral(weight: Real, one: Complex, two: Complex) -> Complex:
@@ -176,7 +169,11 @@ def _integral(weight: Real, one: Complex, two: Complex) -> Complex:
 def _heading(flows: Sequence[Flow], index: int) -> Flow:
     """The flows at one heading, frequencies first."""
     return Flow(
-        0.0, *(np.array([flow[field][index] for flow in flows]) for field in range(1, 5))
+        frequency=0.0,
+        motion=np.array([flow.motion[index] for flow in flows]),
+        load=np.array([flow.load[index] for flow in flows]),
+        velocity=np.array([flow.velocity[index] for flow in flows]),
+        rise=np.array([flow.rise[index] for flow in flows]),
     )
 
 
