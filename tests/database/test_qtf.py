@@ -12,6 +12,7 @@ from scipy.special import h1vp, hankel1, jv, jvp
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
+from hydrosim.database import load
 from hydrosim.database.build import barge as hull
 from hydrosim.database.build import bem, drift, near_field, qtf
 from hydrosim.database.build.assemble import Floating
@@ -311,6 +312,32 @@ def test_second_order_potential_of_crossing_waves(made_up):
     P = -1j * dw * (v_1 @ np.conj(v_2)) / 2 / (G * size - dw**2)
     X = db.excitation[2, 1] * [1, -1, 1, -1, 1, -1]
     np.testing.assert_allclose(T, P * dw / (1j * G) * X)
+
+
+def test_a_diagonal_through_zero_leaves_its_row_alone():
+    """Pairs beside a vanishing diagonal are as large as their neighbours; the ratio of two small
+    numbers, here -3, is not theirs."""
+    near, far = np.array([100.0, 1.0, -100.0]), np.array([90.0, -3.0, -90.0])
+    both = [np.repeat(row[None, :, None], 2, axis=0) for row in (near, far)]
+    transfer = np.full((3, 3, 1), 50.0 + 20.0j)
+    transfer[[0, 1, 2], [0, 1, 2], 0] = near
+    result = qtf.scaled(transfer, *both)
+    np.testing.assert_allclose(mean(result)[:, 0], far)
+    assert abs(result[0, 1, 0] / transfer[0, 1, 0] - np.sqrt(0.9)) < 0.05
+
+
+def test_the_barge():
+    """The database that is shipped: Hermitian, its mean drift on the diagonal."""
+    db = load(Path(__file__).parents[2] / "hydro_db" / "h851_qtf.nc")
+    T = db.qtf_difference
+    assert np.abs(T - np.conj(np.swapaxes(T, 1, 2))).max() <= 1e-12 * np.abs(T).max()
+    rows = [int(np.argmin(np.abs(db.frequency - w))) for w in db.qtf_frequency]
+    np.testing.assert_allclose(db.frequency[rows], db.qtf_frequency)
+    for own, (heading, _) in zip(T, db.qtf_heading, strict=True):
+        column = int(np.argmin(np.abs(db.heading - heading)))
+        for dof in (0, 1, 5):
+            expected = db.mean_drift[rows, column, dof]
+            np.testing.assert_allclose(mean(own)[:, dof], expected, rtol=1e-12, atol=1e-6)
 
 
 def test_what_the_database_must_have(made_up, waves):

@@ -120,7 +120,8 @@ def _response(
     added_mass = _by_dof(result.added_masses for result in radiated).T
     damping = _by_dof(result.radiation_dampings for result in radiated).T
     fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
-    motion: Complex = np.linalg.solve(fluid - w**2 * floating.inertia, excitation.T).T
+    impedance = fluid - w**2 * floating.inertia
+    motion = np.asarray(np.linalg.solve(impedance, excitation.T).T, dtype=np.complex128)
     return motion, excitation - motion @ fluid.T
 
 

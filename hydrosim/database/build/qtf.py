@@ -22,7 +22,8 @@ from hydrosim.database.build.near_field import Flow, Wetted, displacement
 from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
-SCALES = 0.5, 2.0  # between these, far over near field is read as a scale
+SCALES = 0.5, 2.0  # limits of the ratio of far to near field
+SMALL = 0.25  # part of the largest diagonal, below which the ratio is not trusted
 TURN = 2 * np.pi
 
 
@@ -70,9 +71,9 @@ def quadratic(
         -rho g / 2 int s^2 n / sqrt(1 - n_z^2) dl + rho / 2 int |grad phi|^2 n dS
         + rho int (X . grad phi_t) n dS + A x F
 
-    (Pinkster 1980, Low frequency second order wave exciting forces on floating structures,
-    chapter 3) and the hydrostatic load of a rotation's second order, see `_turned`. Moments are
-    about the reference point as it moves: there, n is crossed with its arm and F is the moment.
+    (Pinkster 1980, Low frequency second order wave exciting forces on floating structures) and
+    the hydrostatic load of a rotation's second order, see `_turned`. Moments are about the
+    reference point as it moves: for them, the arm is crossed with n and F is the moment.
     """
     forward = _products(db, wetted, flows, first, second)
     back = forward if first == second else _products(db, wetted, flows, second, first)
@@ -83,7 +84,7 @@ def second_order_potential(
     db: HydroDatabase, frequency: Real, first: float, second: float
 ) -> Complex:
     """T- (nq, nq, 6) by the second-order potential of the incident waves, diffracted as if it were
-    a first-order wave of the same length (Pinkster 1980, section 3.4), for two headings [rad].
+    a first-order wave of the same length (Pinkster 1980), for two headings [rad].
 
     Waves with w_1 > w_2 and wave vectors k_1, k_2 at an angle b force the potential
 
@@ -109,15 +110,18 @@ def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
     """``transfer`` (nq, nq, 6) between two headings, with ``near`` (2, nq, 6), the diagonals that
     the same pressures give for either heading, brought to the better ones, ``far`` (2, nq, 6):
 
-        T_12 sqrt(r_1 r_2) + (e_1 + e_2) / 2,  r = far / near, e = far - r near
+        T_12 sqrt(r_1 r_2) + (e_1 + e_2) / 2
+        r = (far near + s^2) / (near^2 + s^2),  e = far - r near
 
-    with r kept between 1/2 and 2. It is Hermitian, and continuous in the diagonals; for equal
-    headings its diagonal is far. The additive part is zero where the ratio is within its limits,
-    and for two headings, which have no common diagonal, it is left out.
+    with s a quarter of the largest of near: r is the ratio of both where they are large, and one
+    where they pass through zero and say nothing about the pairs beside the diagonal. It is kept
+    between 1/2 and 2. The result is Hermitian, and its diagonal far for equal headings; for two,
+    which have no common diagonal, e is left out.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(far / near, nan=1.0)
-    scale = np.clip(ratio, *SCALES)
+    small = np.square(SMALL * np.abs(near).max(axis=1, keepdims=True))
+    with np.errstate(invalid="ignore"):
+        ratio = (far * near + small) / (near**2 + small)
+    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *SCALES)
     result = transfer * np.sqrt(scale[0][:, None] * scale[1])
     if np.array_equal(near[0], near[1]):
         rest = far[0] - scale[0] * near[0]
