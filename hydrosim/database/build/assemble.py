@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from hydrosim.database import HydroDatabase
 from hydrosim.database.build.bem import Solution
-from hydrosim.database.build.drift import Complex, Real, mean_drift
+from hydrosim.database.build.drift import Complex, Drift, Drifting, Real, mean_drift
 from hydrosim.database.build.water import Water
 
 LATERAL = np.array([False, True, False, True, False, True])
-
-
-class Drifting(StrEnum):
-    """How a body takes part in its mean drift: floating free, or held at rest."""
-
-    FREE = "free"
-    HELD = "held"
 
 
 @dataclass(frozen=True)
@@ -52,27 +44,20 @@ def assemble(
     mass and damping are made symmetric and, for a ``symmetric`` hull, everything that
     port-starboard symmetry forbids is set to zero; the solver gives both but for its error. The
     mean drift is that of the body floating free, without viscous damping, and of the body held;
-    its imbalance that of the first which is asked for.
+    its imbalance that of the first, if asked for.
     """
     rules = Rules(symmetric, headings)
     added_mass = rules.matrices(np.array([s.added_mass for s in solutions]))
     damping = rules.matrices(np.array([s.damping for s in solutions]))
     excitation = rules.loads([s.excitation for s in solutions])
     moved = zip(solutions, added_mass, damping, excitation, strict=True)
-    kochin = {
+    waves = {
         Drifting.FREE: [_floating_waves(body, s, A, B, X) for s, A, B, X in moved],
         Drifting.HELD: [s.kochin_diffraction for s in solutions],
     }
-    found = {
-        kind: [
-            mean_drift(H, s.frequency, headings, water)
-            for H, s in zip(waves, solutions, strict=True)
-        ]
-        for kind, waves in kochin.items()
-        if kind in drift
-    }
-    force = {kind: rules.loads([d.force for d in drifts]) for kind, drifts in found.items()}
-    imbalance = next(([d.imbalance for d in drifts] for drifts in found.values()), None)
+    drifts = {kind: _drifts(waves[kind], solutions, headings, water) for kind in drift}
+    force = {kind: rules.loads([d.force for d in found]) for kind, found in drifts.items()}
+    imbalance = [[d.imbalance for d in found] for _, found in sorted(drifts.items())]
     zero, infinite = limits
     return HydroDatabase(
         source="computed",
@@ -86,7 +71,7 @@ def assemble(
         froude_krylov=rules.loads([s.froude_krylov for s in solutions]),
         mean_drift=force.get(Drifting.FREE),
         mean_drift_held=force.get(Drifting.HELD),
-        drift_imbalance=None if imbalance is None else np.array(imbalance),
+        drift_imbalance=np.array(imbalance[0]) if imbalance else None,
         hydrostatic_stiffness=body.stiffness,
         inertia_matrix=body.inertia,
         volume=np.array([body.volume]),
@@ -106,6 +91,13 @@ def asymmetry(matrices: Real) -> Real:
     skew = np.abs(matrices - np.swapaxes(matrices, -1, -2)).max(axis=0)
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0))
     return skew / np.outer(scale, scale)
+
+
+def _drifts(
+    waves: Sequence[Complex], solutions: Sequence[Solution], headings: Real, water: Water
+) -> list[Drift]:
+    pairs = zip(waves, solutions, strict=True)
+    return [mean_drift(kochin, s.frequency, headings, water) for kochin, s in pairs]
 
 
 def _floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:

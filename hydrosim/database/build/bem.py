@@ -98,16 +98,23 @@ def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solutio
     radiated = [solver.solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
     diffracted = [solver.solve(problem) for problem in fixed]
-    incident = _by_dof(froude_krylov_force(problem) for problem in fixed)
+    incident = froude_krylov(hull, water, frequency, headings)
     return Solution(
         frequency,
         _by_dof(result.added_masses for result in radiated).T,
         _by_dof(result.radiation_dampings for result in radiated).T,
-        np.conj(_by_dof(result.forces for result in diffracted) + incident),
-        np.conj(incident),
+        np.conj(_by_dof(result.forces for result in diffracted)) + incident,
+        incident,
         np.array([compute_kochin(result, DIRECTIONS) for result in radiated]),
         np.array([compute_kochin(result, DIRECTIONS) for result in diffracted]),
     )
+
+
+def froude_krylov(hull: Hull, water: Water, frequency: float, headings: Real) -> Complex:
+    """Loads (headings, 6) of the undisturbed waves per unit amplitude."""
+    given = _given(hull, water, frequency)
+    waves = (cpt.DiffractionProblem(wave_direction=b, **given) for b in headings)
+    return np.conj(_by_dof(froude_krylov_force(problem) for problem in waves))
 
 
 def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:

@@ -7,6 +7,7 @@ amplitude plus those of the body's motion.
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,13 @@ Complex = NDArray[np.complex128]
 # |H|^2 has Fourier orders up to 2 k R, R the body's half-length: 720 directions serve k R < 180.
 DIRECTIONS = np.arange(720) * (2 * np.pi / 720)
 STEP = DIRECTIONS[1]
+
+
+class Drifting(StrEnum):
+    """How a body takes part in its mean drift: floating free, or held at rest."""
+
+    FREE = "free"
+    HELD = "held"
 
 
 class Drift(NamedTuple):
