@@ -13,7 +13,9 @@ from hydrosim.database.build import barge, drift, store
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
-cpt = pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
+pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
+
+import capytaine as cpt
 
 from hydrosim.database.build import bem, green, mesh
 from hydrosim.database.build.build import afloat, build
@@ -266,7 +268,7 @@ def test_hydrostatics_of_panels_are_the_closed_form():
         np.testing.assert_allclose(
             getattr(found, name), getattr(exact, name), rtol=1e-12, atol=1e-9
         )
-    aside = mesh.integrals(panels + [3.0, -7.0, 0.0])
+    aside = mesh.integrals(panels + np.array([3.0, -7.0, 0.0]))
     np.testing.assert_allclose(
         aside.stiffness(-4.9, 1025.0, 9.81), exact.stiffness(-4.9, 1025.0, 9.81), atol=10.0
     )
@@ -287,9 +289,9 @@ def test_mesh_files_are_scaled_and_clipped(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda panels: panels + [0, 0, 5.0], "found no panel below the water"),
+        (lambda panels: panels + np.array([0, 0, 5.0]), "found no panel below the water"),
         (lambda panels: panels[5:], "holes"),
-        (lambda panels: panels + [0.5, 0, 0], "beside the centre of buoyancy"),
+        (lambda panels: panels + np.array([0.5, 0, 0]), "beside the centre of buoyancy"),
     ],
 )
 def test_wrong_meshes_are_refused(tmp_path, change, said):

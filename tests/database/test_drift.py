@@ -1,5 +1,5 @@
-"""Drift of a fixed vertical cylinder that reaches down to the bed: its waves are known (MacCamy and Fuchs 1954),
-so the far-field formulae can be held against the pressure on its wall."""
+"""Drift of a fixed vertical cylinder that stands on the sea bed: its waves are known (MacCamy and
+Fuchs 1954), so the far-field formulae can be held against the pressure on its wall."""
 
 from __future__ import annotations
 
