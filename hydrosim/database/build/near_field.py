@@ -18,8 +18,8 @@ from rich.progress import track
 
 from hydrosim.database.build.assemble import Floating
 from hydrosim.database.build.bem import DOFS, by_dof, solver
-from hydrosim.database.build.water import Water
 from hydrosim.database.build.drift import Complex, Real
+from hydrosim.database.build.water import Water
 
 ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
 
