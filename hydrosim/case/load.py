@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from yaml.nodes import Node
 
 from hydrosim.case.checks import Problem, check, recorded
@@ -17,6 +17,9 @@ from hydrosim.case.nodes import SETTING, empty_keys, locate, plain, where
 from hydrosim.case.schema import CaseFile
 from hydrosim.errors import InputError
 from hydrosim.scene import Scene
+
+M = TypeVar("M", bound=BaseModel)
+Further = Callable[[M], Iterable[Problem]]
 
 
 @dataclass(frozen=True)
@@ -66,18 +69,22 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     if texts:
         remarks = "".join(f"# {SETTING}{' '.join(setting.split())}\n" for setting in texts)
         text = f"# {path.name}\n{remarks}{written(document)}"
-    return Case(path, text, _validated(document, path))
+    return Case(path, text, validated(document, CaseFile, lambda data: check(data, path.parent)))
 
 
-def _validated(document: Node, path: Path) -> CaseFile:
+def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
+    """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
+
+    Raises InputError with a line for each problem.
+    """
     raw = plain(document)
     readers: dict[int, Any] = {}
     try:
-        data = CaseFile.model_validate(raw, context=readers)
+        data = model.model_validate(raw, context=readers)
     except ValidationError as error:
         _report([*explain(error, raw, readers), *_empty(document)], document)
         raise
-    _report([*_empty(document), *check(data, path.parent)], document)
+    _report([*_empty(document), *further(data)], document)
     return data
 
 

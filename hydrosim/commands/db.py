@@ -1,4 +1,5 @@
-"""`hydrosim db`: what is in a hydrodynamic database, whether it is right, another format of it."""
+"""`hydrosim db`: what is in a hydrodynamic database, whether it is right, another format of it; and
+making one."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.database.given import Given
 
-app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look into, check, convert.")
+app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make.")
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -106,6 +107,22 @@ def _drawable(path: Path) -> None:
         raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
     if path.is_dir() or not path.parent.is_dir():
         raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
+
+
+@app.command()
+def build(
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe of the database.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Database file.")
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
+    picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
+) -> None:
+    """Compute a database from a hull. It can be interrupted and goes on where it was."""
+    from hydrosim.database.build.command import build_database
+
+    for path in build_database(recipe, output, jobs, picture):
+        typer.echo(f"result    {path}")
 
 
 def _show(*parts: RenderableType) -> None:

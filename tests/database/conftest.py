@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,8 +13,6 @@ import pytest
 from hydrosim.database import HydroDatabase, load
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "hydro_db"))
-
 H851 = ROOT / "hydro_db" / "h851.nc"
 
 

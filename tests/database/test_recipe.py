@@ -1,62 +1,115 @@
-"""The recipe's use of Capytaine, on few panels. The first run ever tabulates a Green function."""
+"""Recipes: what they say, and what is said about wrong ones."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrosim.database.build import barge as hull
+from hydrosim.database.build import barge
+from hydrosim.database.build.drift import Drifting
+from hydrosim.database.build.recipe import Lid, load_recipe
+from hydrosim.errors import InputError
 
-pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
+HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
-import h851
-
-from hydrosim.database.build import assemble, bem
-
-COARSE = hull.Resolution((5, 4, 11, 8, 5), 6, 3, 6, 2, (7, 14, 12), 5)
-
-
-@pytest.fixture(scope="module")
-def body():
-    shape = h851.hull()
-    shift = [-hull.hydrostatics(shape).centre_of_buoyancy[0], 0.0, 0.0]
-    half, lid = hull.half_hull(shape, COARSE) + shift, hull.half_lid(shape, COARSE) + shift
-    return bem.floating_body(half, lid, h851.floating(shape).centre_of_gravity)
-
-
-def test_few_panels_come_near_the_database(barge, body):
-    """Some 700 panels: the study finds 5, 8 and 6 per cent of the largest value for added mass,
-    damping and loads with 550."""
-    rows = [29, 39, 49]
-    frequencies, headings = barge.frequency[rows], barge.heading[[0, 4, 12]]
-    solutions = bem.solve_all(body, bem.Water(), frequencies, headings, jobs=1)
-    db = assemble.assemble(
-        h851.floating(h851.hull()),
-        bem.Water(),
-        headings,
-        solutions,
-        (barge.added_mass_zero, barge.added_mass_infinite),
-        {},
-    )
-    for name, limit in (("added_mass", 0.05), ("radiation_damping", 0.08)):
-        fine, coarse = getattr(barge, name), getattr(db, name)
-        scale = np.sqrt(np.abs(np.diagonal(fine, axis1=1, axis2=2)).max(axis=0))
-        assert np.max(np.abs(coarse - fine[rows]) / np.outer(scale, scale)) < limit
-    fine = barge.excitation[:, [0, 4, 12]]
-    error = np.abs(db.excitation - fine[rows]).max(axis=(0, 1))
-    assert (error <= 0.06 * np.abs(fine).max(axis=(0, 1))).all()
+BOX = """\
+title: A box
+hull: {type: box, length: 100 m, beam: 2000 cm, draught: 5, panels: 5 m}
+centre_of_gravity: [0, 0, 1 m]
+radii_of_gyration: [7 m, 26 m, 26 m]
+frequencies: {start: 0.1 rad/s, stop: 1 rad/s, step: 0.1 rad/s}
+headings: [0 deg, 90 deg]
+"""
+BARGE = """\
+title: A barge
+hull:
+  type: barge
+  length: 260 m
+  beam: 63 m
+  draught: 12.4 m
+  bow_beam: 42 m
+  bow_length: 100 m
+  stern_length: 51.23 m
+  wall_depth: 2.4 m
+  rake_length: 19 m
+  panels: 6 m
+centre_of_gravity: [0, 0, -4.9 m]
+radii_of_gyration: [22 m, 67 m, 69 m]
+frequencies: [0.5, 0.6]
+headings: [0, 90 deg]
+"""
 
 
-def test_froude_krylov_of_a_box():
-    """-2 i rho g B (1 - exp(-k T)) / k sin(k L / 2) for exp(-i w t), so its conjugate here."""
-    length, beam, draught, w = 100.0, 20.0, 5.0, 0.6
-    shape = hull.Barge(length, beam, draught, beam, 30.0, 40.0, draught, 10.0)
-    mesh = hull.Resolution((4, 8, 8, 5, 4), 4, 4, 4, 4, (5, 5, 5), 3)
-    shift = [-length / 2, 0.0, 0.0]
-    box = bem.floating_body(
-        hull.half_hull(shape, mesh) + shift, hull.half_lid(shape, mesh) + shift, (0.0, 0.0, 0.0)
-    )
-    solution = bem.solve(box, bem.Water(), w, np.zeros(1))
-    k, rho_g = w**2 / 9.81, 1025 * 9.81
-    exact = 2j * rho_g * beam * (1 - np.exp(-k * draught)) / k * np.sin(k * length / 2)
-    assert solution.froude_krylov[0, 0] == pytest.approx(exact, rel=2e-3)
+def written(folder: Path, text: str) -> Path:
+    path = folder / "recipe.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_units_steps_and_defaults(tmp_path):
+    recipe = load_recipe(written(tmp_path, BOX))
+    assert (recipe.data.hull.length, recipe.data.hull.beam) == (100.0, 20.0)
+    assert recipe.data.frequencies == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+    np.testing.assert_allclose(recipe.headings, [0.0, np.pi / 2], rtol=1e-15)
+    assert np.isinf(recipe.data.water.depth)
+    assert recipe.data.lid is Lid.AUTO
+    assert recipe.data.drift == (Drifting.FREE, Drifting.HELD)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("type: box", "type: boat", 2, "expected one of: barge, box, mesh"),
+        ("length: 100 m", "length: 100 kg", 2, 'found "100 kg"; expected a length'),
+        ("length: 100 m", "lenght: 100 m", 2, 'did you mean "length"?'),
+        ("panels: 5 m", "panels: -5 m", 2, "it must be above 0"),
+        ("panels: 5 m", "panels: {along: [1, 2]}", 2, "found a list of 2; expected"),
+        ("stop: 1 rad/s", "stop: 0.95 rad/s", 5, "whole steps from start to stop"),
+        ("step: 0.1 rad/s", "step: 1e-9 rad/s", 5, "whole steps from start to stop"),
+        ("start: 0.1 rad/s", "start: 0 rad/s", 5, "it must be above 0"),
+        ("start: 0.1 rad/s", "start: 0.1 Hz", 5, "another kind of quantity"),
+        ("[0 deg, 90 deg]", "[90 deg, 0 deg]", 6, "values that rise"),
+        ("[0 deg, 90 deg]", "[0 deg, 0.7 deg]", 6, "multiples of half a degree"),
+        ("[0 deg, 90 deg]", "[]", 6, "expected one or more"),
+        ("radii_of_gyration: [7 m, 26 m, 26 m]\n", "", 1, "radii_of_gyration or inertia"),
+        ("title: A box", "title: A box\ndrift: [fixed]", 2, "expected one of: free, held"),
+        ("title: A box", "title: A box\nwater: {depth: -3 m}", 2, "it must be above 0"),
+    ],
+)
+def test_messages_for_a_box(tmp_path, old, new, line, said):
+    path = written(tmp_path, BOX.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        load_recipe(path)
+    assert f"{path}:{line}: " in str(caught.value)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("stern_length: 51.23 m", "heave_stiffness: 300 kN/m", "corners of the hull"),
+        ("stern_length: 51.23 m", "rake_length: 19 m\n  stern_length: 19 m", "twice"),
+        ("  stern_length: 51.23 m\n", "", "stern_length or heave_stiffness"),
+        ("stern_length: 51.23 m", "stern_length: 19 m", "six in different places"),
+        ("wall_depth: 2.4 m", "wall_depth: 24 m", "the draught at most"),
+        ("bow_length: 100 m", "bow_length: 300 m", "corners of the hull"),
+    ],
+)
+def test_messages_for_a_barge(tmp_path, old, new, said):
+    with pytest.raises(InputError, match=said):
+        load_recipe(written(tmp_path, BARGE.replace(old, new)))
+
+
+def test_every_recipe_here_is_right():
+    """And the barge's full beam is as long as the heave stiffness asks for."""
+    recipes = {path.stem: load_recipe(path) for path in HYDRO_DB.glob("*.yaml")}
+    assert {"h851", "h851_50m", "box"} <= recipes.keys()
+    deep, shallow = recipes["h851"].data, recipes["h851_50m"].data
+    shape = deep.hull.shape(deep.water)
+    assert shape.stern_length == pytest.approx(51.230, abs=5e-4)
+    stiffness = barge.hydrostatics(shape).stiffness(0.0, 1025.0, 9.81)[2, 2]
+    assert stiffness == pytest.approx(132_105e3, rel=1e-12)
+    assert shallow.hull.shape(shallow.water) == shape
+    assert (deep.water.depth, shallow.water.depth) == (np.inf, 50.0)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.build.bem import Solution, Water
-from hydrosim.database.build.drift import Complex, Drift, Real, mean_drift
+from hydrosim.database.build.bem import Solution
+from hydrosim.database.build.drift import Complex, Drift, Drifting, Real, mean_drift
+from hydrosim.database.build.water import Water
 
 LATERAL = np.array([False, True, False, True, False, True])
 
@@ -31,46 +32,56 @@ def assemble(
     water: Water,
     headings: Real,
     solutions: Sequence[Solution],
-    limits: tuple[Real, Real],
+    limits: tuple[Real | None, Real],
     attributes: Mapping[str, str],
+    *,
+    symmetric: bool = True,
+    drift: Collection[Drifting] = tuple(Drifting),
 ) -> HydroDatabase:
-    """Database of one body with port-starboard symmetry in deep water.
+    """Database of one body from its ``solutions``.
 
-    ``limits`` are the added masses at zero and infinite frequency. Added mass and damping are made
-    symmetric and everything that port-starboard symmetry forbids is set to zero; the solver gives
-    both but for its error. The drift is that of the body floating free, without viscous damping.
+    ``limits`` are the added masses at zero frequency, if known, and at infinite frequency. Added
+    mass and damping are made symmetric and, for a ``symmetric`` hull, everything that
+    port-starboard symmetry forbids is set to zero; the solver gives both but for its error. The
+    mean drift is that of the body floating free, without viscous damping, and of the body held;
+    its imbalance that of the first, if asked for.
     """
-    added_mass = _symmetric(np.array([s.added_mass for s in solutions]))
-    damping = _symmetric(np.array([s.damping for s in solutions]))
-    allowed = _allowed(headings)
-    excitation = np.where(allowed, [s.excitation for s in solutions], 0.0)
-    drift = [
-        _free_drift(body, water, headings, s, A, B, X)
-        for s, A, B, X in zip(solutions, added_mass, damping, excitation, strict=True)
-    ]
-    zero, infinite = (_symmetric(limit) for limit in limits)
+    rules = Rules(symmetric, headings)
+    added_mass = rules.matrices(np.array([s.added_mass for s in solutions]))
+    damping = rules.matrices(np.array([s.damping for s in solutions]))
+    excitation = rules.loads([s.excitation for s in solutions])
+    moved = zip(solutions, added_mass, damping, excitation, strict=True)
+    waves = {
+        Drifting.FREE: [_floating_waves(body, s, A, B, X) for s, A, B, X in moved],
+        Drifting.HELD: [s.kochin_diffraction for s in solutions],
+    }
+    drifts = {kind: _drifts(waves[kind], solutions, headings, water) for kind in drift}
+    force = {kind: rules.loads([d.force for d in found]) for kind, found in drifts.items()}
+    imbalance = [[d.imbalance for d in found] for _, found in sorted(drifts.items())]
+    zero, infinite = limits
     return HydroDatabase(
         source="computed",
         frequency=np.array([s.frequency for s in solutions]),
         heading=headings,
         added_mass=added_mass,
         radiation_damping=damping,
-        added_mass_zero=zero,
-        added_mass_infinite=infinite,
+        added_mass_zero=None if zero is None else rules.matrices(zero),
+        added_mass_infinite=rules.matrices(infinite),
         excitation=excitation,
-        froude_krylov=np.where(allowed, [s.froude_krylov for s in solutions], 0.0),
-        mean_drift=np.where(allowed, [d.force for d in drift], 0.0),
-        drift_imbalance=np.array([d.imbalance for d in drift]),
+        froude_krylov=rules.loads([s.froude_krylov for s in solutions]),
+        mean_drift=force.get(Drifting.FREE),
+        mean_drift_held=force.get(Drifting.HELD),
+        drift_imbalance=np.array(imbalance[0]) if imbalance else None,
         hydrostatic_stiffness=body.stiffness,
         inertia_matrix=body.inertia,
         volume=np.array([body.volume]),
         centre_of_buoyancy=body.centre_of_buoyancy[None],
         centre_of_gravity=body.centre_of_gravity[None],
         reference_point=body.centre_of_gravity[None],
-        water_depth=np.inf,
+        water_depth=water.depth,
         water_density=water.density,
         gravity=water.gravity,
-        port_starboard_symmetric=True,
+        port_starboard_symmetric=symmetric,
         attributes=attributes,
     )
 
@@ -82,23 +93,35 @@ def asymmetry(matrices: Real) -> Real:
     return skew / np.outer(scale, scale)
 
 
-def _free_drift(
-    body: Floating, water: Water, headings: Real, s: Solution, A: Real, B: Real, X: Complex
-) -> Drift:
+def _drifts(
+    waves: Sequence[Complex], solutions: Sequence[Solution], headings: Real, water: Water
+) -> list[Drift]:
+    pairs = zip(waves, solutions, strict=True)
+    return [mean_drift(kochin, s.frequency, headings, water) for kochin, s in pairs]
+
+
+def _floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:
+    """Kochin functions (headings, directions) of the body that floats free in waves."""
     w = s.frequency
     impedance = body.stiffness - w**2 * (body.inertia + A) + 1j * w * B
     motion = np.linalg.solve(impedance, X.T).T
     # The Kochin functions have Capytaine's time factor, so they need the conjugate motion.
-    kochin = s.kochin_diffraction + np.conj(motion) @ s.kochin_radiation
-    return mean_drift(kochin, w, headings, water.density, water.gravity)
+    return s.kochin_diffraction + np.conj(motion) @ s.kochin_radiation
 
 
-def _symmetric(matrices: Real) -> Real:
-    coupled = LATERAL[:, None] == LATERAL
-    return np.where(coupled, (matrices + np.swapaxes(matrices, -1, -2)) / 2, 0.0)
+@dataclass(frozen=True)
+class Rules:
+    """What reciprocity demands and port-starboard symmetry forbids."""
 
+    symmetric: bool
+    headings: Real
 
-def _allowed(headings: Real) -> np.ndarray:
-    """(headings, 6): false for sway, roll and yaw in waves along the hull."""
-    along = np.isclose(np.sin(headings), 0.0, atol=1e-9)
-    return ~(along[:, None] & LATERAL)
+    def matrices(self, matrices: Real) -> Real:
+        """The symmetric part (..., 6, 6), without coupling across the plane of symmetry."""
+        coupled = (LATERAL[:, None] == LATERAL) | (not self.symmetric)
+        return np.where(coupled, (matrices + np.swapaxes(matrices, -1, -2)) / 2, 0.0)
+
+    def loads(self, loads: Sequence[np.ndarray]) -> np.ndarray:
+        """(frequencies, headings, 6) without sway, roll and yaw in waves along the hull."""
+        along = np.isclose(np.sin(self.headings), 0.0, atol=1e-9) & self.symmetric
+        return np.where(along[:, None] & LATERAL, 0.0, np.array(loads))

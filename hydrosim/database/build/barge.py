@@ -7,6 +7,7 @@ hydrostatic integrals are exact.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -53,8 +54,8 @@ class Barge:
 
 @dataclass(frozen=True)
 class Hydrostatics:
-    """Integrals over the hull [m]: waterplane area, its first moment in x and its second moments
-    about the axes of the frame, the volume, and the centre of buoyancy (3,)."""
+    """Integrals over the hull [m]: waterplane area, its first and second moments about the axes of
+    the frame, the volume, and the centre of buoyancy (3,)."""
 
     area: float
     moment_x: float
@@ -62,16 +63,22 @@ class Hydrostatics:
     second_yy: float
     volume: float
     centre_of_buoyancy: np.ndarray
+    moment_y: float = 0.0
+    second_xy: float = 0.0
 
     def stiffness(self, height: float, density: float, gravity: float) -> np.ndarray:
         """Stiffness (6, 6) about a centre of gravity at ``height`` [m] over the centre of buoyancy,
         weight and buoyancy being equal (Newman 1977, Marine Hydrodynamics, chapter 6)."""
-        x, _, z = self.centre_of_buoyancy
+        x, y, z = self.centre_of_buoyancy
         lever = self.volume * (z - height)
         C = np.zeros((6, 6))
         C[2, 2] = self.area
+        C[2, 3] = C[3, 2] = self.moment_y - self.area * y
         C[2, 4] = C[4, 2] = self.area * x - self.moment_x
-        C[3, 3] = self.second_yy + lever
+        C[3, 3] = self.second_yy - 2 * y * self.moment_y + y**2 * self.area + lever
+        C[3, 4] = C[4, 3] = (
+            x * self.moment_y + y * self.moment_x - self.second_xy - x * y * self.area
+        )
         C[4, 4] = self.second_xx - 2 * x * self.moment_x + x**2 * self.area + lever
         return density * gravity * C
 
@@ -135,6 +142,32 @@ def half_lid(hull: Barge, mesh: Resolution) -> Panels:
     x = _joined(_uniform(knots, mesh.lid_along))
     across = np.linspace(0, 1, mesh.lid_across + 1)
     return _patch(x[:, None], hull.half_breadth(x)[:, None] * across, 0.0)[:, ::-1]
+
+
+def box(length: float, beam: float, draught: float) -> Barge:
+    """A barge without taper and rakes; its corners only part the panels."""
+    third, end = length / 3, min(length / 5, beam / 2)
+    return Barge(length, beam, draught, beam, third, third, draught, end)
+
+
+def resolution(hull: Barge, size: float) -> Resolution:
+    """Panels of about ``size`` [m] or less where they are largest."""
+
+    def count(span: float, finer: float = 1.0) -> int:
+        return max(2, math.ceil(finer * span / size))
+
+    spans = [b - a for a, b in pairwise(hull.corners())]
+    taper = [0.0, hull.stern_length, hull.length - hull.bow_length, hull.length]
+    across = count(hull.beam / 2, math.pi / 2)
+    return Resolution(
+        along=tuple(count(x, math.pi / 2 if i in (0, 4) else 1) for i, x in enumerate(spans)),
+        across=across,
+        down=count(hull.draught, math.pi / 2),
+        wall_across=across,
+        wall_down=count(hull.wall_depth, math.pi / 2),
+        lid_along=tuple(count(b - a) for a, b in pairwise(taper)),
+        lid_across=count(hull.beam / 2),
+    )
 
 
 def mirrored(panels: Panels) -> Panels:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database import HydroDatabase, needed
+from hydrosim.database import HydroDatabase
 from hydrosim.scene import DOFS
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
@@ -69,10 +69,15 @@ def _draw_excitation(axis: Axes, db: HydroDatabase) -> None:
 
 
 def _draw_drift(axis: Axes, db: HydroDatabase) -> None:
-    for dof, degrees in ((0, 0), (0, 180), (1, 90)):
-        load = needed(db, "mean_drift")[:, _nearest(db, degrees), dof]
-        axis.plot(db.frequency, load / 1e3, label=f"{DOFS[dof]}, waves to {degrees}°")
-    axis.set_ylabel("mean drift, floating free [kN/m²]")
+    """Floating free in full lines, held in broken ones."""
+    for name, drift, style in (("free", db.mean_drift, "-"), ("held", db.mean_drift_held, "--")):
+        axis.set_prop_cycle(None)  # the same colours again
+        for dof, degrees in ((0, 0), (0, 180), (1, 90)) if drift is not None else ():
+            load = np.asarray(drift)[:, _nearest(db, degrees), dof]
+            axis.plot(
+                db.frequency, load / 1e3, style, label=f"{name}: {DOFS[dof]}, waves to {degrees}°"
+            )
+    axis.set_ylabel("mean drift [kN/m²]")
 
 
 def _nearest(db: HydroDatabase, degrees: float) -> int:
