@@ -283,6 +283,7 @@ def test_headings_that_the_database_lacks_are_refused(hydrosim: Hydrosim, projec
         excitation=db.excitation[:, some],
         froude_krylov=None,
         mean_drift=db.mean_drift[:, some],
+        mean_drift_held=None,
         drift_imbalance=None,
         port_starboard_symmetric=False,
     )

@@ -195,6 +195,7 @@ def test_inputs_that_do_not_fit_are_refused_before_anything_is_computed() -> Non
         excitation=hull().excitation[:, :4],
         froude_krylov=None,
         mean_drift=None,
+        mean_drift_held=None,
         drift_imbalance=None,
     )
     beam = in_waves(scene, WaveTrain(SEA, heading=np.radians(90.0)))
