@@ -12,7 +12,7 @@ from importlib import import_module
 
 from benchmarks.report import machine, save
 
-QUESTIONS = ("steps_per_second", "error_against_step", "stability_map")
+QUESTIONS = ("steps_per_second", "error_against_step", "stability_map", "reading")
 
 
 def main(asked: list[str]) -> None:

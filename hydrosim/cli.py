@@ -1,6 +1,7 @@
 """The command line: thin commands over `load_case`, `simulate` and `plot`.
 
-Exit codes: 0 done, 2 the input is wrong, 3 the simulation failed, 130 interrupted.
+Exit codes: 0 done, 1 a strict check failed, 2 the input is wrong, 3 the simulation failed, 130
+interrupted.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from hydrosim.commands import db
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 from hydrosim.kernels import compiled_before, kernel_cache
 
@@ -31,6 +33,7 @@ app = typer.Typer(
     add_completion=False,
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
+app.add_typer(db.app, name="db")
 out, err = Console(), Console(stderr=True)
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]

@@ -1,18 +1,18 @@
-"""Cutting a step where a contact mode ends inside it, and switching the mode.
+"""Cutting a step where the mode of a contact or a spring ends inside it, and switching the mode.
 
-A mode holds while its margins (`hydrosim.forces.contact.transitions`) are positive. A step is cut
-at the first zero of any; one that dips below zero and comes back within the step counts too. The
-right hand side is smooth on every piece, so a method keeps its order through stick, slip and
+A mode holds while its margins (`forces.contact.transitions`, `forces.spring`) are positive. A step
+is cut at the first zero of any; one that dips below zero and comes back within the step counts too.
+The right hand side is smooth on every piece, so a method keeps its order through stick, slip and
 contact.
 """
 
 from __future__ import annotations
 
 from hydrosim.dynamics import rhs, still
-from hydrosim.forces import FENDER
+from hydrosim.forces import FENDER, SPRING, spring
 from hydrosim.forces.contact.fender import SETTLED, STATES
-from hydrosim.forces.contact.modes import MODE, STICK
-from hydrosim.forces.contact.transitions import MARGINS, break_loose, find_headings, margins, switch
+from hydrosim.forces.contact.modes import MARGINS, MODE, STICK
+from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.kernels import assign, kernel
@@ -77,6 +77,8 @@ def _left(t, y, model, state, work, scratch, out):
         place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     headings, reactions = scratch.headings, holds.reaction
     margins(t, y, state.modes, work.motion, model.bodies, fenders, headings, reactions, out)
+    if model.elements[SPRING].lines.size > 0:
+        spring.margins(state.modes, work.motion, model.bodies, model.elements[SPRING], out)
     return left_behind(out)
 
 
@@ -251,26 +253,36 @@ def note_headings(t, model, state, work, headings):
 @kernel
 def switch_modes(located, step, t, model, state, work, scratch):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
-    location all whose margin is negative. One switch per point; a node that relaxes in few steps
-    of length ``step`` is settled only a while later."""
-    y, modes, n = state.y, state.modes, model.bodies.active.size
-    fenders, motion, reactions = model.elements[FENDER], work.motion, work.holds.reaction
+    location all whose margin is negative. One switch per row of modes."""
+    y, n = state.y, model.bodies.active.size
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
     near = max(phi(now, before, after), 0.0) + SWITCHED
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    for i in range(fenders.points.size):
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
                 continue
             size = max(abs(before[m]), abs(after[m]))
-            switch(i, which, size, t, y, modes, motion, model.bodies, reactions, fenders)
-            relaxation = fenders.points[i].relaxation
-            if located and modes[i, MODE] != STICK and relaxation < FAST * step:
-                y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
+            _switch(i, which, size, located, step, t, model, state, work)
             break
     scratch.newton.status[0] = STALE
     make_consistent(t, model, state, work, scratch)
+
+
+@kernel
+def _switch(i, which, size, located, step, t, model, state, work):
+    """Switch row ``i`` of the modes; a node that relaxes in few steps of length ``step`` is settled
+    only a while later."""
+    y, modes, motion, fenders = state.y, state.modes, work.motion, model.elements[FENDER]
+    if i >= fenders.points.size:
+        lines = model.elements[SPRING]
+        spring.switch(i - fenders.points.size, which, modes, motion, model.bodies, lines)
+        return
+    switch(i, which, size, t, y, modes, motion, model.bodies, work.holds.reaction, fenders)
+    relaxation = fenders.points[i].relaxation
+    if located and modes[i, MODE] != STICK and relaxation < FAST * step:
+        y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
 
 
 @kernel

@@ -78,7 +78,7 @@ class NaturalMode:
 def linearise(
     model: Model, state: State, modes: np.ndarray | None = None, time: float = 0.0
 ) -> Linear:
-    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf, 2).
+    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3).
 
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """

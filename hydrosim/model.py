@@ -11,13 +11,14 @@ from hydrosim import forces, radiation, restart
 from hydrosim.database import needed
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, Recorded, signals_of
+from hydrosim.forces import FENDER, SPRING, Recorded, Spring, new_modes, settle, signals_of
 from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.modes import COLUMNS, MODE, OPEN, STICK
-from hydrosim.forces.contact.transitions import settle
+from hydrosim.forces.contact.modes import MODE, OPEN, STICK
 from hydrosim.forces.layout import ROWS, Layout
 from hydrosim.forces.signal import corners
+from hydrosim.forces.spring import stretch
 from hydrosim.integrate import Control
+from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
@@ -26,6 +27,8 @@ from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Sce
 from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, wave_loads_model
 from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, wet_body
+
+TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
@@ -67,6 +70,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     take_note(scene, model, notes)
     state = _first_state(scene, model)
     _check_rigid_friction(scene, model, state)
+    _check_springs(scene, model, state)
     if scene.initial is None:
         return model, state
     restart.check_fit(scene, model)
@@ -86,12 +90,18 @@ def _check(scene: Scene) -> None:
     }
     for name, element in scene.forces.items():
         problems[f"forces.{name}.body: there is no body {element.body}"] = element.body not in names
+        if isinstance(element, Spring) and element.anchor_body is not None:
+            text = f"forces.{name}.anchor_body: there is no body {element.anchor_body}"
+            problems[text] = element.anchor_body not in names
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             _check_record(key, signal.time, scene.duration)
+    for name, element in scene.forces.items():
+        if isinstance(element, fender.Fender):
+            _check_rate_free(name, element)
 
 
 def _check_record(key: str, time: np.ndarray, duration: float) -> None:
@@ -103,13 +113,27 @@ def _check_record(key: str, time: np.ndarray, duration: float) -> None:
         )
 
 
+def _check_rate_free(name: str, element: fender.Fender) -> None:
+    """Slip without damping needs N' and constant coefficients."""
+    law, curve = element.friction, element.normal
+    if not isinstance(law, fender.StickSlip) or law.damping + law.slip_damping > 0.0:
+        return
+    damped = isinstance(curve, fender.NormalCurve) and curve.damping > 0.0
+    if law.load or damped:
+        found = "a load" if law.load else "normal damping"
+        raise InputError(
+            f"forces.{name}.friction: found {found} and friction without damping and slip_damping;"
+            f" expected one of the latter above 0, or no {found.split()[-1]}."
+        )
+
+
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     """Refuse rigid friction in more directions than there is motion to hold."""
     fenders, work, n = model.elements[FENDER], new_work(model), model.bodies.active.size
     rigid = fenders.points["law"] == fender.COULOMB
     if not rigid.any():
         return
-    held = state.modes.copy()
+    held = state.modes[: rigid.size].copy()
     held[:, MODE] = np.where(rigid, STICK, OPEN)
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
     fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
@@ -124,6 +148,19 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
             " not defined; expected law: stick_slip there (with a large stiffness, if it must be),"
             " or fewer points."
         )
+
+
+def _check_springs(scene: Scene, model: Model, state: State) -> None:
+    """Refuse springs whose ends are at one place at the start."""
+    motion, n = new_work(model).motion, model.bodies.active.size
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
+    for name, line in zip(spring_names(scene), model.elements[SPRING].lines, strict=True):
+        if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
+            raise InputError(
+                f"forces.{name}: its point and its anchor are at the same place at the start;"
+                " expected two places (point is in the body's frame, about its centre of gravity;"
+                " anchor in the earth's, or in that of anchor_body)."
+            )
 
 
 def compile_clock(scene: Scene, model: Model) -> Clock:
@@ -253,13 +290,11 @@ def _first_state(scene: Scene, model: Model) -> State:
     bodies, n = model.bodies, model.bodies.active.size
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
-    p = model.elements[FENDER]
-    modes = np.zeros((p.points.size, COLUMNS), dtype=np.int64)
-    motion = new_work(model).motion
+    modes, motion = new_modes(model.elements), new_work(model).motion
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    settle(0.0, y, modes, motion, bodies, p)
+    settle(0.0, y, modes, motion, bodies, model.elements)
     return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.dynamics import Model
-from hydrosim.forces import Fender
+from hydrosim.forces import Fender, Spring
 from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.scene import DOFS, Scene
@@ -41,6 +41,11 @@ def fender_names(scene: Scene) -> list[str]:
         if isinstance(e, Fender)
         for i in range(1, len(e.points) + 1)
     ]
+
+
+def spring_names(scene: Scene) -> list[str]:
+    """Names of all springs."""
+    return [name for name, e in scene.forces.items() if isinstance(e, Spring)]
 
 
 def state_names(scene: Scene, model: Model) -> list[str]:

@@ -1,11 +1,11 @@
 """From the record of a run to an xarray dataset, and to netCDF.
 
-Dimensions: time, body, dof, fender (contact points), axis. Wrenches are (force, moment about the
-centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*` are what
-the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all since
-the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the error
-of the time integration. A run that starts from another counts on from there; its residual is its
-own, zero where it begins.
+Dimensions: time, body, dof, fender (contact points), spring, axis. Wrenches are (force, moment
+about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*`
+are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all
+since the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the
+error of the time integration. A run that starts from another counts on from there; its residual is
+its own, zero where it begins.
 
 The whole state y is in `state_value` (state_time, state) by name, for a start from there
 (`hydrosim.restart`): at the end, or at every output time if the scene says so.
@@ -23,11 +23,18 @@ import xarray as xr
 
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER
+from hydrosim.forces import FENDER, SPRING
 from hydrosim.forces.contact.fender import DAMPED, SLIP_DAMPED, SLIP_DISTANCE, STATES
-from hydrosim.forces.contact.modes import RISING, SEGMENT
+from hydrosim.forces.contact.modes import MODE, RISING, SEGMENT
 from hydrosim.forces.layout import HYDROSTATIC
-from hydrosim.names import fender_names, force_names, memory_names, state_names, supplies
+from hydrosim.names import (
+    fender_names,
+    force_names,
+    memory_names,
+    spring_names,
+    state_names,
+    supplies,
+)
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
@@ -51,6 +58,9 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
     "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
     "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
+    "spring_tension": ("tension", "N", "from the point to the anchor"),
+    "spring_length": ("distance from the point to the anchor", "m", "none"),
+    "spring_mode": ("slack (no tension) or taut", "1", "none"),
     "energy_kinetic": ("kinetic energy, with added mass", "J", "none"),
     "energy_stored_": ("stored energy", "J", "none"),
     "energy_work_": ("work done on the bodies since the start", "J", "none"),
@@ -60,9 +70,11 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "state_value": ("state that a run can start from", "SI, rad", "that of each state"),
     "state_input": ("rate of a radiation state for unit velocities", "SI, rad", "body"),
     "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
+    "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
     "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
 }
+FLAGS = {"fender_mode": "open stick slip", "spring_mode": "slack taut"}
 HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
@@ -88,11 +100,12 @@ def to_dataset(
     }
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
-    points = _contact_states(model, values["y"])
-    data.update(_fenders(values["contact"], record.modes[:count], points))
+    points, modes = _contact_states(model, values["y"]), record.modes[:count]
+    data.update(_fenders(values["contact"], modes[:, : points.shape[1]], points))
+    data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
-    dataset = dataset.assign(_states(scene, model, values, record.modes[:count]))
+    dataset = dataset.assign(_states(scene, model, values, modes))
     dataset = dataset.assign(_memory(scene, model, history))
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
@@ -164,12 +177,16 @@ def _states(
         "state_value": xr.DataArray(values["y"][kept], coords, ("state_time", "state")),
         "state_input": xr.DataArray(rates, {"state": names}, ("state",)),
     }
-    if modes.shape[1]:
-        of_fenders = {"state_time": time}, ("state_time", "fender")
-        segments = modes[kept, :, SEGMENT] - model.elements[FENDER].points["first"]
-        states["fender_segment"] = xr.DataArray(segments.astype(np.int16), *of_fenders)
-        rising = modes[kept, :, RISING].astype(np.int8)
-        states["fender_rising"] = xr.DataArray(rising, *of_fenders)
+    points, lines = model.elements[FENDER].points, model.elements[SPRING].lines
+    of_fenders, of_springs = modes[kept, : points.size], modes[kept, points.size :]
+    at = {"state_time": time}
+    for kind, each, of in (("fender", points, of_fenders), ("spring", lines, of_springs)):
+        if each.size:
+            segments = (of[:, :, SEGMENT] - each["first"]).astype(np.int16)
+            states[f"{kind}_segment"] = xr.DataArray(segments, at, ("state_time", kind))
+    if points.size:
+        rising = of_fenders[:, :, RISING].astype(np.int8)
+        states["fender_rising"] = xr.DataArray(rising, at, ("state_time", "fender"))
     return states
 
 
@@ -212,6 +229,17 @@ def _fenders(
     }
 
 
+def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    if modes.shape[1] == 0:
+        return {}
+    each = ("time", "spring")
+    return {
+        "spring_tension": (each, pulls[:, :, 0]),
+        "spring_length": (each, pulls[:, :, 1]),
+        "spring_mode": (each, modes[:, :, MODE].astype(np.int8)),
+    }
+
+
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
@@ -251,6 +279,7 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **({"fender": ("fender", names)} if (names := fender_names(scene)) else {}),
+        **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
     }
 
 
@@ -263,10 +292,10 @@ def _describe(dataset: xr.Dataset) -> None:
         variable.attrs.update(
             long_name=f"{what}: {long_name}" if what else long_name, units=units, frame=frame
         )
-    if "fender_mode" in dataset:
-        dataset["fender_mode"].attrs.update(
-            flag_values=np.array([0, 1, 2], dtype=np.int8), flag_meanings="open stick slip"
-        )
+    for name, meanings in FLAGS.items():
+        if name in dataset:
+            values = np.arange(len(meanings.split()), dtype=np.int8)
+            dataset[name].attrs.update(flag_values=values, flag_meanings=meanings)
 
 
 def _relative_residual(dataset: xr.Dataset) -> float:

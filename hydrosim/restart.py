@@ -18,10 +18,17 @@ import xarray as xr
 from hydrosim import radiation
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER
+from hydrosim.forces import FENDER, SPRING, new_modes, settle, spring
 from hydrosim.forces.contact import fender, transitions
-from hydrosim.forces.contact.modes import COLUMNS, MODE, RISING, SEGMENT
-from hydrosim.names import MOVING, fender_names, memory_names, state_names
+from hydrosim.forces.contact.modes import (
+    CONTACT_MARGIN,
+    MARGINS,
+    MODE,
+    RISING,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
+from hydrosim.names import MOVING, fender_names, memory_names, spring_names, state_names
 from hydrosim.output import read
 from hydrosim.radiation import VelocityHistory
 from hydrosim.rigid import Motion, place_bodies
@@ -140,23 +147,36 @@ def _same_fit(model: Model, run: xr.Dataset) -> bool:
 
 
 def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.ndarray:
-    """Contact modes (nf, 3): those stored where they can be, else those of a start from ``y``."""
-    p, motion, time = model.elements[FENDER], new_work(model).motion, begin(scene)
-    _clear_nodes(p, y)
+    """Modes (nf + ns, 3) of contacts and springs: those stored where they can be, else those of a
+    start from ``y``."""
+    elements, motion, time = model.elements, new_work(model).motion, begin(scene)
+    points, lines = elements[FENDER].points, elements[SPRING].lines
+    _clear_nodes(elements[FENDER], y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    settled = np.zeros((p.points.size, COLUMNS), dtype=np.int64)
-    transitions.settle(time, y.copy(), settled, motion, model.bodies, p)
+    settled = new_modes(elements)
+    settle(time, y.copy(), settled, motion, model.bodies, elements)
     stored = settled.copy()
-    there = list(run.fender.values) if "fender" in run.dims else []
-    for i, name in enumerate(fender_names(scene)):
-        if name in there:
-            k, point = there.index(name), p.points[i]
-            segment = point["first"] + int(run.fender_segment.sel(state_time=time)[k])
-            stored[i, MODE] = int(run.fender_mode.sel(time=time)[k])
-            stored[i, SEGMENT] = min(segment, point["last"])
-            stored[i, RISING] = int(run.fender_rising.sel(state_time=time)[k])
+    _restore("fender", fender_names(scene), points, time, run, stored[: points.size])
+    _restore("spring", spring_names(scene), lines, time, run, stored[points.size :])
     return np.where(_possible(time, y, stored, motion, model)[:, None], stored, settled)
+
+
+def _restore(
+    kind: str, names: list[str], each: np.ndarray, time: float, run: xr.Dataset, modes: np.ndarray
+) -> None:
+    """The stored modes of those of ``each`` fender or spring that are in ``run`` by name."""
+    if kind not in run.dims:
+        return
+    at, there = run.sel(time=time, state_time=time), list(run[kind].values)
+    for i, name in enumerate(names):
+        if name in there:
+            k = there.index(name)
+            segment = each["first"][i] + int(at[f"{kind}_segment"][k])
+            modes[i, MODE] = int(at[f"{kind}_mode"][k])
+            modes[i, SEGMENT] = min(segment, each["last"][i])
+            if kind == "fender":
+                modes[i, RISING] = int(at.fender_rising[k])
 
 
 def _clear_nodes(p: fender.Params, y: np.ndarray) -> None:
@@ -168,14 +188,17 @@ def _clear_nodes(p: fender.Params, y: np.ndarray) -> None:
 def _possible(
     time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
 ) -> np.ndarray:
-    """Which points (nf,) are in contact or not, and on their curve, as their mode says."""
-    p, out = model.elements[FENDER], np.zeros((len(modes), transitions.MARGINS))
+    """Which points and springs (nf + ns,) are in contact or not, and on their curve, as their mode
+    says."""
+    fenders, springs = model.elements[FENDER], model.elements[SPRING]
+    out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    transitions.margins(
-        *(time, y, modes, motion, model.bodies, p, nothing, nothing), out.reshape(-1)
-    )
-    touching = out[:, transitions.CONTACT_MARGIN] >= -NEAR * p.points["steepest"]
-    return touching & (out[:, transitions.SEGMENT_MARGIN] >= -NEAR)
+    flat, bodies = out.reshape(-1), model.bodies
+    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, flat)
+    spring.margins(modes, motion, bodies, springs, flat)
+    steepest = [fenders.points["steepest"], springs.lines["steepest"]]
+    touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)
+    return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
 
 
 def _history(model: Model, run: xr.Dataset, time: float, fresh: VelocityHistory) -> VelocityHistory:

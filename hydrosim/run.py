@@ -14,9 +14,8 @@ import numpy as np
 
 from hydrosim.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.dynamics import Model, rhs, still, stored_energies
-from hydrosim.forces import FENDER
+from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
-from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.integrate import Control, error_norm, step_factor
 from hydrosim.kernels import assign, kernel
 from hydrosim.radiation.memory import push
@@ -42,7 +41,7 @@ from hydrosim.waves.loads import wave_loads
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
-PIECES = 200  # events in one step, per contact point, after which it is called chattering
+PIECES = 200  # events in one step, per contact point or spring, after which it is called chattering
 
 
 class Clock(NamedTuple):
@@ -67,8 +66,8 @@ class Clock(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is kept at every output time: ``channels`` (nt, nc), see `channels`, and the contact
-    ``modes`` (nt, nf, 3)."""
+    """What is kept at every output time: ``channels`` (nt, nc), see `channels`, and the ``modes``
+    (nt, nf + ns, 3) of contacts and springs."""
 
     channels: np.ndarray
     modes: np.ndarray
@@ -87,6 +86,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "stored": (model.rows,),
         "wrench": (model.rows, m),
         "contact": (model.elements[FENDER].points.size, OBSERVED),
+        "springs": (model.elements[SPRING].lines.size, spring.OBSERVED),
     }
 
 
@@ -94,8 +94,8 @@ def new_record(model: Model, clock: Clock) -> Record:
     """Room for all output times, the first included."""
     nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
     width = sum(prod(shape) for shape in channels(model).values())
-    nf = model.elements[FENDER].points.size
-    return Record(np.zeros((nt, width)), np.zeros((nt, nf, COLUMNS), dtype=np.int64))
+    modes = new_modes(model.elements)
+    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype))
 
 
 @kernel
@@ -244,10 +244,13 @@ def keep(t, model, state, work, scratch, record, counters):
     assign(row[at + m :], motion.velocity)
     for r in range(model.rows):
         assign(wrench[m * r :], work.wrench[r])
-    contact = wrench[m * model.rows :].reshape((points, OBSERVED))
+    observed = wrench[m * model.rows :]
+    contact = observed[: points * OBSERVED].reshape((points, OBSERVED))
+    pulls = observed[points * OBSERVED :].reshape((modes.shape[0] - points, spring.OBSERVED))
     fenders, reactions = model.elements[FENDER], work.holds.reaction
     observe(t, y, modes, motion, model.bodies, fenders, reactions, contact)
-    for i in range(points):
+    spring.observe(modes, motion, model.bodies, model.elements[SPRING], pulls)
+    for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
     row[1] = wave_loads(t, model.waves, work.total, work.total)
     counters[RECORDS] += 1

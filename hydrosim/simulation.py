@@ -16,7 +16,7 @@ from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.model import compile_clock, compile_scene
-from hydrosim.names import coordinate_names, fender_names, force_names
+from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
@@ -57,7 +57,7 @@ CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
-    CHATTERING: "a contact point changes its mode without end (more than 200 times in one step)",
+    CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
     NO_SOLUTION: "the implicit method finds no solution for a step",
 }
@@ -142,7 +142,7 @@ def scene_step_limits(
     scene: Scene, model: Model, state: State, each_alone: bool = False
 ) -> list[StepLimit]:
     """What limits the step of a compiled scene with its method, see `stability.step_limits`."""
-    names = coordinate_names(scene) + fender_names(scene)
+    names = coordinate_names(scene) + fender_names(scene) + spring_names(scene)
     method, step = METHODS[scene.solver.method], scene.solver.step
     return step_limits(model, state, method, names, step, each_alone)
 

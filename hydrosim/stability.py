@@ -3,7 +3,8 @@
 A method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
 open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
-curve (when it is pressed most, if that is prescribed), and the smallest limit on h is the scene's;
+curve (when it is pressed most, if that is prescribed), all springs slack and all taut on their
+steepest pieces (as if they were so much shorter), and the smallest limit on h is the scene's;
 others below the step are told with it, because each of them is something that will oscillate or
 diverge. Growth by less than a thousandth per period of the mode counts as an error, not as an
 instability: else no second-order method could take an undamped mode.
@@ -19,11 +20,12 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.dynamics import Model, new_work
-from hydrosim.forces import FENDER
+from hydrosim.forces import FENDER, SPRING, new_modes
 from hydrosim.forces.contact.fender import COULOMB, STATES, STICK_SLIP
 from hydrosim.forces.contact.geometry import touch
-from hydrosim.forces.contact.modes import COLUMNS, MODE, OPEN, SEGMENT, SLIP, STICK
+from hydrosim.forces.contact.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
+from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.integrate import Tableau
 from hydrosim.linear import Linear, linearise, participation
 from hydrosim.rigid import place_bodies
@@ -66,13 +68,13 @@ def step_limits(
 ) -> list[StepLimit]:
     """Over all contact modes, the limits below ``step`` [s] in rising order, of everything that
     moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
-    empty if no step is too large. ``names`` are those of the free coordinates and then of the
-    contact points.
+    empty if no step is too large. ``names`` are those of the free coordinates, then of the contact
+    points, then of the springs.
     """
     time = _pressed_most(model)
     linears = [
-        (contact, linearise(model, _sliding(model, state, modes, time), modes, time))
-        for contact, modes in _contact_modes(model, names, each_alone)
+        (contact, _linearise(model, _sliding(model, state, modes, time), modes, time))
+        for contact, modes in _modes(model, names, each_alone)
     ]
     least = [_steps(method, linalg.eigvals(x.jacobian)).min(initial=np.inf) for _, x in linears]
     bound = max(step, min(least) * (1.0 + ALIKE))
@@ -125,18 +127,35 @@ def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
     return np.polyval(numerator, z) / np.polyval(np.poly(method.a)[::-1], z)
 
 
+def _modes(model: Model, names: list[str], each_alone: bool) -> Iterator[tuple[str, np.ndarray]]:
+    """Those of all contacts with all springs slack; with springs, also with all of them taut, and
+    if asked each spring alone taut."""
+    points, (lines, segments) = model.elements[FENDER].points, model.elements[SPRING]
+    for contact, modes in _contact_modes(model, names, each_alone):
+        yield f"{contact}, springs slack" if lines.size else contact, modes
+        taut = modes.copy()
+        taut[points.size :, MODE] = TAUT
+        taut[points.size :, SEGMENT] = [_steepest(segments, line) for line in lines]
+        if lines.size:
+            yield f"{contact}, springs taut", taut
+        for i in range(points.size, len(modes) if each_alone and lines.size > 1 else 0):
+            alone = modes.copy()
+            alone[i] = taut[i]
+            yield f"{contact}, {names[model.bodies.active.size + i]} alone taut", alone
+
+
 def _contact_modes(
     model: Model, names: list[str], each_alone: bool
 ) -> Iterator[tuple[str, np.ndarray]]:
     """All points open, sticking or slipping, and if asked each alone sticking or slipping."""
-    points = model.elements[FENDER].points
-    steep = np.array([_steepest(model, point) for point in points], dtype=np.int64)
-    modes = np.zeros((points.size, COLUMNS), dtype=np.int64)
-    modes[:, MODE], modes[:, SEGMENT] = OPEN, points["first"]
+    points, lines = model.elements[FENDER].points, model.elements[SPRING].lines
+    steep = [_steepest(model.elements[FENDER].segments, point) for point in points]
+    modes = new_modes(model.elements)
+    modes[:, SEGMENT] = np.concatenate([points["first"], lines["first"]])
     yield "all contacts open" if points.size else "no contact", modes
     for mode in (STICK, SLIP) if points.size else ():
         closed = modes.copy()
-        closed[:, MODE], closed[:, SEGMENT] = mode, steep
+        closed[: points.size, MODE], closed[: points.size, SEGMENT] = mode, steep
         yield f"all contacts {NAMES[mode]}", closed
         for i in range(points.size if each_alone and points.size > 1 else 0):
             alone = modes.copy()
@@ -144,9 +163,25 @@ def _contact_modes(
             yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", alone
 
 
-def _steepest(model: Model, point: np.void) -> int:
-    pieces = model.elements[FENDER].segments[point["first"] : point["last"] + 1]
-    return int(point["first"] + np.argmax(pieces["slope"]))
+def _steepest(segments: np.ndarray, each: np.void) -> int:
+    """The steepest piece of the curve of a contact point or spring."""
+    pieces = segments[each["first"] : each["last"] + 1]
+    return int(each["first"] + np.argmax(pieces["slope"]))
+
+
+def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
+    """Linearise with the springs as long as they are on the pieces of their curves that ``modes``
+    say, at their place and in their direction."""
+    lines, segments = model.elements[SPRING].lines.copy(), model.elements[SPRING].segments
+    n, motion = model.bodies.active.size, new_work(model).motion
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
+    for line, (mode, segment, _) in zip(lines, modes[len(modes) - lines.size :], strict=True):
+        if mode == TAUT:
+            extension = segments[segment]["start"] + PRESSED
+            line["length"] = stretch(line, model.bodies, motion).length - extension
+    springs = model.elements[SPRING]._replace(lines=lines)
+    elements = (*model.elements[:SPRING], springs, *model.elements[SPRING + 1 :])
+    return linearise(model._replace(elements=elements), state, modes, time)
 
 
 def _pressed_most(model: Model) -> float:
@@ -166,6 +201,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     y, motion = state.y.copy(), new_work(model).motion
     shift = np.zeros(6 * bodies.each.size)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    modes = modes[: fenders.points.size]
     for point, (mode, segment, _) in zip(fenders.points, modes, strict=True):
         if mode != OPEN:
             contact = touch(point, bodies, motion)
@@ -198,6 +234,6 @@ def _what(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> 
     node = (states - fenders.state) // STATES
     shares = {name: share[i] + share[n + i] for i, name in enumerate(names[:n])}
     shares["the radiation states"] = other[node < 0].sum()
-    for i, name in enumerate(names[n:]):
+    for i, name in enumerate(names[n : n + fenders.points.size]):
         shares[f"the contact node of {name}"] = other[node == i].sum()
     return max(shares, key=shares.__getitem__)

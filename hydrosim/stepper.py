@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dynamics import Model, dynamic_states, jacobian, rhs
-from hydrosim.forces import FENDER
-from hydrosim.forces.contact.transitions import MARGINS
+from hydrosim.forces import FENDER, new_modes
+from hydrosim.forces.contact.modes import MARGINS
 from hydrosim.integrate import (
     Control,
     Newton,
@@ -36,7 +36,8 @@ SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rate
 
 
 class State(NamedTuple):
-    """All that a run remembers: ``y``, contact ``modes`` (nf, 3), the velocity ``history``."""
+    """All that a run remembers: ``y``, the ``modes`` (nf + ns, 3) of contacts and springs, the
+    velocity ``history``."""
 
     y: np.ndarray
     modes: np.ndarray
@@ -71,7 +72,7 @@ def new_scratch(model: Model, method: Tableau, control: Control, pace: float) ->
     return Scratch(
         np.zeros((method.b.size, ny)),
         np.zeros((5, ny)),
-        np.zeros((6, MARGINS * nf)),
+        np.zeros((6, MARGINS * len(new_modes(model.elements)))),
         np.array([pace, 1.0]),
         np.zeros(2, dtype=np.int64),
         np.zeros((nf, 2)),

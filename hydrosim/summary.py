@@ -29,6 +29,8 @@ def lines(run: xr.Dataset) -> Iterator[str]:
         yield from _motions(run, str(body))
     if "fender" in run.dims:
         yield from _contact(run)
+    if "spring" in run.dims:
+        yield from _springs(run)
     for warning in str(a.get("warnings", "")).splitlines():
         yield f"warning   {warning}"
     yield f"energy    residual {a['energy_residual_relative']:.1e} of the integral of |wave power|"
@@ -60,6 +62,16 @@ def _contact(run: xr.Dataset) -> Iterator[str]:
             f"{name:12s} first contact {time[touching[0]]:.1f} s; then open {share[0]:.0%},"
             f" stick {share[1]:.0%}, slip {share[2]:.0%};"
             f" slipped {float(run.fender_slip_distance[-1, i]):.3f} m"
+        )
+
+
+def _springs(run: xr.Dataset) -> Iterator[str]:
+    for name in run.spring.values:
+        line = run.sel(spring=name)
+        tension, slack = line.spring_tension.values / 1e3, float(np.mean(line.spring_mode == 0))
+        yield (
+            f"{name:12s} tension mean {tension.mean():.1f}, max {tension.max():.1f} kN;"
+            f" slack {slack:.0%}"
         )
 
 

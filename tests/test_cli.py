@@ -238,7 +238,7 @@ class TestPlot:
 
 BAD: dict[str, tuple[str, Sequence[str]]] = {
     "bodies.barge.hydrodynamics=nowhere.nc": ("nowhere.nc", ["no such file", "hydrodynamics"]),
-    "bodies.barge.hydrodynamics=base.yaml": ("base.yaml", ["not a netCDF", "database"]),
+    "bodies.barge.hydrodynamics=base.yaml": ("base.yaml", ["of no format", "hydrosim netCDF"]),
     "bodies.barge.mass=-1 kg": ("bodies.barge.mass", ["-1", "expected"]),
     "bodies.barge.mass=nan": ("bodies.barge.mass", ["nan", "expected"]),
     "bodies.barge.mass=1.5 m": ("bodies.barge.mass", ["1.5 m", "expected a mass"]),

@@ -93,6 +93,8 @@ def _element(name: str, element: schema.Element, path: Path) -> scene.ForceEleme
             return _applied_force(name, element, path)
         case schema.Fender():
             return _fender(name, element, path)
+        case schema.Spring():
+            return _spring(element)
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
@@ -188,6 +190,22 @@ def _friction(
         share * friction.damping,
         share * friction.slip_damping,
         load=_load(friction.load, share),
+    )
+
+
+def _spring(element: schema.Spring) -> forces.Spring:
+    extension, tension = np.array([0.0, 1.0]), np.array([0.0, element.stiffness or 0.0])
+    if element.curve is not None:
+        extension, tension = np.array(element.curve.extension), np.array(element.curve.tension)
+    return forces.Spring(
+        element.body,
+        point=element.point,
+        anchor=element.anchor,
+        length=element.length,
+        extension=extension,
+        tension=tension,
+        damping=element.damping,
+        anchor_body=element.anchor_body,
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Irregular
+from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Irregular, Spring
 from hydrosim.case.signals import Recorded
 from hydrosim.case.units import shown
 from hydrosim.scene import ADAPTIVE, DOFS
@@ -44,12 +44,24 @@ def _check_names(case: CaseFile) -> Iterator[Problem]:
 def _check_bodies(case: CaseFile) -> Iterator[Problem]:
     for name, element in case.forces.items():
         yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, Fender) and element.plane.body is not None:
-            keys = ("forces", name, "plane", "body")
-            yield from _check_body(case, keys, element.plane.body)
-            if element.plane.body == element.body:
-                text = f"found {shown(element.body)} on both sides; expected another body, or none"
-                yield Problem(keys, f"{text}; a plane without body is fixed to the earth")
+        if isinstance(element, Fender):
+            keys, remedy = ("plane", "body"), "a plane without body is fixed to the earth"
+            yield from _check_other(case, name, keys, element.plane.body, remedy)
+        if isinstance(element, Spring):
+            remedy = "an anchor without anchor_body is fixed to the earth"
+            yield from _check_other(case, name, ("anchor_body",), element.anchor_body, remedy)
+
+
+def _check_other(
+    case: CaseFile, name: str, keys: tuple[str, ...], other: str | None, remedy: str
+) -> Iterator[Problem]:
+    """The body at the other side of an element, if there is one."""
+    if other is None:
+        return
+    yield from _check_body(case, ("forces", name, *keys), other)
+    if other == case.forces[name].body:
+        text = f"found {shown(other)} on both sides; expected another body, or none"
+        yield Problem(("forces", name, *keys), f"{text}; {remedy}")
 
 
 def _check_body(case: CaseFile, keys: tuple[str, ...], body: str) -> Iterator[Problem]:

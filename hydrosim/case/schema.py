@@ -361,7 +361,49 @@ class Fender(Strict):
         return self
 
 
-Element = Annotated[LinearMooring | AppliedForce | Fender, Discriminator("type")]
+class Curve(Strict):
+    """Tension of a spring over its extension."""
+
+    extension: of.Extensions
+    tension: of.NormalForces
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        if len(self.extension) != len(self.tension):
+            found = f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
+            raise problem(found, "a tension for each extension")
+        if not self.tension[-1]:
+            raise problem("no tension at any extension", "one that rises")
+        return self
+
+
+class Spring(Strict):
+    """A line from a point of a body to an anchor, on the earth or on another body."""
+
+    type: Literal["spring"]
+    body: StrictStr
+    point: of.Point
+    anchor: of.Point
+    anchor_body: StrictStr | None = None
+    length: of.LineLength
+    stiffness: of.Stiffness | None = None
+    curve: Curve | None = None
+    damping: of.Damping = 0.0
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        given = self.given("stiffness", "curve")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
+        first = self.curve.extension[0] if self.curve else 0.0
+        if self.length + first <= 0.0:
+            found = f"length {self.length:g} m and a first extension of {first:g} m"
+            expected = "a line that is slack where its ends meet"
+            raise problem(found, expected, "begin the curve above -length")
+        return self
+
+
+Element = Annotated[LinearMooring | AppliedForce | Fender | Spring, Discriminator("type")]
 
 
 class Tolerance(Strict):

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from enum import StrEnum
+
+
+class FrequencyColumn(StrEnum):
+    """What stands for the frequency in a program's tables (WAMIT's IPEROUT, 1 to 4)."""
+
+    PERIOD = "period"  # [s]
+    FREQUENCY = "frequency"  # [rad/s]
+    DEEP_WAVENUMBER = "deep wavenumber"  # w^2/g, times the length
+    WAVENUMBER = "wavenumber"  # that of the water depth, times the length
 
 
 @dataclass(frozen=True)
@@ -21,6 +31,17 @@ class Given:
     centre_of_buoyancy: tuple[float, ...] | None = None
     centre_of_gravity: tuple[float, ...] | None = None
     reference_point: tuple[float, ...] | None = None
+    frequency_column: FrequencyColumn | None = None
+    port_starboard_symmetric: bool | None = None
 
 
 NOTHING_GIVEN = Given()
+
+
+def first_given(*sources: Given) -> Given:
+    """Of each item the first that is not None."""
+    chosen = {}
+    for item in fields(Given):
+        values = (getattr(source, item.name) for source in sources)
+        chosen[item.name] = next((value for value in values if value is not None), None)
+    return Given(**chosen)

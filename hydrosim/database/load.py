@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from glob import escape
 from pathlib import Path
 
 from hydrosim.database.checks import Finding, check
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
-from hydrosim.database.readers import READERS
+from hydrosim.database.readers import READERS, Reader
 from hydrosim.errors import InputError
 
 HEAD = 4096  # bytes that a format is recognised by
@@ -33,18 +34,36 @@ def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 
 def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in the file ``path``, unchecked."""
+    """The database in the file ``path``, unchecked. A name without suffix stands for the files with
+    that name; the first of them that a reader knows is read."""
+    reader, file = recognise(path)
+    return reader.read(file, given)
+
+
+def recognise(path: Path | str) -> tuple[Reader, Path]:
+    """What reads ``path``, and the file that it reads; raises `InputError` where that is missing or
+    of no known format."""
     path = Path(path)
-    if not path.is_file():
-        found = "is a directory" if path.is_dir() else "no such file"
-        raise InputError(f"{path}: {found}; expected a hydrodynamic database.")
-    with path.open("rb") as file:
-        head = file.read(HEAD)
-    for reader in READERS:
-        if reader.sniff(path, head):
-            return reader.read(path, given)
+    for file in _files(path):
+        with file.open("rb") as opened:
+            head = opened.read(HEAD)
+        for reader in READERS:
+            if reader.sniff(file, head):
+                return reader, file
     names = ", ".join(reader.NAME for reader in READERS)
     raise InputError(f"{path}: is of no format that is known here; expected one of {names}.")
+
+
+def _files(path: Path) -> list[Path]:
+    """The file itself, or those of its name with any suffix."""
+    if path.is_file():
+        return [path]
+    named = sorted(path.parent.glob(f"{escape(path.name)}.*")) if path.name else []
+    found = [file for file in named if file.is_file()]
+    if not found:
+        problem = "is a directory" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {problem}; expected a hydrodynamic database.")
+    return found
 
 
 def _message(finding: Finding) -> str:

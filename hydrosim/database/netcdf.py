@@ -8,12 +8,14 @@ xarray takes longer than everything else; the files open in xarray all the same.
 
 from __future__ import annotations
 
+from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import netCDF4
 import numpy as np
 
+from hydrosim.database import hdf5
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.errors import InputError
@@ -82,19 +84,22 @@ VARIABLES = {
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Any netCDF-4 file; the reader says what is missing in one that is another program's."""
-    return head.startswith(b"\x89HDF")
+    """Any netCDF-4 file that no other reader, asked before, knows for its own: so that a damaged
+    one of ours is still told what is missing."""
+    return head.startswith(hdf5.MAGIC)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in a netCDF file of this layout, which holds all there is to know; raises
-    `InputError` for what is missing."""
+    """The database in a netCDF file of this layout. The volume and centres that a file lacks are
+    what is ``given``, nothing else of which is needed; raises `InputError` for what is missing."""
+    if problem := hdf5.fault(path):
+        raise InputError(
+            f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
+        )
     try:
         file = netCDF4.Dataset(path)
-    except OSError as error:
-        raise InputError(
-            f"{path}: not a netCDF-4/HDF5 file ({error}); expected a hydrosim database."
-        ) from error
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error
     with file:
         file.set_auto_maskandscale(False)
         missing = [n for n, v in VARIABLES.items() if not v.optional and n not in file.variables]
@@ -103,11 +108,17 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
                 f"{path}: variable {', '.join(missing)} is missing; expected a hydrosim database"
                 " with the layout of hydrosim.database.netcdf. Is it another program's file?"
             )
-        arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+        try:
+            arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+        except RuntimeError as error:
+            raise InputError(
+                f"{path}: is damaged ({error}); expected a hydrosim database. Copy it again."
+            ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
+    known = {"source": str(path), "port_starboard_symmetric": symmetric, "attributes": texts}
     return HydroDatabase(
-        source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
+        **{**_of_bodies(given, path, len(arrays["reference_point"])), **arrays, **known}
     )
 
 
@@ -142,10 +153,32 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
             f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
             f" {expected}."
         )
-    value = np.array(stored[...], dtype=np.float64, order="C")
+    try:
+        value = np.array(stored[...], dtype=np.float64, order="C")
+    except (RuntimeError, ValueError) as error:
+        raise InputError(
+            f"{file.filepath()}: variable {name} cannot be read ({error}). The file is damaged."
+        ) from error
     if variable.is_complex:
         return value.view(np.complex128)[..., 0]
     return value if expected else float(value)
+
+
+def _of_bodies(given: Given, path: Path, bodies: int) -> dict[str, Any]:
+    """Volume and centres that are given, in the shapes of the database."""
+    shapes = {"volume": (bodies,), "centre_of_buoyancy": (bodies, 3)}
+    shapes["centre_of_gravity"] = (bodies, 3)
+    arrays = {}
+    for name, shape in shapes.items():
+        numbers = getattr(given, name)
+        if numbers is not None and len(numbers) != prod(shape):
+            raise InputError(
+                f"{path}: {len(numbers)} numbers are given for the {name.replace('_', ' ')} of"
+                f" {bodies} bodies; expected {prod(shape)}."
+            )
+        if numbers is not None:
+            arrays[name] = np.reshape(np.array(numbers, dtype=float), shape)
+    return arrays
 
 
 def _attributes(db: HydroDatabase) -> dict[str, str]:

@@ -10,23 +10,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hydrosim.forces import applied_force, linear_mooring
+import numpy as np
+
+from hydrosim.forces import applied_force, linear_mooring, spring
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.contact import fender
+from hydrosim.forces.contact import fender, transitions
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Fender, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
+from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
+from hydrosim.forces.spring import Spring
 from hydrosim.kernels import kernel
 from hydrosim.scene import ForceElement
 
-CATALOGUE = (linear_mooring, applied_force, fender)
-FENDER = CATALOGUE.index(fender)
+CATALOGUE = (linear_mooring, applied_force, fender, spring)
+FENDER, SPRING = CATALOGUE.index(fender), CATALOGUE.index(spring)
 
 
 @kernel
@@ -35,6 +39,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     linear_mooring.add_force(t, y, modes, motion, bodies, elements[0], wrench, rate, dy)
     applied_force.add_force(t, y, modes, motion, bodies, elements[1], wrench, rate, dy)
     fender.add_force(t, y, modes, motion, bodies, elements[2], wrench, rate, dy)
+    if elements[3].lines.size > 0:  # arguments alone would cost a few percent
+        spring.add_force(t, y, modes, motion, bodies, elements[3], wrench, rate, dy)
 
 
 @kernel
@@ -43,6 +49,7 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     linear_mooring.add_energy(t, y, modes, motion, bodies, elements[0], stored)
     applied_force.add_energy(t, y, modes, motion, bodies, elements[1], stored)
     fender.add_energy(t, y, modes, motion, bodies, elements[2], stored)
+    spring.add_energy(t, y, modes, motion, bodies, elements[3], stored)
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
@@ -57,3 +64,16 @@ def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Sign
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
     """Constants of all elements, one `Params` per kind in the order of the catalogue."""
     return tuple(kind.compile_elements(elements, layout) for kind in CATALOGUE)
+
+
+def new_modes(elements: tuple[Any, ...]) -> np.ndarray:
+    """Modes (nf + ns, 3) of all contact points and springs, for `settle`."""
+    rows = elements[FENDER].points.size + elements[SPRING].lines.size
+    return np.zeros((rows, COLUMNS), dtype=np.int64)
+
+
+@kernel
+def settle(t, y, modes, motion, bodies, elements):
+    """Fill ``modes`` for a start from ``y``."""
+    transitions.settle(t, y, modes, motion, bodies, elements[FENDER])
+    spring.settle(modes, motion, bodies, elements[SPRING])

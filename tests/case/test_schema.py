@@ -571,6 +571,65 @@ class TestFender:
         assert load(text).scene().forces["element"].plane.body == "topside"
 
 
+SPRING = "type: spring, body: block, point: [1, 0, 0], anchor: [9, 0, 2 m], length: 6 m"
+
+
+class TestSpring:
+    def test_a_stiffness_is_a_line(self, load: Load) -> None:
+        spring = load(element(f"{SPRING}, stiffness: 5 kN/m")).scene().forces["element"]
+        assert isinstance(spring, forces.Spring)
+        assert (spring.body, spring.point, spring.anchor) == ("block", (1, 0, 0), (9, 0, 2))
+        assert (spring.length, spring.damping, spring.anchor_body) == (6.0, 0.0, None)
+        assert_array_equal([spring.extension, spring.tension], [[0, 1], [0, 5e3]])
+
+    def test_all_keys(self, load: Load) -> None:
+        curve = "curve: {extension: [-10 cm, 0.5, 1 m], tension: [0 kN, 2 kN, 9 kN]}"
+        text = element(f"{SPRING}, {curve}, damping: 3 kN*s/m, anchor_body: tug")
+        text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
+        spring = load(text).scene().forces["element"]
+        assert (spring.damping, spring.anchor_body) == (3e3, "tug")
+        assert_array_equal(spring.extension, [-0.1, 0.5, 1.0])
+        assert_array_equal(spring.tension, [0, 2e3, 9e3])
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            ("", "", "no curve; expected either stiffness or curve"),
+            ("stiffness: 1, curve: {extension: [0, 1], tension: [0, 1]}", "", "stiffness and cur"),
+            ("stiffness: 0", ".stiffness", "0"),
+            ("stiffness: 5 kN", ".stiffness", '"5 kN"'),
+            ("stiffness: 1, damping: -1", ".damping", "-1"),
+            ("stiffness: 1, lenght: 1", ".lenght", "an unknown key"),
+            ("curve: {extension: [0, 2, 1], tension: [0, 1, 2]}", ".curve.extension", "1 after 2"),
+            ("curve: {extension: [0, 1, 2], tension: [0, 2, 1]}", ".curve.tension", "1 after 2"),
+            ("curve: {extension: [0, 1], tension: [1, 2]}", ".curve.tension", "[1, 2]; expected a"),
+            (
+                "curve: {extension: [0, 1], tension: [0, 0]}",
+                ".curve",
+                "no tension at any extension",
+            ),
+            ("curve: {extension: [0, 1], tension: [0, 1, 2]}", ".curve", "2 values in extension"),
+            ("curve: {extension: [0, 1]}", ".curve", 'no key "tension"'),
+            (
+                "curve: {extension: [-7, 1], tension: [0, 1]}",
+                "",
+                "length 6 m and a first extension",
+            ),
+            ("stiffness: 1, anchor_body: blok", ".anchor_body", '"blok"; expected a body of this'),
+            ("stiffness: 1, anchor_body: block", ".anchor_body", '"block" on both sides'),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"{SPRING}, {keys}" if keys else SPRING))
+        assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+    def test_length_is_needed(self, refusal: Refusal) -> None:
+        text = element(f"{SPRING}, stiffness: 1")
+        assert 'forces.element: found no key "length"' in refusal(text.replace(", length: 6 m", ""))
+        wrong = refusal(text.replace("6 m", "0 m"))
+        assert 'forces.element.length: found "0 m"; expected a length' in wrong
+
+
 class TestSolver:
     def test_defaults(self, load: Load) -> None:
         made = load(DRY).scene()

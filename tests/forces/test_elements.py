@@ -25,6 +25,7 @@ from hydrosim.forces import (
     NormalCurve,
     Plane,
     PrescribedNormal,
+    Spring,
     StickSlip,
     Table,
 )
@@ -62,6 +63,9 @@ LAWS = {
 PUSH = [3e3, -2e3, 5e3, 1e3, -4e3, 2e3]
 
 
+SLACKENING = np.array([-0.3, 0.1, 0.4]), np.array([0.0, 5e3, 4e4])  # extension, tension
+
+
 def push(body_fixed: bool) -> AppliedForce:
     force = table([0.0, 10.0], [np.zeros(6), PUSH])
     return AppliedForce("block", (0.4, -0.3, 0.8), force, body_fixed)
@@ -71,6 +75,12 @@ ELEMENTS = {
     "linear mooring": LinearMooring("block", STIFFNESS, DAMPING),
     "applied force": push(body_fixed=False),
     "applied force, body-fixed": push(body_fixed=True),
+    "spring to the earth": Spring(
+        "block", (0.4, -0.3, 0.8), (0.5, 0.3, 6.0), 4.2, *SLACKENING, damping=2e3
+    ),
+    "spring to another body": Spring(
+        "block", (0.4, -0.3, 0.8), (0.5, 0.2, 5.0), 2.7, *SLACKENING, 2e3, "carrier"
+    ),
     **{
         f"fender on {where}, {name}": Fender("block", POINTS, plane, KNEES, law)
         for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
@@ -80,7 +90,7 @@ ELEMENTS = {
         f"fender on {where}, {name}": Fender("block", POINTS, plane, curve, law)
         for name, curve, law in (
             ("prescribed normal force", PRESSED, LAWS["stick-slip"]),
-            ("rate-free", KNEES, StickSlip(0.4, 0.3, 2e5, 0.0)),
+            ("rate-free", replace(KNEES, damping=0.0), StickSlip(0.4, 0.3, 2e5, 0.0)),
         )
         for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
     },
@@ -155,8 +165,8 @@ def evaluate(
     model, state = hs.compile_scene(scene)
     if hydrostatics is not None:
         model = model._replace(stiffness=hydrostatics)
-    closed = state.modes[:, 0] != OPEN
-    state.modes[closed, 0] = mode
+    if mode != OPEN:
+        state.modes[state.modes[:, 0] != OPEN, 0] = mode
     points = state.y[model.elements[FENDER].state : model.energy].reshape(-1, STATES)
     if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, StickSlip):
         points[:, :2] = stretch
@@ -248,6 +258,9 @@ def turned_element(element: Any) -> Any:
     if isinstance(element, AppliedForce):
         point = tuple(TURN @ element.point)
         return replace(element, point=point, force=table([0.0, 10.0], [np.zeros(6), both @ PUSH]))
+    if isinstance(element, Spring):
+        anchor = TURN @ element.anchor + (SHIFT if element.anchor_body is None else 0.0)
+        return replace(element, point=tuple(TURN @ element.point), anchor=tuple(anchor))
     plane = element.plane
     point = TURN @ plane.point + (SHIFT if plane.body is None else 0.0)
     plane = replace(plane, point=tuple(point), normal=tuple(TURN @ plane.normal))
@@ -317,6 +330,7 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
 IDLE = {
     "linear mooring": LinearMooring("block", np.zeros((6, 6))),
     "applied force": steady(surge=0.0, yaw=0.0),
+    "spring": Spring("block", (0.4, -0.3, 0.8), (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),
     **{
         f"fender, {name}": Fender(
             "block", POINTS, Plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0)), KNEES, law
@@ -343,9 +357,9 @@ def test_an_element_that_does_nothing_changes_nothing(name):
 
 def test_absent_elements_have_no_size():
     model, state = hs.compile_scene(drifting({}))
-    mooring, applied, fender = model.elements
+    mooring, applied, fender, spring = model.elements
     assert mooring.size == 1
-    assert not any(a.size for a in (*applied, fender.points, fender.segments, fender.pieces))
+    assert not any(a.size for a in (*applied, *fender[:3], *spring))
     assert state.modes.shape == (0, 3)
     assert model.energy == model.radiation == 12  # coordinates and rates alone
     assert model.size - model.energy == len(ROWS) + 2  # its rows, the mooring's, |wave power|

@@ -76,7 +76,9 @@ class Hydrostatics:
         C[2, 3] = C[3, 2] = self.moment_y - self.area * y
         C[2, 4] = C[4, 2] = self.area * x - self.moment_x
         C[3, 3] = self.second_yy - 2 * y * self.moment_y + y**2 * self.area + lever
-        C[3, 4] = C[4, 3] = x * self.moment_y + y * self.moment_x - self.second_xy - x * y * self.area
+        C[3, 4] = C[4, 3] = (
+            x * self.moment_y + y * self.moment_x - self.second_xy - x * y * self.area
+        )
         C[4, 4] = self.second_xx - 2 * x * self.moment_x + x**2 * self.area + lever
         return density * gravity * C
 

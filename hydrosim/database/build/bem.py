@@ -27,7 +27,6 @@ Progress = Callable[[int, int], None]  # told how many frequencies are done, and
 DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 
 
-
 @dataclass(frozen=True)
 class Hull:
     """Panels (n, 4, 3) of the wetted hull, normals into the water, and of the lid on the waterplane

@@ -18,6 +18,7 @@ from typing import Protocol
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import Given
+from hydrosim.database.readers import aqwa, bemio, capytaine, marin, nemoh, orcaflex, wamit
 
 
 class Reader(Protocol):
@@ -34,4 +35,14 @@ class Reader(Protocol):
         ...
 
 
-READERS: tuple[Reader, ...] = (netcdf,)
+# netCDF comes last: its reader takes any HDF5 file that the others do not know for their own.
+READERS: tuple[Reader, ...] = (
+    aqwa,
+    bemio,
+    capytaine,
+    marin,
+    nemoh,
+    orcaflex,
+    wamit,
+    netcdf,
+)

@@ -1,5 +1,7 @@
-"""Modes of a contact point, CF flag values of `fender_mode`, and the columns of ``modes`` (nf, 3):
-the mode, the segment of the normal curve, and whether the stretch is that of a rising load."""
+"""Modes of a contact point, CF flag values of `fender_mode`; the columns of ``modes`` (nf + ns, 3):
+the mode, the segment of the normal curve, and whether the stretch is that of a rising load; and the
+margins of each row. Rows of contact points come first, then those of springs (`forces.spring`)."""
 
 OPEN, STICK, SLIP = range(3)
 MODE, SEGMENT, RISING, COLUMNS = range(4)
+CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN, RISING_MARGIN, MARGINS = range(5)

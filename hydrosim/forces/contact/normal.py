@@ -81,6 +81,12 @@ def find_segment(first, last, pieces, x):
 
 
 @kernel
+def next_segment(k, piece, x):
+    """Index of the neighbour of piece ``k`` at its end that x is nearer to."""
+    return k + 1 if piece.upper - x < x - piece.lower else k - 1
+
+
+@kernel
 def inside_segment(piece, x):
     """Distance to the nearer end of a piece; negative outside."""
     return min(x - piece.lower, piece.upper - x)

@@ -33,10 +33,21 @@ from hydrosim.forces.contact.fender import (
     pressure,
     stored_along_normal,
 )
-from hydrosim.forces.contact.modes import MODE, OPEN, RISING, SEGMENT, SLIP, STICK
+from hydrosim.forces.contact.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    OPEN,
+    RISING,
+    RISING_MARGIN,
+    SEGMENT,
+    SEGMENT_MARGIN,
+    SLIP,
+    STICK,
+)
 from hydrosim.kernels import kernel
 
-CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN, RISING_MARGIN, MARGINS = range(5)
 AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
 
@@ -118,8 +129,8 @@ def switch(i, which, size, t, y, modes, motion, bodies, reactions, p):
     before or after, has reached zero."""
     c = geometry.touch(p.points[i], bodies, motion)
     if which == SEGMENT_MARGIN:
-        piece, x = p.segments[modes[i, SEGMENT]], c.compression
-        modes[i, SEGMENT] += 1 if piece.upper - x < x - piece.lower else -1
+        k = modes[i, SEGMENT]
+        modes[i, SEGMENT] = normal.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
         _turn_over(i, t, y, modes, c, p)
     elif which == FRICTION_MARGIN and modes[i, MODE] == STICK:

@@ -14,6 +14,7 @@ from dry_scenes import FLOOR, block, moving, observed_orders, scene, surge, with
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
+from hydrosim.errors import InputError
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -145,3 +146,9 @@ def test_without_powers_it_is_the_same_law() -> None:
     assert {*np.unique(runs[0].fender_mode.values)} == {STICK, SLIP}
     # the load's turning points are events of one only: pieces differ, within the method's error
     assert np.abs(surge(runs[0]) - surge(runs[1])).max() < 1e-6 * np.ptp(surge(runs[0]))
+
+
+def test_rate_free_friction_with_powers_is_refused() -> None:
+    law = StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 0.5))
+    with pytest.raises(InputError, match=r"forces.fender.friction: found a load"):
+        hs.compile_scene(driven(law, 1.0))

@@ -1,0 +1,137 @@
+"""`hydrosim db`: what is in a hydrodynamic database, whether it is right, another format of it; and
+making one."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console, RenderableType
+
+from hydrosim.commands.given import overruled, with_given
+from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.database.given import Given
+
+app = typer.Typer(
+    no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make."
+)
+
+PICTURES = (".png", ".pdf", ".svg")
+
+DatabaseFile = Annotated[Path, typer.Argument(metavar="FILE", help="Hydrodynamic database.")]
+
+
+@app.command()
+@with_given
+def info(file: DatabaseFile, given: Given) -> None:
+    """Print what a database holds. For the options see convert."""
+    from hydrosim.database.load import read, recognise
+    from hydrosim.database.summary import contents
+
+    db = read(file, given)
+    _show(contents(db, recognise(file)[0].NAME), *_not_used(db, given))
+
+
+@app.command()
+@with_given
+def check(
+    file: DatabaseFile,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if one fails.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it, too.")
+    ] = None,
+    *,
+    given: Given,
+) -> None:
+    """Put a database to the test of physics; draw its coefficients.
+
+    Exit code 2 if it is refused, 1 with --strict if a check fails. For the options see convert.
+    """
+    from hydrosim.database.checks import check as findings_of
+    from hydrosim.database.load import read
+    from hydrosim.database.summary import remarks, verdicts
+
+    if output is not None:
+        _drawable(output)
+    db = read(file, given)
+    findings = findings_of(db)
+    _show(verdicts(findings), *remarks(findings), *_not_used(db, given))
+    if output is not None:
+        from hydrosim.plot.database import draw_database
+
+        draw_database(db, output)
+        _show(f"picture   {output}")
+    if any(finding.refused for finding in findings):
+        raise typer.Exit(2)
+    if strict and not all(finding.passed for finding in findings):
+        raise typer.Exit(1)
+
+
+@app.command()
+@with_given
+def convert(
+    file: DatabaseFile,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
+    given: Given,
+) -> None:
+    """Read a database of any format and write it in another, checked.
+
+    Options are for what the file does not hold: numbers in SI or with a unit, as in
+    --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
+    """
+    from hydrosim.database.convert import writable, write
+    from hydrosim.database.load import load
+
+    writable(out)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        db = load(file, given)
+        files = write(db, out)
+    _show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
+    _show(*(f"result    {path}" for path in files))
+
+
+def _not_used(db: HydroDatabase, given: Given) -> list[str]:
+    return [
+        f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
+        for name in overruled(db, given)
+    ]
+
+
+def _drawable(path: Path) -> None:
+    """Raises `InputError` where a picture cannot be written to ``path``."""
+    if path.suffix not in PICTURES:
+        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
+
+
+@app.command()
+def build(
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe of the database.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Database file.")
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
+    picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
+) -> None:
+    """Compute a database from a hull. It can be interrupted and goes on where it was."""
+    from hydrosim.database.build.command import build_database
+
+    for path in build_database(recipe, output, jobs, picture):
+        typer.echo(f"result    {path}")
+
+
+def _show(*parts: RenderableType) -> None:
+    """Tables, and lines as they are: no markup, no colours, not broken."""
+    out = Console()
+    for part in parts:
+        if isinstance(part, str):
+            out.print(part, markup=False, highlight=False, soft_wrap=True)
+        else:
+            out.print(part)

@@ -1,0 +1,135 @@
+"""What a file does not hold: options of commands, in the units that people write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+import typer
+
+from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.database.given import FrequencyColumn, Given
+
+
+class _Numbers(NamedTuple):
+    """An option of one number, or of so many for each body, separated by commas: what it is, its
+    SI unit and an example."""
+
+    option: str
+    help: str
+    what: str
+    unit: str
+    example: str
+    of_body: int = 0
+
+
+_PLACE = ("x, y, z.", "coordinate", "m", "-4.9 m", 3)
+_NUMBERS = {
+    "length": _Numbers("--length", "That a program divided by.", "length", "m", "1 m"),
+    "water_density": _Numbers("--density", "Of the water.", "density", "kg/m^3", "1.025 tonne/m^3"),
+    "gravity": _Numbers("--gravity", "", "acceleration", "m/s^2", "9.81 m/s^2"),
+    "water_depth": _Numbers("--depth", 'Of the water, or "infinite".', "depth", "m", "100 m"),
+    "volume": _Numbers("--volume", "Displaced.", "volume", "m^3", "1000 m^3", 1),
+    "centre_of_buoyancy": _Numbers("--centre-of-buoyancy", *_PLACE),
+    "centre_of_gravity": _Numbers("--centre-of-gravity", *_PLACE),
+    "reference_point": _Numbers("--reference-point", *_PLACE),
+}
+_OPTIONS: dict[str, Any] = {
+    **{
+        name: Annotated[str | None, typer.Option(row.option, help=row.help)]
+        for name, row in _NUMBERS.items()
+    },
+    "frequency_column": Annotated[
+        str | None, typer.Option(help="What tables have: period, frequency or a wavenumber.")
+    ],
+    "port_starboard_symmetric": Annotated[
+        bool | None, typer.Option("--symmetric/--not-symmetric", help="Each body, in y = 0.")
+    ],
+}
+
+
+def with_given(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with an option for each item of `Given`, all together in its last parameter,
+    ``given``. Raises `InputError` that names the option."""
+
+    @wraps(command)
+    def with_options(**arguments: Any) -> None:
+        values = {name: arguments.pop(name) for name in _OPTIONS}
+        command(**arguments, given=_given(values))
+
+    known = signature(command, eval_str=True, locals={"Given": object}).parameters.values()
+    own = [one for one in known if one.name != "given"]
+    added = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=option)
+        for name, option in _OPTIONS.items()
+    ]
+    with_options.__signature__ = Signature([*own, *added])  # type: ignore[attr-defined]
+    with_options.__annotations__ = {one.name: one.annotation for one in (*own, *added)}
+    return with_options
+
+
+def overruled(db: HydroDatabase, given: Given) -> list[str]:
+    """Names of what is ``given`` although the file says something else, which counts."""
+    return [
+        name
+        for name in _NUMBERS
+        if getattr(given, name) is not None
+        and hasattr(db, name)
+        and not np.array_equal(np.ravel(getattr(db, name)), np.ravel(getattr(given, name)))
+    ]
+
+
+def _given(values: dict[str, Any]) -> Given:
+    from hydrosim.database.given import Given
+
+    readers: dict[str, Callable[[Any], Any]] = {
+        "frequency_column": _column,
+        "port_starboard_symmetric": bool,
+    }
+    read: dict[str, Any] = {
+        name: _numbers(_NUMBERS[name], value) if name in _NUMBERS else readers[name](value)
+        for name, value in values.items()
+        if value is not None
+    }
+    return Given(**read)
+
+
+def _column(text: str) -> FrequencyColumn:
+    from hydrosim.database.given import FrequencyColumn
+
+    if text not in set(FrequencyColumn):
+        expected = ", ".join(FrequencyColumn)
+        raise InputError(f'--frequency-column: found "{text}"; expected one of {expected}.')
+    return FrequencyColumn(text)
+
+
+def _numbers(row: _Numbers, text: str) -> float | tuple[float, ...]:
+    if row.of_body == 0:
+        return _number(row, text)
+    parts = text.split(",")
+    if len(parts) % row.of_body:
+        raise InputError(
+            f'{row.option}: found {len(parts)} numbers in "{text}"; expected'
+            f' {row.of_body} for each body, such as "0, 0, {row.example}".'
+        )
+    return tuple(_number(row, part) for part in parts)
+
+
+def _number(row: _Numbers, text: str) -> float:
+    from pydantic_core import PydanticCustomError
+
+    from hydrosim.case.units import Quantity
+
+    above = None if row.what == "coordinate" else 0.0
+    infinite = row.what == "depth"
+    quantity = Quantity(row.what, row.unit, row.example, above=above, infinite=infinite)
+    try:
+        return quantity.read(text)
+    except PydanticCustomError as error:
+        raise InputError(f"{row.option}: {error.message()}.") from None

@@ -1,0 +1,48 @@
+"""What `hydrosim db build` does."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from hydrosim.errors import InputError
+
+NEEDED = "hydrosim db build needs Capytaine; install it with: pip install hydrosim[bem]"
+
+
+def build_database(recipe: Path, output: Path | None, jobs: int, picture: bool) -> list[Path]:
+    """Compute the database of ``recipe`` by ``jobs`` processes, with a progress bar, and write it
+    to ``output``, or beside the recipe; with ``picture`` also a page about it. The files written.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
+    try:
+        from hydrosim.database.build.build import afloat, build
+        from hydrosim.database.build.recipe import load_recipe
+    except ModuleNotFoundError as error:
+        raise InputError(f"{NEEDED} (there is no module {error.name}).") from error
+    from hydrosim.database.build.picture import draw
+    from hydrosim.database.netcdf import write
+
+    path = recipe.with_suffix(".nc") if output is None else output
+    _check_output(path)
+    given = load_recipe(recipe)
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("frequencies", total=len(given.frequencies))
+        db = build(given, jobs, lambda done, _: bar.update(task, completed=done))
+    write(db, path)
+    if not picture:
+        return [path]
+    draw(db, afloat(given).panels, path.with_suffix(".png"))
+    return [path, path.with_suffix(".png")]
+
+
+def _check_output(path: Path) -> None:
+    if path.is_dir() or not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InputError(
+            f"--output: {path} cannot be written; choose another place."
+        )

@@ -1,0 +1,119 @@
+"""A hull from a mesh file: reading, clipping at the waterline, symmetry, hydrostatics, lid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import capytaine as cpt
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hydrosim.database.build.barge import Hydrostatics, Panels
+from hydrosim.database.build.bem import mesh_of
+from hydrosim.errors import InputError
+
+NONE: Panels = np.empty((0, 4, 3))
+_SAME = 1e-5  # of the hull's size: points nearer than this are one
+_CLOSED = 0.01  # by how much the volumes of a closed hull may differ
+
+
+def read_panels(path: Path, scale: float, waterline: float) -> Panels:
+    """Panels (n, 4, 3) below the waterline, normals into the water, from a file of any format that
+    Capytaine or meshio reads. Coordinates are multiplied with ``scale``; ``waterline`` [m] is the
+    height of the still water after that. Raises `InputError` for what is no closed hull."""
+    panels = _read(path) * scale - [0.0, 0.0, waterline]
+    if not (panels[..., 2] < 0).any():
+        lowest = panels[..., 2].min() + waterline
+        raise InputError(
+            f"{path}: found no panel below the water, the lowest point being at {lowest:g} m;"
+            f" expected a hull that reaches below {waterline:g} m; mend `waterline` or `scale`."
+        )
+    wet = panels_of(mesh_of(panels).immersed_part())
+    wet = wet[wet[..., 2].min(axis=1) < -_SAME * np.ptp(wet[..., 2])]  # no panels in the waterplane
+    return _outward(wet, path)
+
+
+def integrals(panels: Panels) -> Hydrostatics:
+    """Hydrostatics of a whole hull, exact for plane panels.
+
+    By Gauss's theorem all are integrals of polynomials over the wetted panels with the vertical
+    part of the normal; the three midpoints of a triangle's edges integrate quadratics exactly.
+    """
+    corners, areas = _triangles(panels)
+    weight = areas[:, 2] / 3
+    x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
+
+    def over(f: np.ndarray) -> float:
+        return float(np.sum(weight @ f))
+
+    volume = over(z)
+    moments = [over(x * z), over(y * z), over(z * z) / 2]
+    return Hydrostatics(
+        area=-over(np.ones_like(x)),
+        moment_x=-over(x),
+        moment_y=-over(y),
+        second_xx=-over(x * x),
+        second_yy=-over(y * y),
+        second_xy=-over(x * y),
+        volume=volume,
+        centre_of_buoyancy=np.array(moments) / volume,
+    )
+
+
+def is_symmetric(panels: Panels) -> bool:
+    """True if every panel has its mirror image in y = 0."""
+    centres = mesh_of(panels).faces_centers
+    apart, _ = cKDTree(centres).query(centres * [1, -1, 1])
+    return bool(apart.max() < _SAME * np.ptp(centres, axis=0).max())
+
+
+def port_half(panels: Panels) -> Panels:
+    """The panels at y >= 0, cut where they reach across."""
+    return panels_of(mesh_of(panels).clipped(origin=(0, 0, 0), normal=(0, -1, 0)))
+
+
+def lid_of(panels: Panels) -> Panels:
+    """Capytaine's lid of a whole hull: squares that fit inside its waterline."""
+    return panels_of(mesh_of(panels).generate_lid())
+
+
+def panels_of(mesh: cpt.Mesh) -> Panels:
+    """The mesh as (n, 4, 3); triangles have their last corner twice."""
+    return np.asarray(mesh.vertices[mesh.faces]) if mesh.nb_faces else NONE
+
+
+def _read(path: Path) -> Panels:
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; expected the mesh of a hull.")
+    try:
+        mesh = cpt.load_mesh(path)
+    except Exception as error:  # the readers of ten formats raise whatever they like
+        raise InputError(
+            f"{path}: cannot be read as a mesh ({error}); expected a format that Capytaine or"
+            " meshio knows, such as .gdf, .mar, .stl, .obj or .msh."
+        ) from error
+    panels = panels_of(mesh.merged())
+    if not len(panels) or not np.isfinite(panels).all():
+        raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")
+    return panels
+
+
+def _triangles(panels: Panels) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (2n, 3, 3) and area vectors (2n, 3) of the halves of all panels."""
+    corners = np.concatenate([panels[:, [0, 1, 2]], panels[:, [0, 2, 3]]])
+    sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return corners, np.cross(*sides) / 2
+
+
+def _outward(panels: Panels, path: Path) -> Panels:
+    """Normals into the water. The volume by x, y and z is the same three times if the panels leave
+    no holes and agree on their inner side."""
+    corners, areas = _triangles(panels)
+    volumes = np.sum(areas * corners.mean(axis=1), axis=0)
+    if np.ptp(volumes) > _CLOSED * np.abs(volumes).max():
+        found = ", ".join(f"{volume:.4g}" for volume in volumes)
+        raise InputError(
+            f"{path}: the volumes by x, y and z are {found} m^3; expected the same three times."
+            " The hull has holes below the water, or some normals point in and some out."
+        )
+    return panels if volumes[2] > 0 else panels[:, ::-1]

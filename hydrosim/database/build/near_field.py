@@ -1,0 +1,229 @@
+"""First-order flow at a floating body's wetted surface, by Capytaine, in deep water.
+
+What pressure integration needs to second order: velocities of the water at the hull's panels,
+wave elevation relative to the hull along the waterline, motions and loads. All results have the
+time factor exp(+i w t) and are per unit wave amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import capytaine as cpt
+import joblib
+import numpy as np
+from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, froude_krylov_force
+from rich.progress import track
+
+from hydrosim.database.build.assemble import Floating
+from hydrosim.database.build.bem import DOFS, Water, _by_dof, _solver
+from hydrosim.database.build.drift import Complex, Real
+
+ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
+
+
+class Wetted(NamedTuple):
+    """The wetted surface at rest, from the reference point. Panels: their middles ``arm`` (n, 3);
+    ``area`` (n, 6), outward normals and their moments times the area [m^2, m^3]; ``sharp``
+    (n, 3, 3), see `_sharp`. Edges in the waterline: their middles ``edge_arm`` (m, 3); ``edge``
+    (m, 6), normals and moments times the area wetted per rise of the water [m, m^2]."""
+
+    arm: Real
+    area: Real
+    sharp: Real
+    edge_arm: Real
+    edge: Real
+
+
+class Flow(NamedTuple):
+    """At one ``frequency`` [rad/s], for every heading: ``motion`` and first-order ``load``
+    (headings, 6) about the reference point, fluid and weight together; ``velocity`` of the water
+    at the panels (headings, n, 3); elevation ``rise`` of the water over the hull's own waterline
+    (headings, m)."""
+
+    frequency: float
+    motion: Complex
+    load: Complex
+    velocity: Complex
+    rise: Complex
+
+
+def wetted_surface(body: cpt.FloatingBody) -> Wetted:
+    """Panels and waterline of ``body``, from its centre of mass."""
+    mesh = body.mesh.merged()
+    centre = np.asarray(body.center_of_mass)
+    edge_arm, edge_normal = _waterline(mesh)
+    arm, edge_arm = mesh.faces_centers - centre, edge_arm - centre
+    area = mesh.faces_normals * mesh.faces_areas[:, None]
+    edge = _with_moment(edge_arm, edge_normal)
+    return Wetted(arm, _with_moment(arm, area), _sharp(mesh), edge_arm, edge)
+
+
+def first_order(
+    body: cpt.FloatingBody,
+    floating: Floating | None,
+    water: Water,
+    frequency: float,
+    headings: Real,
+) -> Flow:
+    """Flow at one ``frequency`` [rad/s] for ``headings`` [rad] round a body that floats freely, or
+    is held at rest where ``floating`` is None; about its centre of mass.
+
+    Along a panel, the velocity is the difference of the potential between its corners, which has
+    a fraction of the error of the sources' own velocity; across it is the hull's.
+    """
+    given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
+    radiated = [_solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
+    fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
+    diffracted = [_solver().solve(problem) for problem in fixed]
+    incident = _by_dof(froude_krylov_force(problem) for problem in fixed)
+    excitation = np.conj(_by_dof(result.forces for result in diffracted) + incident)
+    motion, load = _response(floating, radiated, excitation)
+    # Sources have Capytaine's time factor, so they need the conjugate motion.
+    sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
+    wetted = wetted_surface(body)
+    velocity = _velocity(wetted, fixed, sources, motion)
+    return Flow(frequency, motion, load, velocity, _rise(wetted, fixed, sources, motion))
+
+
+def first_order_all(
+    body: cpt.FloatingBody,
+    floating: Floating | None,
+    water: Water,
+    frequencies: Real,
+    headings: Real,
+    jobs: int,
+) -> list[Flow]:
+    """`first_order` at all ``frequencies`` [rad/s], by ``jobs`` processes, with a progress bar."""
+    one = joblib.delayed(first_order)
+    calls = (one(body, floating, water, float(w), headings) for w in frequencies)
+    results = joblib.Parallel(n_jobs=jobs, return_as="generator")(calls)
+    return list(track(results, description="Near field", total=len(frequencies)))
+
+
+def displacement(motion: Complex, arm: Real) -> Complex:
+    """Displacements (..., n, 3) of the points ``arm`` (n, 3) by ``motion`` (..., 6)."""
+    return motion[..., None, :3] + np.cross(motion[..., None, 3:], arm)
+
+
+def _response(
+    floating: Floating | None,
+    radiated: Sequence[cpt.LinearPotentialFlowResult],
+    excitation: Complex,
+) -> tuple[Complex, Complex]:
+    """Motions and first-order loads of fluid and weight (headings, 6):
+    (C - w^2 (M + A) + i w B) xi = X and F = X - (C - w^2 A + i w B) xi."""
+    if floating is None:
+        return np.zeros_like(excitation), excitation
+    w = radiated[0].omega
+    added_mass = _by_dof(result.added_masses for result in radiated).T
+    damping = _by_dof(result.radiation_dampings for result in radiated).T
+    fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
+    impedance = fluid - w**2 * floating.inertia
+    motion = np.asarray(np.linalg.solve(impedance, excitation.T).T, dtype=np.complex128)
+    return motion, excitation - motion @ fluid.T
+
+
+def _velocity(
+    wetted: Wetted,
+    fixed: Sequence[cpt.DiffractionProblem],
+    sources: Complex,
+    motion: Complex,
+) -> Complex:
+    """Velocity (headings, n, 3) at the panels."""
+    problem = fixed[0]
+    mesh = problem.body.mesh.merged()
+    incident = np.conj([airy_waves_velocity(mesh.faces_centers, wave) for wave in fixed])
+    corner = np.conj(_potential(problem, sources, mesh.vertices))
+    hull = 1j * problem.omega * displacement(motion, wetted.arm)
+    normal = np.sum((hull - incident) * mesh.faces_normals, axis=-1)
+    return incident + _gradient(mesh, corner, normal)
+
+
+def _gradient(mesh: cpt.Mesh, corner: Complex, normal: Complex) -> Complex:
+    """Gradients (headings, n, 3) at the panels of a potential (headings, corners of ``mesh``) by
+    its differences along the diagonals, and its ``normal`` derivatives (headings, n)."""
+    place, value = mesh.vertices[mesh.faces], corner[:, mesh.faces]
+    diagonals = [place[:, 2] - place[:, 0], place[:, 3] - place[:, 1]]
+    slope = [value[..., 2] - value[..., 0], value[..., 3] - value[..., 1], normal]
+    axes = np.stack([*diagonals, mesh.faces_normals], axis=1)
+    return np.linalg.solve(axes, np.stack(slope, axis=-1)[..., None])[..., 0]
+
+
+def _rise(
+    wetted: Wetted,
+    fixed: Sequence[cpt.DiffractionProblem],
+    sources: Complex,
+    motion: Complex,
+) -> Complex:
+    """Elevation -i w phi / g over the hull's own waterline (headings, m)."""
+    problem = fixed[0]
+    edges = wetted.edge_arm + problem.body.center_of_mass
+    potential = np.array([airy_waves_potential(edges, wave) for wave in fixed])
+    potential += _potential(problem, sources, edges)
+    elevation = -1j * problem.omega / problem.g * np.conj(potential)
+    return elevation - displacement(motion, wetted.edge_arm)[..., 2]
+
+
+def _potential(problem: cpt.DiffractionProblem, sources: Complex, points: Real) -> Complex:
+    """Potential (headings, m) at ``points`` (m, 3) by ``sources``, in Capytaine's time factor."""
+    panels = problem.body.mesh_including_lid.merged()
+    sea = {"free_surface": 0.0, "water_depth": np.inf, "wavenumber": problem.wavenumber}
+    parts = (points[start : start + ROWS] for start in range(0, len(points), ROWS))
+    build = _solver().engine.build_S_matrix
+    return np.concatenate([build(part, panels, **sea) @ sources.T for part in parts]).T
+
+
+def _sharp(mesh: cpt.Mesh) -> Real:
+    """Factors (n, 3, 3) of the panels' mean velocities that give the mean of their square.
+
+    Where the hull turns by an angle t, the potential is that of the flow round a corner, c s^a at
+    a distance s from it, a = pi / (pi + t). The mean square of its slope over a panel that ends
+    there is a^2 / (2 a - 1) times the square of the mean slope, 4/3 at a right angle. The error of
+    the integral then falls with the panel's width to the power 2/3 and no longer 1/3.
+    """
+    sharp = np.tile(np.eye(3), (mesh.nb_faces, 1, 1))
+    panel, other, along = _neighbours(mesh)
+    normal, centre = mesh.faces_normals, mesh.faces_centers
+    angle = np.arccos(np.clip(np.sum(normal[panel] * normal[other], axis=1), -1.0, 1.0))
+    convex = np.sum((centre[other] - centre[panel]) * normal[panel], axis=1) < 0
+    a = np.pi / (np.pi + np.where(convex, angle, -angle))
+    across = np.cross(normal[panel], along)
+    stretch = np.sqrt(a**2 / (2 * a - 1)) - 1
+    for one, vector, more in zip(panel, across, stretch, strict=True):
+        sharp[one] = sharp[one] @ (np.eye(3) + more * np.outer(vector, vector))
+    return sharp
+
+
+def _neighbours(mesh: cpt.Mesh) -> tuple[np.ndarray, np.ndarray, Real]:
+    """Panels and their neighbours across an edge, both ways, and the edges' directions (m, 3)."""
+    corners = mesh.vertices[mesh.faces]
+    step = (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
+    length = np.linalg.norm(step, axis=1)
+    grain = 1e-6 * np.sqrt(mesh.faces_areas.mean())
+    middle = np.rint((corners + np.roll(corners, -1, axis=1)).reshape(-1, 3) / 2 / grain)
+    order = np.lexsort(middle.T)
+    order = order[length[order] > grain]
+    shared = (middle[order[:-1]] == middle[order[1:]]).all(axis=1)
+    pair = np.concatenate([order[:-1][shared], order[1:][shared]])
+    back = np.concatenate([order[1:][shared], order[:-1][shared]])
+    return pair // 4, back // 4, step[pair] / length[pair, None]
+
+
+def _waterline(mesh: cpt.Mesh) -> tuple[Real, Real]:
+    """Middles (m, 3) of the panels' edges at z = 0 and their panels' normals (m, 3) times the
+    edge's length over sqrt(1 - n_z^2)."""
+    corners = mesh.vertices[mesh.faces]
+    nexts = np.roll(corners, -1, axis=1)
+    size = np.sqrt(mesh.faces_areas)[:, None]
+    level = np.maximum(np.abs(corners[..., 2]), np.abs(nexts[..., 2])) < 1e-6 * size
+    length = np.linalg.norm(nexts - corners, axis=2)
+    panel, side = np.nonzero(level & (length > 1e-6 * size))
+    normal = mesh.faces_normals[panel]
+    weight = length[panel, side] / np.sqrt(1 - normal[:, 2] ** 2)
+    return (corners + nexts)[panel, side] / 2, normal * weight[:, None]
+
+
+def _with_moment(arm: Real, force: Real) -> Real:
+    return np.concatenate([force, np.cross(arm, force)], axis=1)

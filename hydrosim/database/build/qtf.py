@@ -1,0 +1,233 @@
+"""Difference-frequency quadratic transfer functions by integration of the pressure on the hull.
+
+Time factor exp(+i w t), convention of `HydroDatabase`. For two first-order quantities u and v,
+u_1 per unit wave amplitude at w_1, the product u v varies slowly as
+
+    Re sum_1 sum_2 a_1 conj(a_2) (u_1 conj(v_2) + v_1 conj(u_2)) / 4 exp(i (w_1 - w_2) t)
+
+so that its transfer function is the Hermitian part of u_1 conj(v_2) / 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from hydrosim.database import HydroDatabase, all_headings, needed
+from hydrosim.database.build.assemble import LATERAL
+from hydrosim.database.build.drift import Complex, Real
+from hydrosim.database.build.near_field import Flow, Wetted, displacement
+from hydrosim.errors import InputError
+
+FAR_FIELD = np.array([True, True, False, False, False, True])
+SCALES = 0.5, 2.0  # limits of the ratio of far to near field
+SMALL = 0.25  # part of the largest diagonal, below which the ratio is not trusted
+TURN = 2 * np.pi
+
+
+def difference_qtf(
+    db: HydroDatabase,
+    wetted: Wetted,
+    flows: Sequence[Flow],
+    headings: Real,
+    crossing: bool = False,
+) -> tuple[Real, Complex]:
+    """Pairs of headings (np, 2) [rad] and T- (np, nq, nq, 6) [N/m^2, N m/m^2] about the reference
+    point, at the frequencies of ``flows`` (nq) and for their ``headings`` (nh,): each with itself,
+    or with ``crossing`` every one with every other.
+
+    T- is `quadratic`, brought to the far field's diagonal by `scaled`, plus
+    `second_order_potential`. ``db`` is the body's own database, its mean drift that of the same
+    body, floating or held. Raises `InputError` where it lacks a heading or a frequency.
+    """
+    count = range(len(headings))
+    chosen = [(a, b) for a in count for b in count if crossing or a == b]
+    pairs = headings[np.array(chosen)]
+    frequency = np.array([flow.frequency for flow in flows])
+    near = np.array([_diagonal(quadratic(db, wetted, flows, a, a)) for a in count])
+    far = np.where(FAR_FIELD, _drift(db, frequency, headings), near)
+    transfer = np.array(
+        [
+            scaled(quadratic(db, wetted, flows, a, b), near[[a, b]], far[[a, b]])
+            + second_order_potential(db, frequency, headings[a], headings[b])
+            for a, b in chosen
+        ]
+    )
+    along = np.isclose(np.sin(pairs), 0.0, atol=1e-9).all(axis=1)
+    forbidden = db.port_starboard_symmetric & along[:, None, None, None] & LATERAL
+    return pairs, np.where(forbidden, 0.0, transfer)
+
+
+def quadratic(
+    db: HydroDatabase, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+) -> Complex:
+    """T- (nq, nq, 6) by products of first-order quantities for the headings of these two indices.
+
+    With n the outward normal, s the rise of the water over the hull's own waterline, X the
+    displacement, A the rotation and F the first-order force of fluid and weight, it comes from
+
+        -rho g / 2 int s^2 n / sqrt(1 - n_z^2) dl + rho / 2 int |grad phi|^2 n dS
+        + rho int (X . grad phi_t) n dS + A x F
+
+    (Pinkster 1980, Low frequency second order wave exciting forces on floating structures) and
+    the hydrostatic load of a rotation's second order, see `_turned`. Moments are about the
+    reference point as it moves: for them, the arm is crossed with n and F is the moment.
+    """
+    forward = _products(db, wetted, flows, first, second)
+    back = forward if first == second else _products(db, wetted, flows, second, first)
+    return (forward + _mirror(back)) / 2
+
+
+def second_order_potential(
+    db: HydroDatabase, frequency: Real, first: float, second: float
+) -> Complex:
+    """T- (nq, nq, 6) by the second-order potential of the incident waves, diffracted as if it were
+    a first-order wave of the same length (Pinkster 1980), for two headings [rad].
+
+    Waves with w_1 > w_2 and wave vectors k_1, k_2 at an angle b force the potential
+
+        P = -i dw w_1 w_2 (1 + cos b) / (2 (g |K| - dw^2)),  dw = w_1 - w_2,  K = k_1 - k_2
+
+    per a_1 conj(a_2) (Longuet-Higgins 1962 in deep water). Scaled to it, the excitation X at
+    w' = sqrt(g |K|) in the direction of K gives P dw / (i g) X: for one heading,
+    -(w_1 / 2) (dw / g) X.
+    """
+    w_1, w_2 = frequency[:, None], frequency[None, :]
+    sign = np.where(w_1 < w_2, -1.0, 1.0)
+    x = sign * (w_1**2 * np.cos(first) - w_2**2 * np.cos(second))
+    y = sign * (w_1**2 * np.sin(first) - w_2**2 * np.sin(second))
+    slow = (w_1 - w_2) ** 2
+    squared = np.where(slow > 0, np.hypot(x, y), 0.0)  # g |K|
+    free = np.where(slow > 0, squared - slow, 1.0)
+    ratio = -slow * w_1 * w_2 * (1 + np.cos(first - second)) / (2 * db.gravity * free)
+    X = _excitation(db, np.sqrt(squared), np.arctan2(y, x))
+    return ratio[..., None] * np.where(sign[..., None] < 0, np.conj(X), X)
+
+
+def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
+    """``transfer`` (nq, nq, 6) between two headings, with ``near`` (2, nq, 6), the diagonals that
+    the same pressures give for either heading, brought to the better ones, ``far`` (2, nq, 6):
+
+        T_12 sqrt(r_1 r_2) + (e_1 + e_2) / 2
+        r = (far near + s^2) / (near^2 + s^2),  e = far - r near
+
+    with s a quarter of the largest of near: r is the ratio of both where they are large, and one
+    where they pass through zero and say nothing about the pairs beside the diagonal. It is kept
+    between 1/2 and 2. The result is Hermitian, and its diagonal far for equal headings; for two,
+    which have no common diagonal, e is left out.
+    """
+    small = np.square(SMALL * np.abs(near).max(axis=1, keepdims=True))
+    with np.errstate(invalid="ignore"):
+        ratio = (far * near + small) / (near**2 + small)
+    scale = np.clip(np.nan_to_num(ratio, nan=1.0), *SCALES)
+    result = transfer * np.sqrt(scale[0][:, None] * scale[1])
+    if np.array_equal(near[0], near[1]):
+        rest = far[0] - scale[0] * near[0]
+        result = result + (rest[:, None] + rest) / 2
+    return result
+
+
+def _products(
+    db: HydroDatabase, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+) -> Complex:
+    """Terms of `quadratic` before their Hermitian part is taken."""
+    density, weight = db.water_density, db.water_density * db.gravity
+    w = np.array([flow.frequency for flow in flows])
+    one, two = _heading(flows, first), _heading(flows, second)
+    moved = displacement(one.motion, wetted.arm)
+    twice = _integral(-weight / 2 * wetted.edge, one.rise[..., None], two.rise[..., None])
+    squared = [np.einsum("qnk,nkl->qnl", flow.velocity, wetted.sharp) for flow in (one, two)]
+    twice += _integral(density / 2 * wetted.area, *squared)
+    acceleration = np.conj(1j * w[:, None])
+    twice += acceleration * _integral(density * wetted.area, moved, two.velocity)
+    turn, load = one.motion[:, None, 3:], np.conj(two.load)
+    twice += np.concatenate([np.cross(turn, load[:, :3]), np.cross(turn, load[:, 3:])], axis=-1)
+    return (twice + _turned(weight, wetted, one.motion[:, 3:], two.motion[:, 3:])) / 2
+
+
+def _turned(weight: float, wetted: Wetted, one: Complex, two: Complex) -> Complex:
+    """Hydrostatic load (nq, nq, 6) of the second order of rotation vectors (nq, 3).
+
+    A point at (x, y, z) from the reference point rises by A_z (A_x x + A_y y) / 2
+    - (A_x^2 + A_y^2) z / 2. Its pressure over the hull is a force that the first-order buoyancy
+    turning with the body balances but for the waterplane's part (Lee 1995, WAMIT theory manual,
+    section 4.1, with the rotation vector in the place of Euler's angles).
+    """
+    pressed = weight * wetted.arm.T @ wetted.area
+    pressed -= pressed[0, 0] * np.eye(3, 6)  # rho g V: the volume is int x n_x dS
+    a, b = one[:, None], np.conj(two)
+    upwards = -a[..., 0] * b[:, 0] - a[..., 1] * b[:, 1]
+    slope = np.stack([a[..., 0] * b[:, 2], a[..., 1] * b[:, 2], upwards], axis=-1)
+    return slope @ pressed / 2
+
+
+def _integral(weight: Real, one: Complex, two: Complex) -> Complex:
+    """Sums (nq, nq, 6) of ``weight`` (n, 6) times one . conj(two), each (nq, n, components)."""
+    rows, columns = len(one), np.conj(two).reshape(len(two), -1).T
+    parts = [(one * column[:, None]).reshape(rows, -1) @ columns for column in weight.T]
+    return np.stack(parts, axis=-1)
+
+
+def _heading(flows: Sequence[Flow], index: int) -> Flow:
+    """The flows at one heading, frequencies first."""
+    return Flow(
+        frequency=0.0,
+        motion=np.array([flow.motion[index] for flow in flows]),
+        load=np.array([flow.load[index] for flow in flows]),
+        velocity=np.array([flow.velocity[index] for flow in flows]),
+        rise=np.array([flow.rise[index] for flow in flows]),
+    )
+
+
+def _mirror(transfer: Complex) -> Complex:
+    return np.conj(np.swapaxes(transfer, 0, 1))
+
+
+def _diagonal(transfer: Complex) -> Real:
+    return np.real(np.einsum("iic->ic", transfer))
+
+
+def _drift(db: HydroDatabase, frequency: Real, headings: Real) -> Real:
+    """Mean drift (nh, nq, 6), linear between the database's frequencies."""
+    _check_range(db, frequency)
+    rows = [int(np.argmin(np.abs(db.heading - heading))) for heading in headings]
+    if not np.allclose(db.heading[rows], headings):
+        raise InputError(
+            f"{db.source}: has no mean drift for all of the headings {np.degrees(headings)} deg"
+            f" that are to have a QTF, only for {np.degrees(db.heading)}. Compute it with these."
+        )
+    drift = needed(db, "mean_drift")[:, rows].reshape(len(db.frequency), -1)
+    values = np.array([np.interp(frequency, db.frequency, column) for column in drift.T])
+    return np.swapaxes(values.reshape(len(rows), 6, -1), 1, 2)
+
+
+def _excitation(db: HydroDatabase, frequency: Real, direction: Real) -> Complex:
+    """Excitation (..., 6) by splines over the frequencies, from a static rise of the water on, and
+    linear between the headings."""
+    _check_range(db, frequency[frequency > db.frequency[0]])
+    full = all_headings(db)
+    static = np.broadcast_to(needed(db, "hydrostatic_stiffness")[:, 2], full.excitation.shape[1:])
+    knots = np.concatenate([[0.0], full.frequency])
+    X = CubicSpline(knots, np.concatenate([static[None], full.excitation]))(frequency)
+    start, count = full.heading[0], len(full.heading)
+    turned = start + np.mod(direction - start, TURN)
+    place = np.interp(turned, [*full.heading, start + TURN], np.arange(count + 1))
+    left = np.floor(place).astype(int)
+    share = (place - left)[..., None]
+    return _at(X, left % count) * (1 - share) + _at(X, (left + 1) % count) * share
+
+
+def _at(loads: Complex, heading: np.ndarray) -> Complex:
+    return np.take_along_axis(loads, heading[..., None, None], axis=-2)[..., 0, :]
+
+
+def _check_range(db: HydroDatabase, frequency: Real) -> None:
+    low, high = db.frequency[[0, -1]]
+    if frequency.size and not (low <= frequency.min() and frequency.max() <= high):
+        raise InputError(
+            f"{db.source}: covers {low:g} to {high:g} rad/s, but its QTF needs"
+            f" {frequency.min():g} to {frequency.max():g} rad/s. Compute it for more frequencies"
+            " or the QTF for fewer."
+        )

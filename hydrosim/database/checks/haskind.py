@@ -1,0 +1,80 @@
+"""Damping against the loads.
+
+The power that a moving body radiates in a direction is that by which a wave from there drives it
+(Haskind 1957; Newman 1977, Marine Hydrodynamics, 6.18), so that in any depth, for one body or with
+several that are held,
+
+    B_ij = k / (8 pi rho g c_g) int_0^2pi X_i conj(X_j) d beta,   c_g = w/2k (1 + 2kh / sinh 2kh).
+
+Neither the time factor nor the origin of the phases matters, but every unit does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.scales import damping_scale, radius
+from hydrosim.database.database import TURN, HydroDatabase, Real, all_headings
+from hydrosim.waves.dispersion import wavenumber
+
+_WIDEST = np.radians(46.0)  # between headings: fewer do not make a circle
+_DEEP = 50.0  # k h from which on the water is deep
+
+
+def _error(db: HydroDatabase) -> float:
+    """Largest |B_ij - that of the loads| within each body, relative to the diagonal."""
+    circle = all_headings(db)
+    gaps = np.diff(circle.heading, append=circle.heading[0] + TURN)
+    if gaps.max() > _WIDEST:
+        raise LeftOut(
+            "needs headings all around, at most 45 deg apart; the widest gap is"
+            f" {np.degrees(gaps.max()):.0f} deg"
+        )
+    k = wavenumber(db.frequency, db.water_depth, db.gravity)
+    seen = _resolved(k, radius(db).max(), gaps.max())
+    weight = (gaps + np.roll(gaps, 1)) / 2
+    loads = circle.excitation[seen]
+    integral = np.einsum("h,whi,whj->wij", weight, loads, loads.conj(), optimize=True)
+    density = 8 * np.pi * db.water_density * db.gravity * _group_speed(db, k)
+    gap = np.abs((k / density)[seen, None, None] * integral - db.radiation_damping[seen])
+    return _within_bodies(gap / np.outer(*[_scale(db, seen)] * 2)).max()
+
+
+def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
+    """Where the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
+    seen = 2 * k * radius + 2 < TURN / gap
+    if not seen.any():
+        raise LeftOut("needs a lower frequency, or more headings")
+    return seen
+
+
+def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
+    """(n,) from the damping at those frequencies, or the noise if that is larger."""
+    largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
+    return np.maximum(np.sqrt(largest), 0.1 * damping_scale(db))
+
+
+def _within_bodies(matrices: Real) -> Real:
+    """(nw, nb, 6, 6) of (nw, n, n)."""
+    bodies = matrices.shape[1] // 6
+    blocks = matrices.reshape(-1, bodies, 6, bodies, 6)
+    return np.moveaxis(np.diagonal(blocks, axis1=1, axis2=3), -1, 1)
+
+
+def _group_speed(db: HydroDatabase, k: Real) -> Real:
+    kh = np.minimum(k * db.water_depth, _DEEP)
+    return db.frequency / (2 * k) * (1 + 2 * kh / np.sinh(2 * kh))
+
+
+HASKIND = (
+    Check(
+        "damping against loads",
+        _error,
+        0.1,
+        "error of the damping from the loads of all headings by Haskind's (1957) relation, relative"
+        " to the diagonal; refine the panels, or look for factors of rho, g, w or 2 in one of the"
+        " two, DOFs in another order or of another sign, axes turned, or a wrong depth",
+        refusal=0.5,
+    ),
+)

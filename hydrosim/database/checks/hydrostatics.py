@@ -1,0 +1,111 @@
+"""Checks of stiffness, volume and mass against each other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check
+from hydrosim.database.checks.scales import diagonal, displaced_mass
+from hydrosim.database.database import HydroDatabase, Real, needed
+
+
+def _heave(db: HydroDatabase) -> float:
+    return ((1 - np.sign(diagonal(needed(db, "hydrostatic_stiffness"))[2::6])) / 2).max()
+
+
+def _asymmetry(db: HydroDatabase) -> float:
+    stiffness = needed(db, "hydrostatic_stiffness")
+    scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
+    part = slice(2, 5)
+    return max(
+        (np.abs(block - block.T) / np.outer(size, size))[part, part].max()
+        for block, size in zip(_blocks(stiffness), scale.reshape(-1, 6), strict=True)
+    )
+
+
+def _metacentre(db: HydroDatabase) -> float:
+    """Number of negative metacentric heights."""
+    stiffness = diagonal(needed(db, "hydrostatic_stiffness")).reshape(-1, 6)
+    return float(np.count_nonzero(stiffness[:, 3:5] < 0))
+
+
+def _waterplane(db: HydroDatabase) -> float:
+    """Heave, roll and pitch stiffness less the levers of buoyancy and weight are rho g times the
+    integrals of (1, x, y)(1, x, y) over the waterplane: how far from positive semi-definite, and
+    how far below the polar moment A^2/2pi of a disc, which is the least."""
+    rho_g = db.water_density * db.gravity
+    lever = (needed(db, "centre_of_buoyancy") - needed(db, "centre_of_gravity"))[:, 2]
+    stiffness = _blocks(needed(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
+    for block, less in zip(stiffness, rho_g * needed(db, "volume") * lever, strict=True):
+        block[[1, 2], [1, 2]] -= less
+    return max(_impossible(block / rho_g) for block in stiffness)
+
+
+def _impossible(moments: Real) -> float:
+    """Of the moments (3, 3) of a plane area."""
+    area = moments[0, 0]
+    if area <= 0.0:
+        return 0.0
+    least = area**2 / (2 * np.pi)
+    polar = moments[1, 1] + moments[2, 2] - (moments[0, 1] ** 2 + moments[0, 2] ** 2) / area
+    size = np.sqrt(np.maximum(np.abs(np.diag(moments)), 1e-9 * least))
+    scaled = moments / np.outer(size, size)
+    return max(0.0, 1 - polar / least, -np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
+
+
+def _weight(db: HydroDatabase) -> float:
+    mass = diagonal(needed(db, "inertia_matrix"))[0::6]
+    return np.abs(mass / displaced_mass(db) - 1).max()
+
+
+def _blocks(matrix: Real) -> Real:
+    """(nb, 6, 6): each body's own part of (n, n)."""
+    bodies = len(matrix) // 6
+    return np.array([matrix[6 * b :, 6 * b :][:6, :6] for b in range(bodies)])
+
+
+HYDROSTATICS = (
+    Check(
+        "heave stiffness",
+        _heave,
+        0.0,
+        "1 where a body has a negative heave stiffness, 1/2 where one has none: fine for a body"
+        " under water, else the stiffness is missing or its sign is wrong",
+        refusal=0.5,
+        needs=("hydrostatic_stiffness",),
+    ),
+    Check(
+        "symmetry of the stiffness",
+        _asymmetry,
+        0.02,
+        "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look for"
+        " a sign or an entry in another place",
+        needs=("hydrostatic_stiffness",),
+    ),
+    Check(
+        "metacentric heights",
+        _metacentre,
+        0.0,
+        "number of negative roll and pitch stiffnesses; the body capsizes, or its centre of gravity"
+        " or the sign is wrong",
+        needs=("hydrostatic_stiffness",),
+    ),
+    Check(
+        "moments of the waterplane",
+        _waterplane,
+        0.05,
+        "how far stiffness, volume and centres are from any possible waterplane; look for units,"
+        " for a stiffness without gravity, or for centres in another frame",
+        refusal=0.5,
+        needs=("hydrostatic_stiffness", "volume", "centre_of_buoyancy", "centre_of_gravity"),
+    ),
+    Check(
+        "weight",
+        _weight,
+        0.01,
+        "relative difference of mass and displaced mass; fine if moorings carry the rest, else"
+        " volume, density or mass is wrong",
+        refusal=0.9,
+        needs=("inertia_matrix", "volume"),
+    ),
+)

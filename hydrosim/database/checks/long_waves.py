@@ -1,0 +1,232 @@
+"""Checks of the loads in the longest waves, whose limits are known.
+
+In waves much longer than a body the surface about it is a plane that rises by eta and slopes by
+grad eta, under a field of gravity that is tilted as it is, and the water accelerates by
+a = -(g eta_x, g eta_y, w^2 eta). With C about the reference point, gravity acting there too,
+
+    X = C (0, 0, eta, eta_y, -eta_x, 0) + rho V (a_x, a_y, 0, 0, 0, 0) + A (a, 0, 0, 0)
+
+to first order in the wavenumber: hydrostatics, the pressure of the wave (Froude and Krylov), and
+the water that the body diverts (G.I. Taylor's theorem; Newman 1977, Marine Hydrodynamics, 6.16).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check
+from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
+from hydrosim.database.checks.scales import length as sides
+from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+
+_COUPLED = 0.3  # part by which the inertia of the water may lower the heave load
+_STEEPER = (0.01, 100.0)  # range of what a wrong depth can make of the wavenumber
+_TINY = 1e-300
+
+
+class _Wave(NamedTuple):
+    """The longest wave at the bodies' reference points, per amplitude."""
+
+    towards: Real  # (nh, 2)
+    elevation: Complex  # (nh, nb)
+    slope: Complex  # (nh, nb, 2)
+    acceleration: Complex  # (nh, nb, 6)
+
+
+def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
+    """Of the depth, or of another that makes it ``steeper``."""
+    k = steeper * first_wavenumber(db)
+    towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
+    elevation = np.exp(-1j * k * (towards @ db.reference_point[:, :2].T))
+    slope = -1j * k * elevation[..., None] * towards[:, None, :]
+    acceleration = np.zeros((db.heading.size, db.bodies, 6), dtype=complex)
+    acceleration[..., :2] = -db.gravity * slope
+    acceleration[..., 2] = -(db.frequency[0] ** 2) * elevation
+    return _Wave(towards, elevation, slope, acceleration)
+
+
+def _loads(db: HydroDatabase) -> Complex:
+    """(nh, nb, 6) at the lowest frequency."""
+    return db.excitation[0].reshape(db.heading.size, db.bodies, 6)
+
+
+def _at_bodies(db: HydroDatabase) -> Complex:
+    """The loads, with the phases of the elevation at the centres of buoyancy."""
+    places = db.reference_point if db.centre_of_buoyancy is None else db.centre_of_buoyancy
+    towards = _wave(db).towards
+    return _loads(db) * np.exp(1j * first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
+
+
+def _pressure(db: HydroDatabase, wave: _Wave) -> Complex:
+    """(nh, nb, 2): horizontal load of the undisturbed wave."""
+    return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
+
+
+def _diverted(db: HydroDatabase, wave: _Wave) -> Complex:
+    """(nh, nb, 6): load of the water that the bodies divert."""
+    flat = wave.acceleration.reshape(db.heading.size, -1)
+    return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
+
+
+def _horizontal_phase(db: HydroDatabase) -> float:
+    drive = np.einsum("hbi,hi->hb", _at_bodies(db)[..., :2], _wave(db).towards)
+    return _degrees(drive / 1j)
+
+
+def _heave_ratio(db: HydroDatabase) -> Complex:
+    """X3 / C33 of the bodies at the surface."""
+    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    return _at_bodies(db)[:, stiffness > 0, 2] / stiffness[stiffness > 0]
+
+
+def _heave_phase(db: HydroDatabase) -> float:
+    return _degrees(_heave_ratio(db))
+
+
+def _heave_size(db: HydroDatabase) -> float:
+    return _decades(_heave_ratio(db))
+
+
+def _horizontal_size(db: HydroDatabase) -> float:
+    return _decades(_horizontal_ratio(db))
+
+
+def _horizontal_ratio(db: HydroDatabase) -> Complex:
+    """(nh, nb): load along the waves, of what it should be."""
+    wave = _wave(db)
+    expected = _pressure(db, wave) + _diverted(db, wave)[..., :2]
+    load = np.einsum("hbi,hi->hb", _loads(db)[..., :2], wave.towards)
+    along = np.einsum("hbi,hi->hb", expected, wave.towards)
+    return load / np.where(along == 0, _TINY, along)
+
+
+def _wave_of_loads(db: HydroDatabase) -> _Wave:
+    """As steep as the horizontal loads say: a wrong depth is told once, by their size."""
+    steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_STEEPER)
+    return _wave(db, float(steeper))
+
+
+def _moments(db: HydroDatabase) -> float:
+    """Error of the roll and pitch moments, relative to the sum of the sizes of their parts."""
+    wave = _wave_of_loads(db)
+    static, diverted = _static(db, wave)[..., 3:5], _diverted(db, wave)[..., 3:5]
+    error = np.abs(_loads(db)[..., 3:5] - static - diverted).max(axis=0)
+    parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
+    slope = np.abs(wave.slope).max(axis=(0, 2))
+    least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
+    return (error / np.maximum(parts, least[:, None])).max()
+
+
+def _static(db: HydroDatabase, wave: _Wave) -> Complex:
+    """(nh, nb, 6): load of the tilted water at rest, about the reference points."""
+    weight = db.water_density * db.gravity * needed(db, "volume")
+    lever = weight * (needed(db, "centre_of_gravity") - db.reference_point)[:, 2]
+    stiffness = needed(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
+    loads = np.zeros((db.heading.size, db.bodies, 6), dtype=complex)
+    for body in range(db.bodies):
+        about = stiffness[body, :, body] + np.diag([0.0, 0.0, 0.0, lever[body], lever[body], 0.0])
+        motion = np.zeros((db.heading.size, 6), dtype=complex)
+        motion[:, 2] = wave.elevation[:, body]
+        motion[:, 3], motion[:, 4] = wave.slope[:, body, 1], -wave.slope[:, body, 0]
+        loads[:, body] = motion @ about.T
+    return loads
+
+
+def _froude_krylov(db: HydroDatabase) -> float:
+    """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
+    wave = _wave_of_loads(db)
+    given = needed(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
+    horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure(db, wave), wave.towards)
+    expected = np.einsum("hbi,hi->hb", _pressure(db, wave), wave.towards)
+    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    heave = given[..., 2] - stiffness * wave.elevation
+    floats = stiffness > 0
+    errors = np.abs(horizontal / expected), np.abs(heave[:, floats] / stiffness[floats])
+    return max(error.max(initial=0.0) for error in errors)
+
+
+def _heave_is_static(db: HydroDatabase) -> bool:
+    """Whether, moreover, the inertia of the water takes little from the heave load."""
+    if db.hydrostatic_stiffness is None:
+        return False
+    mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
+    stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
+    load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
+    return compact(db) and bool((db.frequency[0] ** 2 * mass < _COUPLED * load).all())
+
+
+def _degrees(load: Complex) -> float:
+    return np.degrees(np.abs(np.angle(load))).max(initial=0.0)
+
+
+def _decades(ratio: Complex) -> float:
+    return np.abs(np.log10(np.maximum(np.abs(ratio), _TINY))).max(initial=0.0)
+
+
+_PHASE = (
+    "degrees from the limit for exp(+i w t), at the lowest frequency and the worst heading;"
+    " start at a lower frequency, or look for exp(-i w t) (conjugate the loads), headings"
+    " where waves come from (add 180 degrees) or another origin of the phases"
+)
+
+LONG_WAVES = (
+    Check(
+        "phase of the horizontal load in long waves",
+        _horizontal_phase,
+        30.0,
+        _PHASE,
+        refusal=60.0,
+        proves=compact,
+    ),
+    Check(
+        "phase of the heave load in long waves",
+        _heave_phase,
+        30.0,
+        _PHASE,
+        refusal=60.0,
+        needs=("hydrostatic_stiffness",),
+        proves=_heave_is_static,
+    ),
+    Check(
+        "size of the heave load in long waves",
+        _heave_size,
+        0.1,
+        "decimal logarithm of |X3| / C33 at the lowest frequency; start at a lower frequency,"
+        " or look for a factor such as rho g or a wave height for an amplitude",
+        refusal=0.25,
+        needs=("hydrostatic_stiffness",),
+        proves=_heave_is_static,
+    ),
+    Check(
+        "size of the horizontal load in long waves",
+        _horizontal_size,
+        0.1,
+        "decimal logarithm of |X1| / (g k (rho V + A11)), along the waves at the lowest frequency;"
+        " start at a lower frequency, or look for a wrong water depth (it sets k), volume, density"
+        " or factor rho",
+        needs=("volume",),
+    ),
+    Check(
+        "roll and pitch moments in long waves",
+        _moments,
+        0.1,
+        "error from what the stiffness says of a sloping surface, relative to the moments, at the"
+        " lowest frequency; start at a lower frequency, or look for a stiffness without gravity, a"
+        " wrong centre of gravity or reference point, roll for pitch, or pitch positive bow up",
+        refusal=0.5,
+        needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
+        proves=compact,
+    ),
+    Check(
+        "Froude-Krylov loads in long waves",
+        _froude_krylov,
+        0.1,
+        "largest relative error from i rho g k V along the waves and from C33, at the lowest"
+        " frequency; start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
+        refusal=0.5,
+        needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
+        proves=compact,
+    ),
+)

@@ -1,0 +1,149 @@
+"""Checks of added mass and radiation damping against symmetry, energy and causality."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.scales import added_mass_scale, damping_scale
+from hydrosim.database.database import MIRROR_SIGN, HydroDatabase, Real, needed
+from hydrosim.radiation.retardation import (
+    OGILVIE_BAND,
+    infinite_added_mass,
+    retardation_function,
+)
+
+_STEPS = 400  # of a retardation function, at most
+_LOWEST = 0.05  # of the highest frequency: below it added mass is not compared with the damping
+_STEP = 0.4  # of it, times the highest frequency
+
+
+def _asymmetry(matrix: Real, scale: Real) -> float:
+    return (np.abs(matrix - matrix.transpose(0, 2, 1)) / np.outer(scale, scale)).max()
+
+
+def _added_mass_asymmetry(db: HydroDatabase) -> float:
+    return _asymmetry(db.added_mass, added_mass_scale(db))
+
+
+def _damping_asymmetry(db: HydroDatabase) -> float:
+    return _asymmetry(db.radiation_damping, damping_scale(db))
+
+
+def _mirror(db: HydroDatabase) -> float:
+    """What couples a motion that the mirror image keeps to one that it reverses."""
+    if not db.port_starboard_symmetric:
+        raise LeftOut("the bodies are not their own mirror images")
+    sign = np.tile(MIRROR_SIGN, db.bodies)
+    reversed_ = np.outer(sign, sign) < 0
+    pairs = (db.added_mass, added_mass_scale(db)), (db.radiation_damping, damping_scale(db))
+    return max((np.abs(m) / np.outer(s, s))[:, reversed_].max() for m, s in pairs)
+
+
+def _negative_damping(db: HydroDatabase) -> float:
+    scale = damping_scale(db)
+    scaled = db.radiation_damping / np.outer(scale, scale)
+    lowest = np.linalg.eigvalsh((scaled + scaled.transpose(0, 2, 1)) / 2).min()
+    return max(0.0, -lowest)
+
+
+def _causality(db: HydroDatabase) -> float:
+    """Over frequencies that the guessed tail of the damping hardly reaches and that are resolved:
+    in finite depth heave's added mass goes like log w below them."""
+    scale = added_mass_scale(db)
+    _, left = _ogilvie(db)
+    share = db.frequency / db.frequency[-1]
+    inner = (share >= _LOWEST) & (share <= OGILVIE_BAND)
+    return (np.abs(left[inner]) / np.outer(scale, scale)).max(initial=0.0)
+
+
+def _infinite(db: HydroDatabase) -> float:
+    scale = added_mass_scale(db)
+    gap = np.abs(needed(db, "added_mass_infinite") - _ogilvie(db)[0])
+    return (gap / np.outer(scale, scale)).max()
+
+
+def _zero(db: HydroDatabase) -> float:
+    """In finite depth of surge, sway and yaw alone: the others grow as -log w for w -> 0."""
+    scale = added_mass_scale(db)
+    gap = np.abs(needed(db, "added_mass_zero") - db.added_mass[0]) / np.outer(scale, scale)
+    dofs = np.arange(6 * db.bodies)
+    if np.isfinite(db.water_depth):
+        dofs = dofs[(dofs % 6 < 2) | (dofs % 6 == 5)]
+    return gap[np.ix_(dofs, dofs)].max()
+
+
+@lru_cache(maxsize=1)
+def _ogilvie(db: HydroDatabase) -> tuple[Real, Real]:
+    """A_inf (n, n) of the damping, and what is left of A(w) (nw, n, n); from a retardation function
+    as long and as fine as the frequencies allow."""
+    w = db.frequency
+    if w.size < 4:
+        raise LeftOut(f"needs 4 frequencies, the database has {w.size}")
+    step = _STEP / w[-1]
+    time = np.arange(0.0, min(np.pi / np.diff(w).max(), _STEPS * step), step)
+    kernel = retardation_function(w, db.radiation_damping, time)
+    return infinite_added_mass(w, db.added_mass, time, kernel)
+
+
+RADIATION = (
+    Check(
+        "symmetry of added mass",
+        _added_mass_asymmetry,
+        0.02,
+        "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
+        " mixed units or DOFs in another order",
+        refusal=0.1,
+    ),
+    Check(
+        "symmetry of radiation damping",
+        _damping_asymmetry,
+        0.02,
+        "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
+        " mixed units or DOFs in another order",
+        refusal=0.1,
+    ),
+    Check(
+        "port and starboard",
+        _mirror,
+        0.02,
+        "largest coupling of surge, heave or pitch to sway, roll or yaw, zero for a hull that is"
+        " its own mirror image; look for DOFs in another order or axes turned",
+        refusal=0.1,
+    ),
+    Check(
+        "positive damping",
+        _negative_damping,
+        0.005,
+        "most negative eigenvalue of the damping matrix of all bodies, relative to its largest"
+        " diagonal; negative damping makes waves out of nothing: look for irregular frequencies,"
+        " coarse panels or a wrong sign",
+        refusal=0.3,
+    ),
+    Check(
+        "added mass against damping",
+        _causality,
+        0.1,
+        "largest error of A(w) from the damping by Ogilvie's (1964) relation, relative to the"
+        " diagonal; compute higher or denser frequencies, or look for frequencies in another unit"
+        " than rad/s or a factor w, rho in one of the two",
+    ),
+    Check(
+        "added mass at infinite frequency",
+        _infinite,
+        0.1,
+        "largest difference from what A(w) and the damping give by Ogilvie's (1964) relation,"
+        " relative to the diagonal; hydrosim uses the latter",
+        needs=("added_mass_infinite",),
+    ),
+    Check(
+        "added mass at zero frequency",
+        _zero,
+        0.1,
+        "largest difference from the lowest frequency, relative to the diagonal; start at a lower"
+        " frequency, or look for a factor rho",
+        needs=("added_mass_zero",),
+    ),
+)

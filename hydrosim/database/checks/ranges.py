@@ -1,0 +1,156 @@
+"""Checks of the frequencies and headings: order, range, spacing, outliers among neighbours."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.scales import (
+    damping_floor,
+    damping_scale,
+    diagonal,
+    load_floor,
+)
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.radiation.retardation import radiating, relative_size, retardation_function
+from hydrosim.waves.dispersion import wavenumber
+
+_TAIL_FROM = 0.85  # the decay of the damping is taken from this share of the highest frequency up
+_WINDOW = 4  # frequencies on each side that a spike is compared with
+_OUTLIER = 8.0  # times the median of its neighbours makes a spike
+_LAGS = 200  # at which the memory is looked at
+
+
+def _frequencies(db: HydroDatabase) -> float:
+    return float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0))
+
+
+def _headings(db: HydroDatabase) -> float:
+    wrong = np.count_nonzero(np.diff(db.heading) <= 0)
+    return float(wrong + np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9))
+
+
+def _kernel_truncation(db: HydroDatabase) -> float:
+    """Share of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the end
+    of the range; one where q <= 1."""
+    w, damping = db.frequency, diagonal(db.radiation_damping)
+    live = damping.max(axis=0) > damping_floor(db)
+    last = damping[-1, live]
+    earlier = np.array([np.interp(_TAIL_FROM * w[-1], w, row) for row in damping[:, live].T])
+    middle = (damping[1:, live] + damping[:-1, live]) / 2
+    inside = np.diff(w) @ middle
+    decay = np.log(np.maximum(earlier, 1e-300) / np.maximum(last, 1e-300)) / -np.log(_TAIL_FROM)
+    tail = last * w[-1] / np.maximum(decay - 1.0, 1e-9)
+    share = np.where(last > 0, tail / np.maximum(inside + tail, 1e-300), 0.0)
+    return share.max(initial=0.0)
+
+
+def _memory(db: HydroDatabase) -> float:
+    """K(t) of frequencies dw apart is known up to t = pi/dw; what it is from there to twice that,
+    relative to its peak, is memory left out, or an echo of the spacing."""
+    _at_least(db, 4)
+    known = np.pi / np.diff(db.frequency).max()
+    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _LAGS)])
+    active = radiating(db.radiation_damping)
+    damping = db.radiation_damping[:, active[:, None], active]
+    kernel = retardation_function(db.frequency, damping, time)
+    return relative_size(kernel[1:], kernel)
+
+
+def _spikes(db: HydroDatabase) -> float:
+    """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
+    _at_least(db, 2 * _WINDOW)
+    w = db.frequency[1:-1, None]
+    scale = damping_scale(db) ** 2
+    live = diagonal(db.radiation_damping).max(axis=0) > damping_floor(db)
+    damping = _departure(db.frequency, diagonal(db.radiation_damping))
+    added = w * _departure(db.frequency, diagonal(db.added_mass))
+    both = np.abs(np.hstack([damping / scale, added / scale])[:, np.tile(live, 2)])
+    return _outliers(both).max(initial=0.0)
+
+
+def _smooth_loads(db: HydroDatabase) -> float:
+    """Root mean square departure of the loads from the line between their neighbours, relative to
+    their own; the phases being those at the reference points."""
+    _at_least(db, 4)
+    k = wavenumber(db.frequency, db.water_depth, db.gravity)[:, None, None]
+    towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
+    place = np.repeat(db.reference_point[:, :2], 6, axis=0)
+    loads = db.excitation * np.exp(1j * k * (towards @ place.T))
+    rough = np.sqrt((np.abs(_departure(db.frequency, loads)) ** 2).mean(axis=(0, 1)))
+    size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
+    return (rough / np.maximum(size, load_floor(db))).max()
+
+
+def _departure(w: Real, values: Real | Complex) -> Real | Complex:
+    """(nw - 2, ...): values less the straight line between their neighbours."""
+    weight = (w[1:-1] - w[:-2]) / (w[2:] - w[:-2])
+    weight = weight.reshape(-1, *[1] * (values.ndim - 1))
+    return values[1:-1] - (1 - weight) * values[:-2] - weight * values[2:]
+
+
+def _outliers(departure: Real) -> Real:
+    """The departures that are far above the median of those around them, zero elsewhere.
+
+    That of a smooth curve changes little from one frequency to the next; a spike at one frequency
+    raises three."""
+    padded = np.pad(departure, ((_WINDOW, _WINDOW), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _WINDOW + 1, axis=0)
+    usual = np.median(around, axis=-1)
+    return np.where(departure > _OUTLIER * usual, departure, 0.0)
+
+
+def _at_least(db: HydroDatabase, count: int) -> None:
+    if db.frequency.size < count:
+        raise LeftOut(f"needs {count} frequencies, the database has {db.frequency.size}")
+
+
+ORDER = (
+    Check(
+        "frequencies",
+        _frequencies,
+        0.0,
+        "number of frequencies that are not above zero and the one before; sort them, in rad/s",
+        refusal=0.0,
+    ),
+    Check(
+        "headings",
+        _headings,
+        0.0,
+        "number of headings that do not ascend or lie beyond a full turn; sort them, in rad",
+        refusal=0.0,
+    ),
+)
+
+RANGES = (
+    Check(
+        "kernel truncation",
+        _kernel_truncation,
+        0.5,
+        "largest share of a retardation function at time zero that comes from above the highest"
+        " frequency, where hydrosim continues the damping by a power law; compute higher"
+        " frequencies",
+    ),
+    Check(
+        "frequency spacing",
+        _memory,
+        0.02,
+        "what the retardation functions still are, relative to their peak, after the time pi/dw"
+        " that the widest step dw between frequencies resolves; compute frequencies in between",
+    ),
+    Check(
+        "irregular frequencies",
+        _spikes,
+        0.02,
+        "largest spike in added mass or damping relative to the largest damping; remove irregular"
+        " frequencies (a lid), or leave those frequencies out; fine where bodies trap a wave"
+        " between them",
+    ),
+    Check(
+        "smooth loads",
+        _smooth_loads,
+        0.2,
+        "departure of the excitation from the line between neighbouring frequencies; compute more"
+        " frequencies, or look for phases in degrees or rows in another order",
+    ),
+)

@@ -1,0 +1,138 @@
+"""Checks of the mean drift and of quadratic transfer functions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.scales import length
+from hydrosim.database.database import SAME_HEADING, TURN, Complex, HydroDatabase, Real, needed
+
+_SHORT_WAVE = 2.0  # k V^(1/3) above which the drift is near its limit for short waves
+
+
+def _along(db: HydroDatabase) -> Real:
+    """(nw, nh): mean drift force of all bodies along the waves."""
+    drift = needed(db, "mean_drift").reshape(*db.excitation.shape[:2], db.bodies, 6).sum(axis=2)
+    return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
+
+
+def _pull(db: HydroDatabase) -> float:
+    """By Maruo's (1960) formula the force along the waves is an integral of
+    |H(theta)|^2 (1 - cos(theta - beta)), which is never negative."""
+    along = _along(db)
+    return max(0.0, -along.min()) / max(np.abs(along).max(), np.finfo(float).tiny)
+
+
+def _drift_size(db: HydroDatabase) -> float:
+    """A wall of width b throws back short waves and is pushed by rho g b / 2; that of all headings
+    is compared with the bodies' size."""
+    if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
+        raise LeftOut("needs a higher frequency")
+    wall = 0.5 * db.water_density * db.gravity * length(db).sum()
+    return abs(np.log10(max(np.abs(_along(db)[-1]).mean() / wall, 1e-300)))
+
+
+def _hermitian(db: HydroDatabase) -> float:
+    qtf = needed(db, "qtf_difference")
+    return max(_apart(qtf[p], qtf[q].conj().swapaxes(0, 1)) for p, q in _opposite(db))
+
+
+def _sum_symmetry(db: HydroDatabase) -> float:
+    qtf = needed(db, "qtf_sum")
+    return max(_apart(qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite(db))
+
+
+def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
+    """Pairs of headings, and where the same two stand in the other order."""
+    headings = needed(db, "qtf_heading")
+    same = _same(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
+    found = [(int(p), int(q)) for p, q in np.argwhere(same)]
+    if not found:
+        raise LeftOut("no pair of headings stands in both orders")
+    return found
+
+
+def _diagonal(db: HydroDatabase) -> float:
+    """Largest difference of the diagonal from the mean drift of the same heading, of the DOFs that
+    have both."""
+    errors = list(_diagonal_errors(db))
+    if not errors:
+        raise LeftOut("the mean drift has none of the headings of the QTF")
+    return max(errors)
+
+
+def _diagonal_errors(db: HydroDatabase) -> Iterator[float]:
+    frequency, drift = needed(db, "qtf_frequency"), needed(db, "mean_drift")
+    known = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
+    for (first, second), qtf in zip(needed(db, "qtf_heading"), _qtf(db), strict=True):
+        at = np.flatnonzero(_same(db.heading, first))
+        if not _same(first, second) or at.size == 0 or not known.any():
+            continue
+        own = np.diagonal(qtf, axis1=0, axis2=1).T[known]
+        for dof in np.flatnonzero(np.abs(own).max(axis=0) * np.abs(drift).max(axis=(0, 1))):
+            there = np.interp(frequency[known], db.frequency, drift[:, at[0], dof])
+            yield float(np.abs(own[:, dof] - there).max() / np.abs(drift[..., dof]).max())
+
+
+def _qtf(db: HydroDatabase) -> Complex:
+    return np.asarray(db.qtf_difference)
+
+
+def _apart(a: Complex, b: Complex) -> float:
+    return float(np.abs(a - b).max() / max(np.abs(a).max(), np.finfo(float).tiny))
+
+
+def _same(a: Real | float, b: Real | float) -> np.ndarray:
+    return np.abs((np.asarray(a) - b + TURN / 2) % TURN - TURN / 2) < SAME_HEADING
+
+
+_SYMMETRY = "look for halves of the matrix that were filled in without, or with, a conjugate"
+
+SECOND_ORDER = (
+    Check(
+        "drift along the waves",
+        _pull,
+        0.05,
+        "largest mean drift against the waves, relative to the largest along them; without current"
+        " and damping there is none: look for the sign, or headings where waves come from",
+        refusal=0.3,
+        needs=("mean_drift",),
+    ),
+    Check(
+        "size of the drift",
+        _drift_size,
+        0.7,
+        "decimal logarithm of the mean drift in the shortest waves over rho g V^(1/3) / 2; look for"
+        " a factor such as rho g, or wave heights for amplitudes",
+        refusal=1.5,
+        needs=("mean_drift",),
+    ),
+    Check(
+        "QTF is Hermitian",
+        _hermitian,
+        1e-3,
+        f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
+        refusal=0.1,
+        needs=("qtf_difference", "qtf_heading"),
+    ),
+    Check(
+        "sum QTF is symmetric",
+        _sum_symmetry,
+        1e-3,
+        f"largest |T+_12 - T+_21|, relative to the largest; {_SYMMETRY}",
+        refusal=0.1,
+        needs=("qtf_sum", "qtf_heading"),
+    ),
+    Check(
+        "QTF against mean drift",
+        _diagonal,
+        0.15,
+        "largest difference of the QTF's diagonal from the mean drift, relative to the largest;"
+        " more frequencies or finer panels, or look for a factor such as 2 or rho g",
+        refusal=1.0,
+        needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
+    ),
+)

@@ -1,0 +1,265 @@
+"""AQWA hydrodynamic databases in text form (.AH1), as AQWA-LINE writes them.
+
+Verified by real files of versions before 2020 (one head for all structures, GENERAL without a
+structure number, neither COB nor DISPLACEMENT) and of 2020 R1 (a head for each structure): order of
+sections, indices (structure, structure, frequency) of matrices and (structure, heading, frequency)
+of loads, stiffness with gravity about the centre of gravity. Their loads in long waves, and a
+sphere that WAMIT has, too, show that phases are lags in degrees and that headings are where waves
+go to. That phases refer to the wave at each structure's centre of gravity is from AQWA's users, not
+seen in a file. Frequency-independent damping (FIDD) is left out: it is no wave making, add it to
+the case.
+
+Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.assembly import (
+    Abscissa,
+    assembled,
+    at_origin,
+    block_diagonal,
+    frequencies,
+    points,
+    polar,
+    volumes,
+)
+from hydrosim.database.readers.text import Text, read_text
+from hydrosim.errors import InputError
+
+NAME = "AQWA .AH1"
+
+_KEYWORD = re.compile(r"[A-Z][A-Z_]+\s*$")
+_NUMBER = r"=\s*([-+]?\d*\.?\d+(?:[EeDd][-+]?\d+)?)"
+_LISTED_VOLUME = re.compile(r"MESH BASED DISPLACEMENT[^=\n]*" + _NUMBER)
+_LISTED_CENTRE = re.compile(
+    r"POSITION OF THE CENTRE OF BUOYANCY" + r"[^\n]*\n".join(rf"[^=\n]*{_NUMBER}" for _ in range(3))
+)
+
+_Rows = list[tuple[int, list[str]]]  # line and words
+
+
+class _Head(NamedTuple):
+    heading: Real
+    omega: Real
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """By its name, or by the words AQWA begins it with."""
+    return path.suffix.lower() == ".ah1" or (head.startswith(b"*") and b"AQWA-LINE" in head)
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in an .AH1 file; raises `InputError` for what is missing or does not fit."""
+    text = read_text(path)
+    top, sections = _sections(text)
+    head = _head(text, top)
+    centre = _table(text, sections, "COG", 3)
+    bodies = len(centre)
+    depth, density, gravity = _general(text, sections)
+    depth = depth if given.water_depth is None else given.water_depth
+    loads = _loads(text, sections, head, bodies)
+    excitation = [
+        at_origin(loads[..., body, :], head.omega, head.heading, point, depth, gravity)
+        for body, point in enumerate(centre)
+    ]
+    volume, buoyancy = _displacement(text, sections, bodies)
+    return assembled(
+        path,
+        head.omega,
+        head.heading,
+        given.port_starboard_symmetric,
+        added_mass=_by_frequency(text, sections, "ADDEDMASS", head, bodies),
+        radiation_damping=_by_frequency(text, sections, "DAMPING", head, bodies),
+        added_mass_zero=_limit(text, sections, "ADDEDMASS_LF", bodies),
+        added_mass_infinite=_limit(text, sections, "ADDEDMASS_HF", bodies),
+        excitation=np.concatenate(excitation, axis=-1),
+        hydrostatic_stiffness=_per_body(text, sections, "HYDSTIFFNESS", bodies),
+        inertia_matrix=_per_body(text, sections, "MASS", bodies),
+        reference_point=centre,
+        centre_of_gravity=centre,
+        centre_of_buoyancy=points(
+            path, "centre of buoyancy", given.centre_of_buoyancy, buoyancy, bodies
+        ),
+        volume=volumes(path, given.volume, volume),
+        water_depth=depth,
+        water_density=density if given.water_density is None else given.water_density,
+        gravity=gravity,
+        attributes={"solver": "AQWA"},
+    )
+
+
+def _sections(text: Text) -> tuple[_Rows, dict[str, _Rows]]:
+    """Rows before the first keyword, and those after each."""
+    top: _Rows = []
+    sections: dict[str, _Rows] = {}
+    rows = top
+    for index, line in enumerate(text.lines):
+        if _KEYWORD.match(line):
+            rows = sections.setdefault(line.strip(), [])
+        elif line.strip() and not line.startswith("*"):
+            rows.append((index, line.split()))
+    return top, sections
+
+
+def _section(text: Text, sections: dict[str, _Rows], name: str) -> _Rows:
+    if name not in sections:
+        raise InputError(
+            f"{text.path}: section {name} is missing, expected AQWA's hydrodynamic database in"
+            " text form (.AH1). Was the analysis finished?"
+        )
+    return sections[name]
+
+
+def _head(text: Text, top: _Rows) -> _Head:
+    """Headings and frequencies; several structures must share them."""
+    words = [(index, word) for index, line in top for word in line]
+    if len(words) < 3:
+        raise text.wrong(0, "no numbers before the sections", "counts, headings and frequencies")
+    headings, count = (text.count(*words[i]) for i in (1, 2))
+    size = 3 + headings + count
+    if headings == 0 or count == 0 or len(words) % size:
+        raise text.wrong(
+            words[0][0],
+            f"{len(words)} numbers before the sections",
+            f"{size}, for {headings} headings and {count} frequencies, or that for each structure",
+        )
+    values = np.array([text.number(*word) for word in words]).reshape(-1, size)[:, 3:]
+    if (values != values[0]).any():
+        raise text.wrong(
+            words[0][0],
+            "structures with headings or frequencies of their own",
+            "the same for all",
+            "Run AQWA with one set of them.",
+        )
+    return _Head(
+        np.radians(values[0, :headings]),
+        frequencies(text.path, values[0, headings:], Abscissa.RADIANS_PER_SECOND),
+    )
+
+
+def _general(text: Text, sections: dict[str, _Rows]) -> tuple[float, float, float]:
+    """Depth, density, gravity; a structure number precedes them in newer files."""
+    rows = _section(text, sections, "GENERAL")
+    if not rows:
+        raise InputError(f"{text.path}: section GENERAL is empty, expected depth, density, gravity")
+    index, words = rows[0]
+    numbered = bool(text.lines[index][:3].strip())
+    depth, density, gravity = text.numbers(index, words[numbered : numbered + 3], 3)
+    return depth, density, gravity
+
+
+def _table(text: Text, sections: dict[str, _Rows], name: str, width: int) -> Real:
+    """Rows of a structure number and ``width`` values: (nb, width)."""
+    rows = _section(text, sections, name)
+    if not rows:
+        raise InputError(f"{text.path}: section {name} is empty, expected a row for each structure")
+    return np.array([text.numbers(index, words[1:], width) for index, words in rows])
+
+
+def _blocks(
+    text: Text, rows: _Rows, top: tuple[int, ...], lines: int
+) -> Iterator[tuple[tuple[int, ...], list[list[float]]]]:
+    """Tables of ``lines`` rows of six whose first begins with indices, up to ``top`` and given
+    from zero."""
+    for start in range(0, len(rows), lines):
+        block = rows[start : start + lines]
+        index, words = block[0]
+        if len(block) < lines:
+            raise text.wrong(index, f"{len(block)} rows", f"a table of {lines}")
+        at = tuple(text.count(index, word) - 1 for word in words[: len(top)])
+        if len(at) < len(top) or any(not 0 <= i < n for i, n in zip(at, top, strict=True)):
+            raise text.wrong(index, f"indices {words[: len(top)]}", f"{len(top)}, up to {top}")
+        words = words[len(top) :]
+        yield (
+            at,
+            [text.numbers(i, w, 6) for i, w in [(index, words), *block[1:]]],
+        )
+
+
+def _per_body(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real:
+    """Block-diagonal matrix (n, n)."""
+    blocks = np.full((bodies, 6, 6), np.nan)
+    for (body,), block in _blocks(text, _section(text, sections, name), (bodies,), 6):
+        blocks[body] = block
+    return block_diagonal(blocks)
+
+
+def _by_frequency(
+    text: Text, sections: dict[str, _Rows], name: str, head: _Head, bodies: int
+) -> Real:
+    """Matrices (nw, n, n); those between structures are absent if AQWA had no interaction."""
+    rows = _section(text, sections, name)
+    count = head.omega.size
+    _enough(text, name, len(rows), 6 * bodies * count)
+    out = np.zeros((count, bodies, 6, bodies, 6))
+    out[:, np.arange(bodies), :, np.arange(bodies), :] = np.nan
+    for (a, b, w), block in _blocks(text, rows, (bodies, bodies, count), 6):
+        out[w, a, :, b, :] = block
+    return out.reshape(count, 6 * bodies, 6 * bodies)
+
+
+def _limit(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real | None:
+    """Matrix (n, n) of 0.001 or 100 rad/s, which AQWA computes on demand."""
+    if name not in sections:
+        return None
+    out = np.zeros((bodies, 6, bodies, 6))
+    for (a, b), block in _blocks(text, sections[name], (bodies, bodies), 6):
+        out[a, :, b, :] = block
+    return out.reshape(6 * bodies, 6 * bodies)
+
+
+def _loads(text: Text, sections: dict[str, _Rows], head: _Head, bodies: int) -> Complex:
+    """Loads (nw, nh, nb, 6) per elevation at the structures' centres of gravity."""
+    rows = _section(text, sections, "FORCERAO")
+    count, headings = head.omega.size, head.heading.size
+    _enough(text, "FORCERAO", len(rows), 2 * bodies * count * headings)
+    out = np.full((count, headings, bodies, 6), np.nan, dtype=complex)
+    for (body, b, w), (size, lag) in _blocks(text, rows, (bodies, headings, count), 2):
+        out[w, b, body] = polar(size, np.radians(lag))
+    return out
+
+
+def _enough(text: Text, name: str, found: int, expected: int) -> None:
+    """Before memory is reserved by what the head of the file promises."""
+    if found < expected:
+        raise InputError(
+            f"{text.path}: section {name} has {found} rows, expected at least {expected} for the"
+            " structures, headings and frequencies in the head. The file is cut off; export it"
+            " again."
+        )
+
+
+def _displacement(
+    text: Text, sections: dict[str, _Rows], bodies: int
+) -> tuple[Real | None, Real | None]:
+    """Volumes and centres of buoyancy, from the file or the listing beside it."""
+    if "DISPLACEMENT" in sections and "COB" in sections:
+        return (
+            _table(text, sections, "DISPLACEMENT", 1)[:, 0],
+            _table(text, sections, "COB", 3),
+        )
+    for suffix in (".LIS", ".lis"):
+        listing = text.path.with_suffix(suffix)
+        if listing.is_file():
+            return _listed(listing, bodies)
+    return None, None
+
+
+def _listed(listing: Path, bodies: int) -> tuple[Real | None, Real | None]:
+    content = "\n".join(read_text(listing).lines)
+    volume = np.array(_LISTED_VOLUME.findall(content), dtype=float)
+    centre = np.array(_LISTED_CENTRE.findall(content), dtype=float)
+    return (
+        volume if len(volume) == bodies else None,
+        centre if len(centre) == bodies else None,
+    )

@@ -1,0 +1,166 @@
+"""From the tables of another program's file to a `HydroDatabase`: what several readers need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.readers.common import mirror_image
+from hydrosim.errors import InputError
+
+# Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
+_FORE_AFT_SIGN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+_FASTEST = 1e4  # rad/s: waves of less than a micrometre; a number above is a damaged file's
+_SAME = 1e-6  # relative difference below which two frequencies or headings are one
+_BY_FREQUENCY = ("added_mass", "radiation_damping")
+_BY_WAVE = ("excitation", "froude_krylov", "mean_drift")
+
+
+class Abscissa(Enum):
+    """What a program tells waves by."""
+
+    RADIANS_PER_SECOND = "rad/s"
+    HERTZ = "Hz"
+    PERIOD = "s"
+
+
+def frequencies(path: Path, values: ArrayLike, abscissa: Abscissa) -> Real:
+    """Angular frequencies [rad/s] of ``values``; a period of zero is an infinite frequency."""
+    value = np.asarray(values, dtype=float)
+    if abscissa is Abscissa.PERIOD:
+        with np.errstate(divide="ignore", over="ignore"):
+            omega = np.where(value == 0, np.inf, 2 * np.pi / value)
+    else:
+        omega = value * (2 * np.pi if abscissa is Abscissa.HERTZ else 1.0)
+    infinite = np.isinf(omega) & ((value == 0) | np.isinf(value))
+    wrong = ~((omega >= 0) & ((omega < _FASTEST) | infinite))
+    if wrong.any():
+        raise InputError(
+            f"{path}: found a wave frequency or period of {value[wrong][0]:g} {abscissa.value},"
+            " expected one of sea waves. Are its units what the file says?"
+        )
+    return omega
+
+
+def at_origin(
+    loads: Complex, omega: Real, heading: Real, point: ArrayLike, depth: float, gravity: float
+) -> Complex:
+    """Loads (nw, nh, n) per elevation at the frame's origin, from those per elevation at ``point``
+    (x, y)."""
+    return loads * elevation(omega[:, None], heading, point, depth, gravity)[..., None]
+
+
+def elevation(
+    omega: Real, heading: Real, point: ArrayLike, depth: float, gravity: float
+) -> Complex:
+    """exp(-i k (x cos b + y sin b)) at ``point``, of waves with unit elevation at the origin."""
+    x, y = np.asarray(point, dtype=float)[:2]
+    along = x * np.cos(heading) + y * np.sin(heading)
+    if not along.any() or not (depth > 0 and gravity > 0):  # which no database may have
+        return np.ones(np.broadcast_shapes(omega.shape, heading.shape), dtype=complex)
+    from hydrosim.waves.dispersion import wavenumber  # imports numba, which few files need
+
+    with np.errstate(all="ignore"):  # absurd depths give loads that the database refuses
+        k = wavenumber(np.where(np.isfinite(omega), omega, 0.0), depth, gravity)
+        return np.asarray(np.exp(-1j * k * along))
+
+
+def with_fore_aft_headings(heading: Real, loads: Any) -> tuple[Real, Any]:
+    """Headings 0 to 180 degrees, and their loads, of a hull that is its own mirror image in x = 0,
+    from headings of the first quadrant; unchanged if others are there already."""
+    if (np.abs(heading - np.pi / 4) > np.pi / 4 + _SAME).any():
+        return heading, loads
+    new = heading < np.pi / 2 - _SAME
+    mirrored = np.pi - heading[new][::-1]
+    images = loads[:, new][:, ::-1] * _FORE_AFT_SIGN
+    return np.concatenate([heading, mirrored]), np.concatenate([loads, images], axis=1)
+
+
+def assembled(
+    path: Path, omega: Real, heading: Real, symmetric: bool | None, **fields: Any
+) -> HydroDatabase:
+    """The database, with frequencies and headings put in ascending order and the matrices of zero
+    and infinite frequency taken out; whether bodies are ``symmetric`` port and starboard is seen
+    from the coefficients if it is not said. Other fields are passed on as they are."""
+    rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
+    rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
+    if rows.size == 0 or columns.size == 0:
+        raise InputError(
+            f"{path}: has {rows.size} wave frequencies and {columns.size} headings, expected at"
+            " least one of each. Export the file with wave loads and added mass."
+        )
+    limits = {"added_mass_zero": omega == 0, "added_mass_infinite": np.isinf(omega)}
+    for name, where in limits.items():
+        if where.any():
+            fields.setdefault(name, fields["added_mass"][where][0])
+    for name in _BY_FREQUENCY:
+        fields[name] = fields[name][rows]
+    for name in _BY_WAVE:
+        if fields.get(name) is not None:
+            fields[name] = fields[name][rows][:, columns]
+    db = HydroDatabase(
+        source=str(path),
+        frequency=omega[rows],
+        heading=heading[columns],
+        port_starboard_symmetric=bool(symmetric),
+        **fields,
+    )
+    if symmetric is not None:
+        return db
+    with np.errstate(all="ignore"):  # of no added mass at all
+        seen = mirror_image(db.added_mass, db.heading, db.excitation)
+    return replace(db, port_starboard_symmetric=seen)
+
+
+def points(
+    path: Path, name: str, given: Sequence[float] | None, file: ArrayLike | None, bodies: int
+) -> Real | None:
+    """Points (nb, 3): the user's if there are any, else the file's; None if neither has them."""
+    value = file if given is None else given
+    if value is None:
+        return None
+    array = np.asarray(value, dtype=float)
+    if array.size != 3 * bodies:
+        raise InputError(
+            f"{path}: {name} has {array.size} coordinates, expected {3 * bodies} for {bodies}"
+            " bodies. Give x, y and z of each body."
+        )
+    return array.reshape(bodies, 3)
+
+
+def volumes(path: Path, given: Sequence[float] | None, file: ArrayLike | None) -> Real | None:
+    """Volumes (nb,): the user's if there are any, else the file's."""
+    value = file if given is None else given
+    return None if value is None else np.atleast_1d(np.asarray(value, dtype=float))
+
+
+def told(path: Path, name: str, given: float | None, file: float | None = None) -> float:
+    """A number that the user gives or the file has; raises `InputError` if neither does."""
+    value = file if given is None else given
+    if value is None:
+        raise InputError(
+            f"{path}: found no {name}, which this format does not hold. Give it with"
+            " `hydrosim db convert`, see `hydrosim db convert --help`."
+        )
+    return float(value)
+
+
+def block_diagonal(blocks: ArrayLike) -> Real:
+    """Matrix (6 nb, 6 nb) with the blocks (nb, 6, 6) of each body and zeros elsewhere."""
+    stack = np.asarray(blocks, dtype=float)
+    bodies = len(stack)
+    out = np.zeros((bodies, 6, bodies, 6))
+    out[np.arange(bodies), :, np.arange(bodies), :] = stack
+    return out.reshape(6 * bodies, 6 * bodies)
+
+
+def polar(amplitude: ArrayLike, lag: ArrayLike) -> NDArray[np.complex128]:
+    """Complex amplitudes for exp(+i w t) of what lags the wave by ``lag`` [rad]."""
+    return np.asarray(amplitude) * np.exp(-1j * np.asarray(lag))

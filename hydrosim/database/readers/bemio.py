@@ -1,0 +1,356 @@
+"""BEMIO's HDF5 file, the input of WEC-Sim and HydroChrono.
+
+Groups ``simulation_parameters`` and ``body1``, ``body2``, ..., each with the rows of its own six
+DOFs. Unless ``scaled`` is 1, when they are in SI units, the file holds A/rho, B/(rho w), X/(rho g),
+C/(rho g) and drift/(rho g). Quadratic transfer functions are always in SI units, one group for
+each DOF, flattened column by column, for one pair of headings. Phases are for exp(+i w t) and
+relative to the elevation at the global origin; WEC-Sim takes each body's coefficients to be about
+its centre of gravity, and so does this reader unless reference points are given. (WEC-Sim,
+writeBEMIOH5.m and bodyClass.m.)
+
+The transfer functions are taken as WEC-Sim uses them: T(row, column) belongs to the waves of the
+row and, conjugate in the difference, of the column. Its conversion of WAMIT files obeys that for
+difference frequencies, but conjugates sum-frequency ones: such a file has their phases reversed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.bemio_writer import write as write
+from hydrosim.database.readers.common import mirror_image, preferred_drift
+from hydrosim.errors import InputError
+
+NAME = "BEMIO HDF5"
+
+_PARAMETERS = "simulation_parameters"
+_MOST = 100_000  # frequencies, headings
+_MOST_BODIES = 1000
+_MOST_NUMBERS = 50_000_000  # of one variable
+_DRIFT = ("momentum_conservation", "control_surface", "pressure_integration")
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """An HDF5 file with the group of BEMIO's parameters, or a damaged one called .h5."""
+    if not head.startswith(b"\x89HDF"):
+        return False
+    try:
+        with h5py.File(path) as file:
+            return _PARAMETERS in file
+    except (OSError, RuntimeError):
+        return path.suffix.lower() == ".h5"
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in a BEMIO file; raises `InputError` for what is missing or has another shape
+    than the numbers of frequencies, headings and bodies ask for."""
+    with _reading(path) as file:
+        return _database(_Source(file, path), given)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[h5py.File]:
+    """The open file; whatever a damaged one makes HDF5 raise is an `InputError`."""
+    try:
+        with h5py.File(path) as file:
+            yield file
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+        raise InputError(
+            f"{path}: HDF5 cannot read it ({str(error)[:200]}); expected a BEMIO file. Is it"
+            " damaged or cut off?"
+        ) from error
+
+
+@dataclass(frozen=True)
+class _Source:
+    """An open file and its name."""
+
+    file: h5py.File
+    path: Path
+
+    def optional(self, name: str, *shape: int) -> Real | None:
+        """The variable with as many numbers as ``shape`` says, in that shape; None if it is absent
+        or nothing but NaN, as BEMIO writes what it does not know."""
+        item = self.file.get(name)
+        if item is None:
+            return None
+        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu":
+            raise InputError(f"{self.path}: {name} is not an array of numbers.")
+        if item.size > _MOST_NUMBERS or (shape and item.size != np.prod(shape)):
+            raise InputError(
+                f"{self.path}: {name} has shape {item.shape}, expected {shape or 'fewer numbers'}."
+                " Its shape follows from the numbers of w, wave_dir and bodies."
+            )
+        if len(item.shape) == len(shape) and item.shape != shape:
+            raise InputError(f"{self.path}: {name} has shape {item.shape}, expected {shape}.")
+        value = np.asarray(item[()], dtype=np.float64).reshape(shape or -1)
+        if np.isnan(value).all() and value.size:
+            return None
+        if not (np.abs(value) < 1e60).all():
+            raise InputError(f"{self.path}: {name} has values that are not numbers, or too large.")
+        return value
+
+    def needed(self, name: str, *shape: int) -> Real:
+        """A variable that must be there."""
+        value = self.optional(name, *shape)
+        if value is None:
+            raise InputError(f"{self.path}: {name} is missing, expected in a BEMIO file.")
+        return value
+
+    def positive(self, name: str) -> float:
+        """A parameter above zero."""
+        value = float(self.needed(f"{_PARAMETERS}/{name}", 1)[0])
+        if not 1e-6 < value < 1e9:
+            raise InputError(f"{self.path}: {name} is {value:g}, expected a positive number.")
+        return value
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Sizes, orders that make frequencies and headings ascend, and factors to SI units."""
+
+    bodies: int
+    frequency: Real
+    heading: Real
+    by_frequency: Any
+    by_heading: Any
+    density: float
+    weight: float  # rho g
+    rate: Real  # (nw,): w
+
+    @property
+    def waves(self) -> tuple[int, int]:
+        """Numbers of headings and frequencies."""
+        return self.heading.size, self.frequency.size
+
+
+def _database(source: _Source, given: Given) -> HydroDatabase:
+    layout = _layout(source)
+    excitation = _loads(source, layout, "excitation")
+    if excitation is None:
+        raise InputError(f"{source.path}: excitation/re and im are missing, expected in body1.")
+    added_mass = _matrices(source, layout, "added_mass/all") * layout.density
+    damping = _matrices(source, layout, "radiation_damping/all")
+    damping = damping * (layout.density * layout.rate[:, None, None])
+    drift, method = _mean_drift(source, layout)
+    symmetric = given.port_starboard_symmetric
+    if symmetric is None:
+        symmetric = mirror_image(added_mass, layout.heading, excitation)
+    points, assumed = _points(source, given, layout.bodies), ""
+    if points["reference_point"] is None:
+        points["reference_point"] = points["centre_of_gravity"]
+        assumed = "reference points at the centres of gravity"
+    if points["reference_point"] is None:
+        raise InputError(f"{source.path}: properties/cg is missing, expected in all bodies.")
+    remarks = {"assumed": assumed, "mean_drift_method": method, "program": _code(source)}
+    return HydroDatabase(
+        source=str(source.path),
+        frequency=layout.frequency,
+        heading=layout.heading,
+        added_mass=added_mass,
+        radiation_damping=damping,
+        added_mass_infinite=_infinite(source, layout),
+        excitation=excitation,
+        froude_krylov=_loads(source, layout, "excitation/froude-krylov"),
+        mean_drift=drift,
+        **_quadratic(source, layout.bodies),
+        hydrostatic_stiffness=_stiffness(source, layout),
+        **points,
+        water_depth=_depth(source),
+        water_density=source.positive("rho"),
+        gravity=source.positive("g"),
+        port_starboard_symmetric=symmetric,
+        attributes={name: text for name, text in remarks.items() if text},
+    )
+
+
+def _layout(source: _Source) -> _Layout:
+    bodies = sum(f"body{i + 1}" in source.file for i in range(_MOST_BODIES))
+    w = source.needed(f"{_PARAMETERS}/w")
+    degrees = source.needed(f"{_PARAMETERS}/wave_dir")
+    if not bodies or not 0 < w.size <= _MOST or not 0 < degrees.size <= _MOST or w.min() <= 0:
+        raise InputError(
+            f"{source.path}: {bodies} bodies, {degrees.size} headings (wave_dir) and {w.size}"
+            f" frequencies (w, from {w.min(initial=np.inf):g}); expected at least one of each and"
+            " frequencies above zero."
+        )
+    scaled = source.optional(f"{_PARAMETERS}/scaled", 1)
+    si = scaled is not None and bool(scaled[0])
+    density = source.positive("rho")
+    by_frequency, by_heading = np.argsort(w), np.argsort(degrees)
+    return _Layout(
+        bodies,
+        w[by_frequency],
+        np.radians(degrees[by_heading]),
+        by_frequency,
+        by_heading,
+        1.0 if si else density,
+        1.0 if si else density * source.positive("g"),
+        np.ones_like(w) if si else w[by_frequency],
+    )
+
+
+def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
+    """The variables of all bodies (6 nb, ...), None if any lacks it."""
+    parts = [source.optional(f"body{i + 1}/{name}", 6, *shape) for i in range(bodies)]
+    found = [part for part in parts if part is not None]
+    return np.concatenate(found) if len(found) == bodies else None
+
+
+def _matrices(source: _Source, layout: _Layout, name: str) -> Real:
+    name, n = f"hydro_coeffs/{name}", 6 * layout.bodies
+    value = _rows(source, layout.bodies, name, n, layout.frequency.size)
+    if value is None:
+        raise InputError(f"{source.path}: {name} is missing in a body, expected in all.")
+    return np.ascontiguousarray(value.transpose(2, 0, 1)[layout.by_frequency])
+
+
+def _infinite(source: _Source, layout: _Layout) -> Real | None:
+    name = "hydro_coeffs/added_mass/inf_freq"
+    value = _rows(source, layout.bodies, name, 6 * layout.bodies)
+    return None if value is None else value * layout.density
+
+
+def _ascending(layout: _Layout, value: Real) -> Real:
+    """(nw, nh, n) from (n, nh, nw) in the file's order."""
+    value = value.transpose(2, 1, 0)[layout.by_frequency][:, layout.by_heading]
+    return np.ascontiguousarray(value)
+
+
+def _loads(source: _Source, layout: _Layout, name: str) -> Complex | None:
+    name = f"hydro_coeffs/{name}"
+    real, imaginary = (
+        _rows(source, layout.bodies, f"{name}/{part}", *layout.waves) for part in ("re", "im")
+    )
+    if real is None or imaginary is None:
+        return None
+    value = np.empty((*real.shape[::-1],), dtype=complex)
+    value.real, value.imag = (
+        _ascending(layout, part) * layout.weight for part in (real, imaginary)
+    )
+    return value
+
+
+def _mean_drift(source: _Source, layout: _Layout) -> tuple[Real | None, str]:
+    momentum, control_surface, pressure = (
+        None if value is None else _ascending(layout, value) * layout.weight
+        for value in (
+            _rows(source, layout.bodies, f"hydro_coeffs/mean_drift/{name}/val", *layout.waves)
+            for name in _DRIFT
+        )
+    )
+    return preferred_drift(momentum, control_surface, pressure, layout.bodies)
+
+
+def _stiffness(source: _Source, layout: _Layout) -> Real | None:
+    value = _rows(source, layout.bodies, "hydro_coeffs/linear_restoring_stiffness", 6)
+    if value is None:
+        return None
+    matrix = np.zeros((6 * layout.bodies, 6 * layout.bodies))
+    for i in range(0, 6 * layout.bodies, 6):
+        matrix[i : i + 6, i : i + 6] = value[i : i + 6] * layout.weight
+    return matrix
+
+
+def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
+    """Volumes and centres, and the reference points if they are given."""
+    theirs = {"volume": "disp_vol", "centre_of_buoyancy": "cb", "centre_of_gravity": "cg"}
+    found: dict[str, Any] = {}
+    for name in (*theirs, "reference_point"):
+        each = 1 if name == "volume" else 3
+        value = getattr(given, name)
+        if value is not None and len(value) != bodies * each:
+            raise InputError(
+                f"{source.path}: {name.replace('_', ' ')} is given as {len(value)} numbers,"
+                f" expected {bodies * each} for {bodies} bodies."
+            )
+        if value is None and name in theirs:
+            parts = [
+                source.optional(f"body{i + 1}/properties/{theirs[name]}", each)
+                for i in range(bodies)
+            ]
+            known = [part for part in parts if part is not None]
+            value = np.concatenate(known) if len(known) == bodies else None
+        shape = (bodies,) if each == 1 else (bodies, each)
+        found[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
+    return found
+
+
+def _depth(source: _Source) -> float:
+    """A number, or a word for deep water."""
+    item = source.file.get(f"{_PARAMETERS}/water_depth")
+    if item is not None and item.dtype.kind in "SO" and item.size == 1:
+        word = _text(item)
+        if word.lower() in ("infinite", "inf"):
+            return float(np.inf)
+        raise InputError(f"{source.path}: water_depth is {word[:40]!r}, expected 'infinite'.")
+    if item is not None and item.dtype.kind == "f" and item.size == 1 and np.isinf(item[()]).all():
+        return float(np.inf)
+    return source.positive("water_depth")
+
+
+def _code(source: _Source) -> str:
+    item = source.file.get("bem_data/code")
+    return _text(item) if item is not None and item.dtype.kind in "SO" and item.size == 1 else ""
+
+
+def _text(item: h5py.Dataset) -> str:
+    value = np.asarray(item[()]).ravel()[0]
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
+
+
+def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
+    """The items of the database on quadratic transfer functions."""
+    found: dict[str, Any] = {}
+    for name, kind in (("qtf_difference", "Diff"), ("qtf_sum", "Sum")):
+        groups = [
+            f"body{b + 1}/hydro_coeffs/excitation/QTF{b + 1}/{kind}{dof + 1}"
+            for b in range(bodies)
+            for dof in range(6)
+        ]
+        if all(f"{group}/Re_F_ij" in source.file for group in groups):
+            frequency, pair, found[name] = _transfer(source, groups)
+            first = (
+                found.setdefault("qtf_frequency", frequency),
+                found.setdefault("qtf_heading", pair),
+            )
+            if not (np.array_equal(first[0], frequency) and np.array_equal(first[1], pair)):
+                raise InputError(
+                    f"{source.path}: the sum-frequency QTF has other periods or headings than the"
+                    " difference-frequency one, expected the same."
+                )
+    return found
+
+
+def _transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:
+    """Frequencies (nq,), headings (1, 2), and T (1, nq, nq, n)."""
+    period = source.needed(f"{groups[0]}/PER_i")
+    nq = period.size
+    if not 0 < nq <= 2000 or period.min() <= 1e-4 or np.unique(period).size < nq:
+        raise InputError(
+            f"{source.path}: {groups[0]}/PER_i has {nq} periods from {period.min(initial=0.0):g} s;"
+            " expected up to 2000, all positive and different."
+        )
+    angles = [source.needed(f"{groups[0]}/BETA_{x}", nq) for x in "ij"]
+    if any(np.ptp(angle) > 0 for angle in angles):
+        raise InputError(f"{source.path}: {groups[0]} has several headings, expected one pair.")
+    order = np.argsort(-period)
+    T = np.empty((1, nq, nq, len(groups)), dtype=complex)
+    for dof, group in enumerate(groups):
+        if not np.array_equal(source.needed(f"{group}/PER_i", nq), period):
+            raise InputError(f"{source.path}: {group}/PER_i differs from that of the first DOF.")
+        parts = [
+            source.needed(f"{group}/{part}_F_ij", nq * nq).reshape(nq, nq, order="F")
+            for part in ("Re", "Im")
+        ]
+        T[0, ..., dof].real, T[0, ..., dof].imag = (part[order][:, order] for part in parts)
+    return 2 * np.pi / period[order], np.radians([[angles[0][0], angles[1][0]]]), T

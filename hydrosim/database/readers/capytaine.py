@@ -1,0 +1,284 @@
+"""Capytaine's netCDF files, of versions 2 and 3.
+
+Dimensions are known by name: the frequency is along omega, freq, period, wavenumber or wavelength,
+the real and imaginary parts along ``complex``, wherever that stands. Capytaine has exp(-i w t), so
+loads are conjugated; its headings are where waves go to and its phases refer to the origin. Rows at
+zero and infinite frequency become the limits of the added mass. Every body must have the six rigid
+DOFs and no others: zeros for what was not computed would pass for coefficients.
+
+Verified by files that Capytaine 3.0 writes, for one and two bodies; the layout of version 2 differs
+in names of hydrostatics, which are read if present.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+from scipy.io import netcdf_file
+
+from hydrosim.database import hdf5
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.assembly import (
+    Abscissa,
+    assembled,
+    frequencies,
+    points,
+    told,
+    volumes,
+)
+from hydrosim.errors import InputError
+from hydrosim.scene import DOFS
+
+NAME = "Capytaine netCDF"
+
+_CLASSIC = b"CDF"
+_MOST = 10**7  # numbers in one variable; more is a damaged file's
+# What the libraries raise about damaged files.
+_UNREADABLE = (
+    OSError,
+    RuntimeError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AssertionError,
+    OverflowError,
+    MemoryError,
+)
+_MATRIX = ("influenced_dof", "radiating_dof")
+_LOADS = ("wave_direction", "influenced_dof")
+_POINT = ("body", "space_coordinate")
+
+# Angular frequency from each of the abscissae, with depth and gravity.
+_TO_OMEGA: dict[str, Callable[[Real, float, float], Real]] = {
+    "omega": lambda value, h, g: value,
+    "freq": lambda value, h, g: 2 * np.pi * value,
+    "period": lambda value, h, g: 2 * np.pi / value,
+    "wavenumber": lambda value, h, g: np.sqrt(g * value * np.tanh(value * h)),
+    "wavelength": lambda value, h, g: np.sqrt(
+        2 * np.pi * g / value * np.tanh(2 * np.pi * h / value)
+    ),
+}
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """A netCDF file with Capytaine's dimensions."""
+    if not head.startswith((hdf5.MAGIC, _CLASSIC)):
+        return False
+    try:
+        with _opened(path) as file:
+            names = set(file.dimensions)
+    except _UNREADABLE:
+        return False
+    return {*_MATRIX} <= names and not names.isdisjoint(_TO_OMEGA)
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in a Capytaine file; raises `InputError` for what is missing or does not fit."""
+    try:
+        with _opened(path) as file:
+            return _File(path, file).database(given)
+    except _UNREADABLE as error:
+        raise InputError(
+            f"{path}: cannot be read as netCDF ({error}). The file is damaged; write it again."
+        ) from error
+
+
+def _opened(path: Path) -> Any:
+    """The file of netCDF's library or, in the classic format that xarray writes without that
+    library, of scipy, which does not take memory for what a damaged head promises."""
+    with path.open("rb") as file:
+        if file.read(len(_CLASSIC)) == _CLASSIC:
+            return netcdf_file(path, mmap=False)
+    if problem := hdf5.fault(path):
+        raise OSError(problem)
+    opened = netCDF4.Dataset(path)
+    opened.set_auto_maskandscale(False)
+    return opened
+
+
+class _File:
+    """An open file: variables by name, in the order of dimensions that is asked for."""
+
+    def __init__(self, path: Path, file: Any) -> None:
+        self.path, self.file = path, file
+        self.abscissa = next((name for name in _TO_OMEGA if name in file.dimensions), "omega")
+        self.dofs, self.bodies = self._rigid(self.labels("influenced_dof"))
+        self.motions, _ = self._rigid(self.labels("radiating_dof"))
+
+    def database(self, given: Given) -> HydroDatabase:
+        """All that the file holds."""
+        path, nb = self.path, self.bodies
+        density = told(path, "rho", given.water_density, self.scalar("rho"))
+        gravity = told(path, "g", given.gravity, self.scalar("g"))
+        depth = told(path, "water_depth", given.water_depth, self.scalar("water_depth"))
+        if self.scalar("forward_speed"):
+            raise self.wrong("forward_speed", "a ship under way", "a body at rest")
+        omega = self.omega(depth, gravity)
+        heading = self.real("wave_direction", "wave_direction")
+        centre = self.optional("rotation_center", _POINT)
+        reference = points(path, "rotation_center", given.reference_point, centre, nb)
+        if reference is None:
+            raise self.wrong("rotation_center", "none", "the point that DOFs turn about")
+        total, froude_krylov = self.loads()
+        return assembled(
+            path,
+            omega,
+            heading,
+            given.port_starboard_symmetric,
+            added_mass=self.matrices("added_mass", omega),
+            radiation_damping=self.matrices("radiation_damping", omega),
+            excitation=total,
+            froude_krylov=froude_krylov,
+            hydrostatic_stiffness=self.square("hydrostatic_stiffness"),
+            inertia_matrix=self.square("inertia_matrix"),
+            volume=volumes(path, given.volume, self.volume(density)),
+            centre_of_buoyancy=points(
+                path,
+                "center_of_buoyancy",
+                given.centre_of_buoyancy,
+                self.optional("center_of_buoyancy", _POINT),
+                nb,
+            ),
+            centre_of_gravity=points(
+                path,
+                "center_of_mass",
+                given.centre_of_gravity,
+                self.optional("center_of_mass", _POINT),
+                nb,
+            ),
+            reference_point=reference,
+            water_depth=depth,
+            water_density=density,
+            gravity=gravity,
+            attributes={"solver": f"Capytaine {self.version()}".strip()},
+        )
+
+    def wrong(self, name: str, found: str, expected: str) -> InputError:
+        """What to raise about a variable."""
+        return InputError(
+            f"{self.path}: variable {name}: found {found}, expected {expected}. Write the dataset"
+            " with Capytaine's assemble_dataset and save_dataset_as_netcdf."
+        )
+
+    def version(self) -> str:
+        """Capytaine's, if the file says it; scipy has texts as bytes."""
+        version = getattr(self.file, "capytaine_version", "")
+        return version.decode() if isinstance(version, bytes) else str(version)
+
+    def variable(self, name: str) -> Any:
+        """A variable of a size that can be."""
+        if name not in self.file.variables:
+            raise self.wrong(name, "none", "one of Capytaine's")
+        stored = self.file.variables[name]
+        if math.prod(stored.shape) > _MOST:
+            raise self.wrong(name, f"{math.prod(stored.shape)} values", f"at most {_MOST}")
+        return stored
+
+    def real(self, name: str, *dimensions: str) -> Real:
+        """Numbers with the dimensions in this order; others may be of size one."""
+        stored = self.variable(name)
+        names = list(stored.dimensions)
+        if not set(dimensions) <= set(names):
+            raise self.wrong(name, f"dimensions {names}", f"{list(dimensions)}")
+        others = [d for d in names if d not in dimensions]
+        if any(stored.shape[names.index(d)] != 1 for d in others):
+            raise self.wrong(name, f"several values along {others}", "one: select it")
+        order = [names.index(d) for d in (*others, *dimensions)]
+        values = np.asarray(stored[...])
+        if values.dtype.kind not in "fiu":
+            raise self.wrong(name, f"type {values.dtype}", "numbers")
+        array = values.astype(float).transpose(order)
+        return array.reshape(array.shape[len(others) :])
+
+    def scalar(self, name: str) -> float | None:
+        """One number; None if absent."""
+        return None if name not in self.file.variables else float(self.real(name))
+
+    def optional(self, name: str, dimensions: tuple[str, ...]) -> Real | None:
+        """Numbers of a variable that may be absent or unknown; the dimension ``body`` is left out
+        where there is one."""
+        if name not in self.file.variables:
+            return None
+        present = self.variable(name).dimensions
+        array = self.real(name, *[d for d in dimensions if d in present])
+        return None if np.isnan(array).all() else array
+
+    def labels(self, name: str) -> list[str]:
+        """Names along a dimension."""
+        values = np.asarray(self.variable(name)[...])
+        if values.dtype.kind == "S" and values.ndim == 2:
+            values = netCDF4.chartostring(values)
+        return [str(value) for value in np.atleast_1d(values)]
+
+    def _rigid(self, names: list[str]) -> tuple[list[int], int]:
+        """Positions of the six DOFs, body by body, among the names, and the number of bodies."""
+        wanted = [name.rpartition("__") for name in names]
+        prefixes = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
+        at = {(prefix, dof.lower()): i for i, (prefix, _, dof) in enumerate(wanted)}
+        missing = [f"{p} {dof}" for p in prefixes for dof in DOFS if (p, dof) not in at]
+        if missing or len(at) != 6 * len(prefixes) or len(names) != len(at):
+            raise self.wrong(
+                "influenced_dof", ", ".join(names)[:200], "the six rigid DOFs of each body"
+            )
+        return [at[prefix, dof] for prefix in prefixes for dof in DOFS], len(prefixes)
+
+    def omega(self, depth: float, gravity: float) -> Real:
+        """Angular frequencies, as stored beside or reckoned from the abscissa."""
+        stored = self.file.variables.get("omega")
+        if stored is not None and stored.dimensions == (self.abscissa,):
+            value = self.real("omega", self.abscissa)
+        else:
+            with np.errstate(all="ignore"):
+                own = self.real(self.abscissa, self.abscissa)
+                value = _TO_OMEGA[self.abscissa](own, depth, gravity)
+        return frequencies(self.path, value, Abscissa.RADIANS_PER_SECOND)
+
+    def matrices(self, name: str, omega: Real) -> Real:
+        """(nw, n, n) in the order of the DOFs; damping at the limits is not asked for."""
+        array = self.real(name, self.abscissa, *_MATRIX)[:, self.dofs][:, :, self.motions]
+        bad = np.isnan(array).any(axis=(1, 2)) & np.isfinite(omega) & (omega > 0)
+        if bad.any():
+            raise self.wrong(
+                name,
+                f"no numbers at {', '.join(f'{w:g}' for w in omega[bad][:8])} rad/s",
+                "radiation solved at the frequencies of the diffraction",
+            )
+        return array
+
+    def square(self, name: str) -> Real | None:
+        """(n, n) in the order of the DOFs, if present."""
+        array = self.optional(name, _MATRIX)
+        return None if array is None else array[np.ix_(self.dofs, self.motions)]
+
+    def loads(self) -> tuple[Complex, Complex | None]:
+        """Excitation and its Froude-Krylov part (nw, nh, n), for exp(+i w t)."""
+        present = self.file.variables
+        part = self.complex("Froude_Krylov_force") if "Froude_Krylov_force" in present else None
+        if "excitation_force" in present:
+            return self.complex("excitation_force"), part
+        if part is None:
+            raise self.wrong("excitation_force", "none", "wave loads")
+        return part + self.complex("diffraction_force"), part
+
+    def complex(self, name: str) -> Complex:
+        """Loads conjugated, in the order of the DOFs."""
+        parts = self.real(name, self.abscissa, *_LOADS, "complex")
+        labels = self.labels("complex") if "complex" in self.file.variables else ["re", "im"]
+        if sorted(labels) != ["im", "re"]:
+            raise self.wrong("complex", f"{labels}", "re and im")
+        real, imaginary = parts[..., labels.index("re")], parts[..., labels.index("im")]
+        array = np.stack([real, -imaginary], axis=-1).view(complex)[..., 0]
+        return np.asarray(array[..., self.dofs])
+
+    def volume(self, density: float) -> Real | None:
+        """Displaced volumes, from masses or as they are."""
+        mass = self.optional("disp_mass", ("body",))
+        if mass is not None:
+            return mass / density if density > 0 else None
+        return self.optional("disp_volume", ("body",))

@@ -1,0 +1,355 @@
+"""Nemoh 2 and 3: a project folder, by its Nemoh.cal or any of Results/*.tec.
+
+Verified by real files of versions 2.3 and 3.0.2, and by the program's source where they are silent:
+Nemoh.cal with three or four numbers in the line of frequencies, a zone of RadiationCoefficients.tec
+for each motion, one of ExcitationForce.tec for each heading, Hydrostatics.dat and KH.dat (about the
+centre of gravity, with gravity; numbered from zero where there are several bodies). Loads in long
+waves show exp(-i w t), so that phases are negated, and headings where waves go to. Phases refer to
+the wave measurement point of Nemoh.cal.
+
+The layout of the quadratic transfer functions (Results/QTF/OUT_QTFM_N.dat and OUT_QTFP_N.dat, with
+_0 and so on for several bodies) is that of the manual: over rho g, the triangle w_1 >= w_2, phases
+in degrees; no real file was at hand. Inertia_hull.dat is the shell's and not read.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.assembly import (
+    Abscissa,
+    assembled,
+    at_origin,
+    block_diagonal,
+    frequencies,
+    points,
+    polar,
+    volumes,
+)
+from hydrosim.database.readers.qtf import Pairs, quadratic
+from hydrosim.database.readers.text import Text, parsed, read_text
+from hydrosim.database.transfer import velocity_transfer
+from hydrosim.errors import InputError
+
+NAME = "Nemoh project (Nemoh.cal)"
+
+_CENTRES = re.compile(r"[XYZ]F\s*=\s*(\S+)\s*-\s*[XYZ]G\s*=\s*(\S+)")
+_DISPLACEMENT = re.compile(r"Displacement\s*=\s*(\S+)")
+_RIGID = np.tile(np.eye(3), (2, 1))  # directions of the six DOFs
+_SIX = "surge, sway, heave, roll, pitch and yaw, in this order"
+_ROUNDING = 1e-5  # of frequencies, which are printed in single precision
+_BODY_HEAD = 3  # lines of a body before its DOFs: a ruler, the mesh, its size
+
+
+class _Project(NamedTuple):
+    """What Nemoh.cal says."""
+
+    density: float
+    gravity: float
+    depth: float
+    wave_point: Real  # (2,)
+    rotation_points: Real  # (nb, 3)
+    heading: tuple[float, float, int]  # first, last [rad], number
+    text: Text
+
+    def headings(self) -> Real:
+        """To ask for when the tables have borne out their number."""
+        return np.linspace(*self.heading)
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """By the names that Nemoh gives its files."""
+    return path.name.lower() == "nemoh.cal" or path.suffix.lower() == ".tec"
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database of the project that ``path`` belongs to; raises `InputError` for what is missing
+    or does not fit."""
+    folder = path.parent if path.name.lower() == "nemoh.cal" else path.parent.parent
+    project = _project(read_text(_existing(folder, "Nemoh.cal")))
+    bodies = len(project.rotation_points)
+    results = _existing(folder, "Results")
+    tec = _existing(results, "RadiationCoefficients.tec")
+    omega, matrices = _zones(tec, 6 * bodies, 6 * bodies)
+    loads = _first_order(results, project, omega)  # bears out the number of headings
+    hydrostatics = _hydrostatics(folder, bodies, project.rotation_points)
+    return assembled(
+        project.text.path,
+        omega,
+        project.headings(),
+        given.port_starboard_symmetric,
+        added_mass=matrices[..., 0].transpose(1, 2, 0),
+        radiation_damping=matrices[..., 1].transpose(1, 2, 0),
+        **loads,
+        **_second_order(results, project),
+        hydrostatic_stiffness=hydrostatics.stiffness,
+        volume=volumes(path, given.volume, hydrostatics.volume),
+        centre_of_buoyancy=points(
+            path, "centre of buoyancy", given.centre_of_buoyancy, hydrostatics.buoyancy, bodies
+        ),
+        centre_of_gravity=points(
+            path, "centre of gravity", given.centre_of_gravity, hydrostatics.gravity, bodies
+        ),
+        reference_point=project.rotation_points,
+        water_depth=project.depth,
+        water_density=project.density,
+        gravity=project.gravity,
+        attributes={"solver": "Nemoh"},
+    )
+
+
+def _found(folder: Path, name: str) -> Path | None:
+    """A file or folder, in capitals or not as each version pleases."""
+    if not folder.is_dir():
+        return None
+    return next((entry for entry in folder.iterdir() if entry.name.lower() == name.lower()), None)
+
+
+def _existing(folder: Path, name: str) -> Path:
+    path = _found(folder, name)
+    if path is None:
+        raise InputError(
+            f"{folder / name}: no such file or folder; expected that of a Nemoh project, with"
+            " Nemoh.cal and Results in one folder. Run Nemoh to its end."
+        )
+    return path
+
+
+def _project(text: Text) -> _Project:
+    density, gravity, depth = (_values(text, line, 1, "a number")[0] for line in (1, 2, 3))
+    wave_point = np.array(_values(text, 4, 2, "the wave measurement point"))
+    bodies = text.count(6, _words(text, 6, "the number of bodies")[0])
+    line = 7
+    rotation_points: list[Real] = []
+    while len(rotation_points) < bodies:
+        line, point = _body(text, line)
+        rotation_points.append(point)
+    if not rotation_points:
+        raise text.wrong(6, "no bodies", "at least one")
+    words = _words(text, line + 2, "the number of headings, the first and the last")
+    count = text.count(line + 2, words[0])
+    if count == 0:
+        raise text.wrong(line + 2, "no headings", "at least one")
+    first, last = np.radians(text.numbers(line + 2, words[1:3], 2))
+    return _Project(
+        density,
+        gravity,
+        depth if depth > 0 else np.inf,
+        wave_point,
+        np.array(rotation_points),
+        (first, last, count),
+        text,
+    )
+
+
+def _words(text: Text, line: int, expected: str) -> list[str]:
+    """Words before the comment, at least one."""
+    words = text.line(line, expected).split("!")[0].split()
+    if not words:
+        raise text.wrong(line, "nothing", expected)
+    return words
+
+
+def _values(text: Text, line: int, count: int, expected: str) -> list[float]:
+    return text.numbers(line, _words(text, line, expected)[:count], count)
+
+
+def _body(text: Text, line: int) -> tuple[int, Real]:
+    """The line after a body's description, and the point it turns about."""
+    line += _BODY_HEAD
+    motions = _six(text, line, "degrees of freedom")
+    forces = _six(text, line + 7, "generalised forces")
+    if (motions != forces).any():
+        raise text.wrong(line + 7, "forces unlike the motions", "moments about the same point")
+    line += 14
+    extra = text.count(line, _words(text, line, "the number of additional lines")[0])
+    return line + 1 + extra, motions
+
+
+def _six(text: Text, line: int, what: str) -> Real:
+    """The point of rotation of six rigid DOFs or forces."""
+    if text.count(line, _words(text, line, f"the number of {what}")[0]) != 6:
+        raise text.wrong(line, "another number", f"6 {what}: {_SIX}", "Compute all six.")
+    rows = np.array([_values(text, line + 1 + dof, 7, what) for dof in range(6)])
+    kinds, directions, centres = rows[:, 0], rows[:, 1:4], rows[3:, 4:]
+    if (kinds != [1, 1, 1, 2, 2, 2]).any() or (directions != _RIGID).any():
+        raise text.wrong(line + 1, f"other {what}", _SIX)
+    if (centres != centres[0]).any():
+        raise text.wrong(line + 4, "rotations about several points", "one for each body")
+    return np.asarray(centres[0])
+
+
+def _zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
+    """Frequencies (nw,) and tables (zones, nw, pairs, 2): rows of numbers between titles."""
+    text = read_text(path)
+    rows, starts = [], [0]
+    for line, content in enumerate(text.lines):
+        words = content.split()
+        if words and parsed(words[0]) is not None:
+            rows.append(text.numbers(line, words, 1 + 2 * pairs))
+        elif words and len(rows) > starts[-1]:
+            starts.append(len(rows))
+    if len(rows) > starts[-1]:
+        starts.append(len(rows))
+    sizes = {b - a for a, b in pairwise(starts)}
+    if len(starts) != zones + 1 or len(sizes) != 1:
+        raise InputError(
+            f"{path}: found {len(starts) - 1} zones of {sorted(sizes)} rows, expected {zones} of"
+            " the same number. The file is cut off or of another project; run Nemoh again."
+        )
+    table = np.array(rows).reshape(zones, -1, 1 + 2 * pairs)
+    if (table[..., 0] != table[0, :, 0]).any():
+        raise InputError(f"{path}: found zones of unlike frequencies, expected the same in all.")
+    omega = frequencies(path, table[0, :, 0], _abscissa(text.lines[0]))
+    return omega, table[..., 1:].reshape(zones, -1, pairs, 2)
+
+
+def _abscissa(head: str) -> Abscissa:
+    """What the head of a table says of its first column."""
+    if "rad" in head:
+        return Abscissa.RADIANS_PER_SECOND
+    if "Hz" in head:
+        return Abscissa.HERTZ
+    return Abscissa.PERIOD if "(s)" in head or "[s]" in head else Abscissa.RADIANS_PER_SECOND
+
+
+def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Complex]:
+    """Excitation and, where it was written, its Froude-Krylov part."""
+    paths = {"excitation": _existing(results, "ExcitationForce.tec")}
+    if froude_krylov := _found(results, "FKForce.tec"):
+        paths["froude_krylov"] = froude_krylov
+    return {field: _loads(path, project, omega) for field, path in paths.items()}
+
+
+def _loads(path: Path, project: _Project, omega: Real) -> Complex:
+    """(nw, nh, n); a phase for exp(-i w t) is what we call a lag."""
+    own, table = _zones(path, project.heading[2], 6 * len(project.rotation_points))
+    if own.shape != omega.shape or not np.allclose(own, omega, rtol=_ROUNDING):
+        raise InputError(
+            f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same. The"
+            " files are of different runs; run Nemoh again."
+        )
+    loads = polar(table[..., 0], table[..., 1]).transpose(1, 0, 2)
+    return at_origin(
+        loads, omega, project.headings(), project.wave_point, project.depth, project.gravity
+    )
+
+
+def _second_order(results: Path, project: _Project) -> dict[str, Any]:
+    """Quadratic transfer functions, where they were computed."""
+    folder = _found(results, "QTF")
+    if folder is None:
+        return {}
+    bodies = len(project.rotation_points)
+    difference, total = (_pairs(folder, project, kind) for kind in ("M", "P"))
+    return quadratic(folder, 6 * bodies, difference, total)
+
+
+def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
+    """All bodies' rows of one kind."""
+    bodies = len(project.rotation_points)
+    whole = _found(folder, f"OUT_QTF{kind}_N.dat")
+    paths = (
+        [whole] if whole else [_found(folder, f"OUT_QTF{kind}_N_{k}.dat") for k in range(bodies)]
+    )
+    rows = [_rows(path, 6 * body) for body, path in enumerate(paths) if path]
+    if not rows:
+        return None
+    omega, heading, dof, size, phase = (
+        np.concatenate(column) for column in zip(*rows, strict=True)
+    )
+    if not np.isin(dof, np.arange(6 * bodies)).all():
+        raise InputError(
+            f"{folder}: found degrees of freedom beyond those of {bodies} bodies, expected 1 to 6"
+            " for each. The files are damaged or of another project; run Nemoh again."
+        )
+    scale = project.density * project.gravity
+    pairs = Pairs(omega, heading, dof.astype(np.intp), polar(scale * size, phase))
+    return pairs.at_origin(project.wave_point, project.depth, project.gravity, kind == "M")
+
+
+def _rows(path: Path, first_dof: int) -> tuple[Real, ...]:
+    """Frequencies and headings (m, 2), DOFs, sizes and phases (m,) of one file."""
+    text = read_text(path)
+    words = [(line, content.split()) for line, content in enumerate(text.lines) if line > 0]
+    rows = np.array([text.numbers(line, word, 9) for line, word in words if word])
+    if rows.size == 0:
+        raise text.wrong(0, "no rows", "a head and rows of nine numbers")
+    return (
+        frequencies(path, rows[:, :2], _abscissa(text.lines[0])),
+        np.radians(rows[:, 2:4]),
+        rows[:, 4] - 1 + first_dof,
+        rows[:, 5],
+        np.radians(rows[:, 6]),
+    )
+
+
+class _Hydrostatics(NamedTuple):
+    """None where there is no file."""
+
+    stiffness: Real | None = None
+    volume: Real | None = None
+    buoyancy: Real | None = None
+    gravity: Real | None = None
+
+
+def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrostatics:
+    """From Mesh/Hydrostatics.dat and Mesh/KH.dat, the stiffness moved from the centres of gravity
+    to the points of rotation."""
+    mesh = _found(folder, "Mesh")
+    files = (
+        [] if mesh is None else [_numbered(mesh, "Hydrostatics", k, bodies) for k in range(bodies)]
+    )
+    if not all(files) or not files:
+        return _Hydrostatics()
+    volume, buoyancy, gravity = zip(
+        *[_hydrostatics_of(path) for path in files if path], strict=True
+    )
+    found = _Hydrostatics(None, np.array(volume), np.array(buoyancy), np.array(gravity))
+    matrices = [mesh and _numbered(mesh, "KH", k, bodies) for k in range(bodies)]
+    if not all(matrices):
+        return found
+    own = block_diagonal([_matrix(path) for path in matrices if path])
+    move = velocity_transfer(np.array(gravity) - rotation_points)
+    return found._replace(stiffness=move.T @ own @ move)
+
+
+def _numbered(mesh: Path, name: str, body: int, bodies: int) -> Path | None:
+    """A file of one body; that of a single one may have no number."""
+    plain = _found(mesh, f"{name}.dat") if bodies == 1 else None
+    return plain or _found(mesh, f"{name}_{body}.dat")
+
+
+def _hydrostatics_of(path: Path) -> tuple[float, list[float], list[float]]:
+    """Volume, centre of buoyancy and of gravity."""
+    text = read_text(path)
+    centres = [
+        text.numbers(line, match.groups())
+        for line, content in enumerate(text.lines)
+        if (match := _CENTRES.search(content))
+    ]
+    volume = [
+        text.number(line, match[1])
+        for line, content in enumerate(text.lines)
+        if (match := _DISPLACEMENT.search(content))
+    ]
+    if len(centres) != 3 or len(volume) != 1:
+        raise text.wrong(
+            0, f"{len(centres)} centres and {len(volume)} volumes", "lines for XF, YF, ZF and one"
+        )
+    return volume[0], [row[0] for row in centres], [row[1] for row in centres]
+
+
+def _matrix(path: Path) -> Real:
+    text = read_text(path)
+    rows = [(line, content.split()) for line, content in enumerate(text.lines) if content.strip()]
+    if len(rows) < 6:
+        raise text.wrong(len(text.lines) - 1, f"{len(rows)} rows", "6")
+    return np.array([text.numbers(line, words, 6) for line, words in rows[:6]])

@@ -1,0 +1,465 @@
+"""OrcaFlex vessel types: text data files (.yml) with load RAOs, added mass, damping and stiffness.
+
+Verified by a file of OrcaFlex 11.0 with a diffraction result: the layout of all first-order tables,
+of hydrostatics and of the (empty) table of sum-frequency transfer functions; units te, kN, m;
+phases that lag the crest at the phase origin (~ for the RAO origin), which the loads in long waves
+bear out; period 0 for infinite frequency. Headings are where waves go to. By the program's help,
+the stiffness includes the weight, as diffraction programs give it, and the sign conventions apply
+to stiffness, added mass and damping, too, but not to the positions of origins.
+
+Not verified by a file: the other conventions of phase, wave drift and sum-frequency rows. A
+difference-frequency load is taken as the amplitude of cos((w_1 - w_2) t - lag). Data of several
+vessel types or draughts, of inclined vessels and of multibody groups are refused, as are RAOs per
+anything but wave amplitude. Damping other than by waves, wind and current are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.assembly import (
+    Abscissa,
+    assembled,
+    at_origin,
+    frequencies,
+    points,
+    polar,
+    told,
+    volumes,
+    with_fore_aft_headings,
+)
+from hydrosim.database.readers.qtf import Pairs, quadratic
+from hydrosim.database.readers.text import parsed, read_text
+from hydrosim.database.transfer import velocity_transfer
+from hydrosim.errors import InputError
+
+NAME = "OrcaFlex vessel type"
+
+_GRAVITY = 9.80665  # OrcaFlex's own, m/s^2
+_KILO = 1e3  # te to kg, kN to N
+_SAME = 1e-6  # relative difference below which two frequencies are one
+_HEAVE_ROLL_PITCH = [2, 3, 4]
+_DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+
+# Keys of the six sign conventions, and the values that are ours.
+_POSITIVE = {
+    "SurgePositive": ("forward", "aft"),
+    "SwayPositive": ("port", "starboard"),
+    "HeavePositive": ("up", "down"),
+    "RollPositiveStarboard": ("down", "up"),
+    "PitchPositiveBow": ("down", "up"),
+    "YawPositiveBow": ("port", "starboard"),
+}
+_ABSCISSA = {
+    "period (s)": Abscissa.PERIOD,
+    "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
+    "frequency (Hz)": Abscissa.HERTZ,
+}
+# What the phases are relative to, as a lag behind the crest.
+_REFERENCE = {
+    "crest": 0.0,
+    "zero down-crossing": np.pi / 2,
+    "trough": np.pi,
+    "zero up-crossing": 3 * np.pi / 2,
+}
+_SYMMETRY = ("None", "xz plane", "yz plane", "xz and yz planes", "circular")
+
+
+class _Node:
+    """A mapping of the file and where it stands; its scalars are texts."""
+
+    def __init__(self, path: Path, name: str, content: Any) -> None:
+        self.path, self.name, self.content = path, name, content
+        if not isinstance(content, dict):
+            raise self.wrong("", f"{type(content).__name__} {str(content)[:40]!r}", "a mapping")
+
+    def wrong(self, key: str, found: str, expected: str) -> InputError:
+        """What to raise about a key."""
+        return InputError(
+            f"{self.path}: {self.name}{key}: found {found}, expected {expected}. Save the OrcaFlex"
+            " model as text data again, or correct the entry."
+        )
+
+    def get(self, key: str) -> Any:
+        """What stands under a key, which must be there."""
+        if key not in self.content:
+            raise self.wrong(key, "nothing", "an entry")
+        return self.content[key]
+
+    def node(self, key: str) -> _Node:
+        """The mapping under a key."""
+        return _Node(self.path, f"{self.name}{key}.", self.get(key))
+
+    def nodes(self, key: str) -> list[_Node]:
+        """The mappings in the list under a key."""
+        items = self.get(key)
+        if not isinstance(items, list):
+            raise self.wrong(key, str(items)[:40], "a list")
+        return [_Node(self.path, f"{self.name}{key}[{i}].", item) for i, item in enumerate(items)]
+
+    def choice(self, key: str, choices: Sequence[str]) -> str:
+        """One of several words."""
+        found = self.get(key)
+        if found not in choices:
+            raise self.wrong(key, str(found)[:40], f"one of {', '.join(choices)}")
+        return str(found)
+
+    def number(self, key: str) -> float:
+        """One number, which may be infinite."""
+        return math.inf if self.get(key) == "Infinity" else float(self.numbers(key, ()))
+
+    def numbers(self, key: str, shape: tuple[int, ...]) -> Real:
+        """Finite numbers in nested lists; -1 in ``shape`` for any number of rows."""
+        rows = self.get(key)
+        flat = list(_flat(rows, len(shape)))
+        values = [parsed(word) if isinstance(word, str) else None for word in flat]
+        if None in values:
+            raise self.wrong(key, repr(str(flat[values.index(None)])[:40]), "a number")
+        try:
+            return np.array(values, dtype=float).reshape(shape)
+        except ValueError:
+            raise self.wrong(key, f"{len(flat)} numbers", f"a table of {shape}") from None
+
+    def table(self, first: str) -> tuple[list[str], Real]:
+        """Columns and rows (m, columns) of the table whose first column has this name."""
+        key = next((key for key in self.content if key.split(",")[0].strip() == first), None)
+        if key is None:
+            raise self.wrong(first, "nothing", "a table that begins with this column")
+        columns = [name.strip() for name in key.split(",")]
+        return columns, self.numbers(key, (-1, len(columns)))
+
+
+class _Conventions(NamedTuple):
+    """Of one vessel type."""
+
+    abscissa: Abscissa
+    sign: Real  # (6,)
+    leads: bool
+    phase_unit: float  # rad
+    reference: float  # rad
+
+    def lag(self, phase: Real, waves: int) -> Real:
+        """Lag behind the crest; a sum of ``waves`` phases has as many references."""
+        lag = phase * (-self.phase_unit if self.leads else self.phase_unit)
+        return np.asarray(lag + waves * self.reference)
+
+
+class _Vessel(NamedTuple):
+    """One draught of one type."""
+
+    draught: _Node
+    conventions: _Conventions
+    symmetry: str
+    reference: Real  # origin of the matrices in vessel axes
+    waterline: float  # in vessel axes
+    depth: float
+    gravity: float
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """A YAML file that names the program or has its first sections."""
+    return path.suffix.lower() in (".yml", ".yaml") and any(
+        mark in head for mark in (b"Program: OrcaFlex", b"VesselTypes:", b"UnitsSystem:")
+    )
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database in an OrcaFlex file with one vessel type and draught; raises `InputError` for
+    what is missing or does not fit."""
+    model = _Node(path, "", _content(path))
+    model.node("General").choice("UnitsSystem", ["SI"])
+    vessel = _vessel(model, given)
+    draught, lift = vessel.draught, np.array([0.0, 0.0, vessel.waterline])
+    omega, added_mass, damping = _matrices(vessel)
+    waves, heading, excitation = _first_order(vessel)
+    rows = _matching(draught, omega, waves)
+    centre = draught.numbers("CentreOfGravity", (3,)) - lift
+    buoyancy = draught.numbers("CentreOfBuoyancy", (3,)) - lift
+    reference = vessel.reference - lift
+    return assembled(
+        path,
+        omega,
+        heading,
+        _symmetric(vessel, given),
+        added_mass=added_mass,
+        radiation_damping=damping,
+        excitation=excitation[rows],
+        mean_drift=_mean_drift(vessel, waves, heading, rows),
+        **_second_order(vessel),
+        hydrostatic_stiffness=_stiffness(vessel),
+        inertia_matrix=_inertia(draught, centre - reference),
+        volume=volumes(path, given.volume, draught.numbers("DisplacedVolume", ())),
+        centre_of_gravity=points(path, "CentreOfGravity", given.centre_of_gravity, centre, 1),
+        centre_of_buoyancy=points(path, "CentreOfBuoyancy", given.centre_of_buoyancy, buoyancy, 1),
+        reference_point=reference[None],
+        water_depth=vessel.depth,
+        water_density=_density(model, given),
+        gravity=vessel.gravity,
+        attributes={"solver": "OrcaFlex vessel type"},
+    )
+
+
+def _content(path: Path) -> Any:
+    """The document with all scalars as texts: YAML's own guesses do not know 12e3."""
+    text = "\n".join(read_text(path).lines)
+    try:
+        return yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+    except yaml.MarkedYAMLError as error:
+        line = 0 if error.problem_mark is None else error.problem_mark.line
+        raise InputError(
+            f"{path}: line {line + 1}: {error.problem}; expected YAML. The file is damaged; save"
+            " the model as text data again."
+        ) from error
+    except (yaml.YAMLError, RecursionError) as error:
+        raise InputError(
+            f"{path}: cannot be read as YAML ({str(error)[:200]}). The file is damaged; save the"
+            " model as text data again."
+        ) from error
+
+
+def _flat(item: Any, depth: int) -> Iterator[Any]:
+    """Scalars in nested lists, not deeper than ``depth``; a scalar may stand for a list of one."""
+    if isinstance(item, list) and depth > 0:
+        for part in item:
+            yield from _flat(part, depth - 1)
+    else:
+        yield item
+
+
+def _vessel(model: _Node, given: Given) -> _Vessel:
+    """The only draught with wave loads."""
+    candidates = [
+        (kind, draught)
+        for kind in model.nodes("VesselTypes")
+        for draught in kind.nodes("Draughts")
+        if _tables_of(draught)
+    ]
+    if len(candidates) != 1:
+        raise model.wrong(
+            "VesselTypes", f"{len(candidates)} draughts with load RAOs", "one: delete the others"
+        )
+    kind, draught = candidates[0]
+    draught.choice("AMDMethod", ["Frequency dependent"])
+    reference = draught.numbers("ReferenceOrigin", (3,))
+    height, heel, trim = draught.numbers("ReferenceOriginDatumPosition", (3,))
+    if heel or trim:
+        raise draught.wrong("ReferenceOriginDatumPosition", "heel or trim", "an upright vessel")
+    depth = model.node("Environment").number("WaterDepth")
+    return _Vessel(
+        draught,
+        _conventions(kind),
+        kind.choice("Symmetry", _SYMMETRY),
+        reference,
+        reference[2] - height,
+        told(model.path, "water depth", given.water_depth, depth),
+        _GRAVITY if given.gravity is None else given.gravity,
+    )
+
+
+def _tables_of(draught: _Node) -> list[_Node]:
+    """Load RAOs by direction, if the draught has any."""
+    return draught.node("LoadRAOs").nodes("RAOs") if "LoadRAOs" in draught.content else []
+
+
+def _conventions(kind: _Node) -> _Conventions:
+    kind.choice("RAOWaveUnit", ["amplitude"])
+    units = {"degrees": np.pi / 180, "radians": 1.0}
+    return _Conventions(
+        _ABSCISSA[kind.choice("WavesReferredToBy", list(_ABSCISSA))],
+        np.array([1.0 if kind.choice(k, c) == c[0] else -1.0 for k, c in _POSITIVE.items()]),
+        kind.choice("RAOPhaseConvention", ["lags", "leads"]) == "leads",
+        units[kind.choice("RAOPhaseUnitsConvention", list(units))],
+        _REFERENCE[kind.choice("RAOPhaseRelativeToConvention", list(_REFERENCE))],
+    )
+
+
+def _density(model: _Node, given: Given) -> float:
+    environment = model.node("Environment")
+    file = environment.number("Density") if "Density" in environment.content else None
+    return told(
+        model.path, "water density", given.water_density, None if file is None else _KILO * file
+    )
+
+
+def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
+    """Frequencies, among them zero and infinity, added mass and damping (nw, 6, 6)."""
+    items = vessel.draught.nodes("FrequencyDependentAddedMassAndDamping")
+    if not items:
+        raise vessel.draught.wrong("FrequencyDependentAddedMassAndDamping", "nothing", "matrices")
+    value = [item.number("AMDPeriodOrFrequency") for item in items]
+    added_mass, damping = (
+        np.array([item.numbers(_key(item, first), (6, 6)) for item in items])
+        for first in ("AddedMassMatrixX", "DampingX")
+    )
+    sign = _KILO * np.outer(vessel.conventions.sign, vessel.conventions.sign)
+    omega = frequencies(vessel.draught.path, value, vessel.conventions.abscissa)
+    return omega, added_mass * sign, damping * sign
+
+
+def _key(node: _Node, first: str) -> str:
+    """The key of a matrix, which names its columns."""
+    key = next((key for key in node.content if key.split(",")[0].strip() == first), None)
+    if key is None:
+        raise node.wrong(first, "nothing", "a matrix")
+    return str(key)
+
+
+def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
+    """Frequencies (nw,), headings (nh,) and loads (nw, nh, 6) about the origin of the matrices."""
+    node = vessel.draught.node("LoadRAOs")
+    waves, heading, table = _by_direction(vessel, node)
+    size, phase = _sizes_and_phases(*table)
+    loads = polar(size, vessel.conventions.lag(phase, 1)) * _KILO * vessel.conventions.sign
+    origin, phase_origin = _origins(node)
+    loads = _at(vessel, loads, waves, heading, phase_origin - origin)
+    heading, loads = _mirrored(vessel, heading, loads)
+    loads = _at(vessel, loads, waves, heading, origin)
+    return waves, heading, loads @ velocity_transfer((origin - vessel.reference)[None])
+
+
+def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
+    """Said by the user or the file; where neither does, it is to be seen."""
+    said = "xz" in vessel.symmetry or vessel.symmetry == "circular"
+    return (
+        True if said and given.port_starboard_symmetric is None else given.port_starboard_symmetric
+    )
+
+
+def _mirrored(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, Any]:
+    """With the headings that symmetry fore and aft gives."""
+    if "yz" not in vessel.symmetry:
+        return heading, loads
+    return with_fore_aft_headings(heading, loads)
+
+
+def _at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
+    return at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
+
+
+def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[str], Real]]:
+    """Frequencies, headings, and columns with rows (nw, nh, columns)."""
+    items = node.nodes("RAOs")
+    tables = [item.table("RAOPeriodOrFrequency") for item in items]
+    columns, first = tables[0]
+    if len(first) == 0:
+        raise items[0].wrong("RAOPeriodOrFrequency", "an empty table", "rows")
+    for item, (names, rows) in zip(items, tables, strict=True):
+        if names != columns or rows.shape != first.shape or (rows[:, 0] != first[:, 0]).any():
+            raise item.wrong(
+                "RAOPeriodOrFrequency", "other columns or waves", "those of the first direction"
+            )
+    heading = np.array([item.number("RAODirection") for item in items])
+    omega = frequencies(node.path, first[:, 0], vessel.conventions.abscissa)
+    stack = np.stack([rows for _, rows in tables], axis=1)
+    return omega, np.radians(heading), (columns, stack)
+
+
+def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
+    """(..., 6) each; a DOF without columns has none."""
+    size, phase = np.zeros((2, *rows.shape[:-1], 6))
+    for dof, name in enumerate(_DOFS):
+        for out, what in ((size, "Amp"), (phase, "Phase")):
+            if f"RAO{name}{what}" in columns:
+                out[..., dof] = rows[..., columns.index(f"RAO{name}{what}")]
+    return size, phase
+
+
+def _origins(node: _Node) -> tuple[Real, Real]:
+    """Of loads and of phases, in vessel axes; ~ stands for the former."""
+    origin = node.numbers("RAOOrigin", (3,))
+    words = node.content.get("PhaseOrigin", ["~"] * 3)
+    if isinstance(words, list) and len(words) == 3 and set(words) == {"~"}:
+        return origin, origin
+    return origin, node.numbers("PhaseOrigin", (3,))
+
+
+def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
+    """The row of loads for each matrix, any one for the limits."""
+    finite = np.isfinite(omega) & (omega > 0)
+    near = np.abs(waves - np.where(finite, omega, 0.0)[:, None])
+    rows = near.argmin(axis=1)
+    fits = near[np.arange(omega.size), rows] <= _SAME * omega
+    if not fits[finite].all() or finite.sum() != waves.size:
+        raise draught.wrong(
+            "FrequencyDependentAddedMassAndDamping",
+            f"{finite.sum()} finite frequencies",
+            f"the {waves.size} of the load RAOs",
+        )
+    return [int(row) for row in rows]
+
+
+def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) -> Real | None:
+    """Newman's diagonal (nw, nh, 6): the phase says no more than the sign."""
+    if "WaveDrift" not in vessel.draught.content:
+        return None
+    node = vessel.draught.node("WaveDrift")
+    if not node.content.get("RAOs"):
+        return None
+    own_waves, directions, table = _by_direction(vessel, node)
+    size, phase = _sizes_and_phases(*table)
+    drift = size * np.cos(phase * vessel.conventions.phase_unit) * _KILO * vessel.conventions.sign
+    own_heading, drift = _mirrored(vessel, directions, drift)
+    if not np.array_equal(own_waves, waves) or not np.array_equal(own_heading, heading):
+        raise node.wrong("RAOs", "other waves", "the frequencies and directions of the load RAOs")
+    origin = node.numbers("RAOOrigin", (3,))
+    return np.asarray(drift @ velocity_transfer((origin - vessel.reference)[None]))[rows]
+
+
+def _second_order(vessel: _Vessel) -> dict[str, Any]:
+    """Full transfer functions, where there are rows."""
+    difference = _pairs(vessel, "WaveDrift", difference=True)
+    total = _pairs(vessel, "SumFrequencyQTFs", difference=False)
+    return quadratic(vessel.draught.path, 6, difference, total)
+
+
+def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
+    """Rows of one table about the origin of the matrices."""
+    node = vessel.draught.node(key) if key in vessel.draught.content else None
+    if node is None or not any(k.startswith("RAOPeriodOrFrequency1") for k in node.content):
+        return None
+    columns, rows = node.table("RAOPeriodOrFrequency1")
+    if len(rows) == 0 or columns[1:4] != [
+        "RAOPeriodOrFrequency2",
+        "RAODirection1",
+        "RAODirection2",
+    ]:
+        return None
+    size, phase = _sizes_and_phases(columns, rows)
+    lag = vessel.conventions.lag(phase, 0 if difference else 2)
+    origin, phase_origin = _origins(node)
+    loads = polar(size, lag) * _KILO * vessel.conventions.sign
+    loads = loads @ velocity_transfer((origin - vessel.reference)[None])
+    pairs = Pairs(
+        np.repeat(frequencies(node.path, rows[:, :2], vessel.conventions.abscissa), 6, axis=0),
+        np.repeat(np.radians(rows[:, 2:4]), 6, axis=0),
+        np.tile(np.arange(6), len(rows)),
+        loads.ravel(),
+    )
+    return pairs.at_origin(phase_origin, vessel.depth, vessel.gravity, difference)
+
+
+def _stiffness(vessel: _Vessel) -> Real:
+    """(6, 6) from heave, roll and pitch."""
+    key = _key(vessel.draught, "HydrostaticStiffnessz")
+    sign = vessel.conventions.sign[_HEAVE_ROLL_PITCH]
+    stiffness = np.zeros((6, 6))
+    part = vessel.draught.numbers(key, (3, 3)) * np.outer(sign, sign)
+    stiffness[np.ix_(_HEAVE_ROLL_PITCH, _HEAVE_ROLL_PITCH)] = _KILO * part
+    return stiffness
+
+
+def _inertia(draught: _Node, offset: Real) -> Real:
+    """(6, 6) about a point from which the centre of gravity lies at ``offset``."""
+    mass = draught.number("Mass")
+    own = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
+    own[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))
+    move = velocity_transfer(offset[None])
+    return np.asarray(_KILO * move.T @ own @ move)

@@ -1,0 +1,138 @@
+"""Tables of numbers in text files: rows with their line numbers, spread over arrays."""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrosim.database.database import Real
+from hydrosim.errors import InputError
+
+Index = NDArray[np.intp]
+
+_LARGEST_FILE = 2**30  # bytes
+_LONGEST_LINE = 10_000  # characters
+_LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
+_SPARSEST = 64  # numbers of an array that one row may stand for; symmetries leave out up to 9 of 10
+# What Fortran prints and Python does not read: 1.0D+00, and 1.0-101 for three digits of exponent.
+_FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
+
+
+@dataclass(frozen=True)
+class Table:
+    """``values`` (rows, columns), NaN where a row is shorter, and the ``line`` (rows,) of each."""
+
+    path: Path
+    values: Real
+    line: Index
+
+    def problem(self, row: int, found: str, expected: str) -> InputError:
+        """The error to raise about a row."""
+        return InputError(
+            f"{self.path}, line {self.line[row]}: found {found}, expected {expected}."
+        )
+
+    def whole(self, column: int, lowest: int, highest: int) -> Index:
+        """A column of whole numbers between two limits."""
+        values = self.values[:, column]
+        wrong = (values != np.rint(values)) | (values < lowest) | (values > highest)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            expected = f"a whole number from {lowest} to {highest} in column {column + 1}"
+            raise self.problem(row, f"{values[row]:g}", expected)
+        return values.astype(np.intp)
+
+    def only(self, rows: NDArray[np.bool_]) -> Table:
+        """The table with some of its rows."""
+        return Table(self.path, self.values[rows], self.line[rows])
+
+    def spread(self, index: tuple[Index, ...], shape: tuple[int, ...], value: NDArray) -> NDArray:
+        """An array with each row's value in its place and NaN elsewhere; raises `InputError` for
+        a place taken twice and for an array out of proportion to the file."""
+        if math.prod(shape) > _SPARSEST * (len(self.line) + 1000):
+            raise InputError(
+                f"{self.path}: {len(self.line)} rows for {' x '.join(map(str, shape))} numbers;"
+                " expected a row for most of them. Look for a frequency, heading or index that"
+                " occurs in one row only."
+            )
+        place = np.ravel_multi_index(index, shape)
+        first = np.unique(place, return_index=True)[1]
+        if first.size < place.size:
+            row = int(np.setdiff1d(np.arange(place.size), first)[0])
+            before = self.line[int(np.argmax(place == place[row]))]
+            raise self.problem(row, f"the same indices as in line {before}", "each of them once")
+        spread = np.full(shape, np.nan, dtype=value.dtype)
+        spread.ravel()[place] = value
+        return spread
+
+
+def read_table(path: Path, columns: tuple[int, ...]) -> Table:
+    """The rows of a file whose lines have one of these numbers of columns; lines before them that
+    are not mostly numbers are a heading. Raises `InputError` for anything else."""
+    width = max(columns)
+    values, numbers = array("d"), array("q")
+    for number, line in enumerate(_lines(path), 1):
+        tokens = line.split()
+        if not tokens or (not numbers and _heading(tokens)):
+            continue
+        row = _row(path, number, tokens, columns)
+        values.extend(row + [math.nan] * (width - len(row)))
+        numbers.append(number)
+    if not numbers:
+        raise InputError(
+            f"{path}: found no rows of numbers, expected rows of"
+            f" {' or '.join(map(str, columns))} numbers. Is it empty or another kind of file?"
+        )
+    return Table(path, np.array(values).reshape(-1, width), np.array(numbers))
+
+
+def read_lines(path: Path) -> list[str]:
+    """The lines of a text file in any 8-bit coding; raises `InputError` if it cannot be read."""
+    return list(_lines(path))
+
+
+def _lines(path: Path) -> Iterator[str]:
+    """One by one; a line that is too long, as in binary files, comes in pieces."""
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise InputError(f"{path}: is larger than 1 GiB; expected a table of coefficients.")
+        with path.open(encoding="latin-1") as file:
+            yield from iter(lambda: file.readline(_LONGEST_LINE), "")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from error
+
+
+def number_in(token: str) -> float:
+    """The number that a token stands for, NaN if none."""
+    try:
+        return float(token)
+    except ValueError:
+        match = _FORTRAN.fullmatch(token)
+    return float(f"{match[1]}e{match[2]}") if match and match[1].strip("+-.") else math.nan
+
+
+def _heading(tokens: list[str]) -> bool:
+    return 2 * sum(math.isnan(number_in(token)) for token in tokens) > len(tokens)
+
+
+def _row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -> list[float]:
+    if len(tokens) not in columns:
+        raise InputError(
+            f"{path}, line {number}: found {len(tokens)} columns, expected"
+            f" {' or '.join(map(str, columns))}. Is the file cut off or another kind of file?"
+        )
+    try:
+        row = [float(token) for token in tokens]
+    except ValueError:
+        row = [number_in(token) for token in tokens]
+    for token, value in zip(tokens, row, strict=True):
+        if not abs(value) < _LARGEST_NUMBER:
+            raise InputError(f"{path}, line {number}: found {token[:40]!r}, expected a number.")
+    return row

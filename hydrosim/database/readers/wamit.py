@@ -1,0 +1,472 @@
+"""WAMIT's numeric output: name.1, .3 and whatever else of the set lies beside them.
+
+Read are .1, one of .3, .2 or .3fk + .3sc (in this order), .3fk, .8 .9 .7 (mean drift), one each of
+.12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf and .out. Rows may be in any order, and pairs of
+DOFs that symmetry makes zero may be absent. Everything is made dimensional with the length L of
+.out, .mmx or .gdf, and with the density, of .out alone:
+
+    A = rho L^k A',  B = rho w L^k B'                k = 3 + number of rotations among I, J
+    X = rho g L^m X',  C = rho g L^k C'              m, k = 2 + number of rotations
+    second order: F = rho g L^m F'                   m = 1 + rotation
+
+The time factor is exp(+i w t), phases refer to the elevation at the global origin, headings are
+where waves go to, coefficients refer to each body's origin (XBODY of .out). What neither a file nor
+the user gives is assumed, and the attribute ``assumed`` says so. Rows of negative I in the drift
+files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.given import NOTHING_GIVEN, FrequencyColumn, Given, first_given
+from hydrosim.database.readers import wamit_header
+from hydrosim.database.readers.common import mirror_image, preferred_drift
+from hydrosim.database.readers.tables import Index, Table, read_table
+from hydrosim.database.readers.wamit_writer import write as write
+from hydrosim.errors import InputError
+
+NAME = "WAMIT"
+
+_EXCITATION = (".3", ".2")
+_DRIFT = (".8", ".7", ".9")  # momentum, control surface, pressure
+_DIFFERENCE = (".12d", ".11d", ".10d")  # complete by two methods, quadratic part alone
+_SUM = (".12s", ".11s", ".10s")
+_NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFERENCE, *_SUM}
+_TEXT = {".out", ".gdf"}
+
+_ASSUMED = Given(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
+_SAME = 1e-4  # relative difference of frequencies that are one, printed with 5 to 7 digits
+_SAME_DEGREES = 1e-3
+_HIGHEST_INDEX = 6000
+_LONG = 0.3  # heave loads above this share of the largest are of long waves
+
+
+@dataclass(frozen=True)
+class Units:
+    """What turns the numbers of ``bodies`` bodies into SI units."""
+
+    bodies: int
+    length: float
+    density: float
+    gravity: float
+    depth: float
+    column: FrequencyColumn
+
+    @property
+    def rotations(self) -> Real:
+        """(n,): 1 for roll, pitch, yaw."""
+        return np.tile([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], self.bodies)
+
+    def matrix(self, power: int) -> Real:
+        """(n, n): the length to ``power`` and one for each rotation."""
+        return self.length ** (power + self.rotations[:, None] + self.rotations)
+
+    def load(self, power: int) -> Real:
+        """(n,): rho g and the length to ``power`` and one for a rotation."""
+        return self.density * self.gravity * self.length ** (power + self.rotations)
+
+    def frequency(self, table: Table, column: int) -> Real:
+        """Of each row [rad/s]; zero and infinity where the column has the codes for them."""
+        value = table.values[:, column]
+        w = angular(self.column, value, self)
+        wrong = np.isfinite(w) & (w > 0) & ((w < 1e-5) | (w > 1e4))
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            expected = f"a {self.column} of waves (see frequency_column)"
+            raise table.problem(row, f"{value[row]:g}", expected)
+        return w
+
+
+def angular(column: FrequencyColumn, value: Real, units: Units) -> Real:
+    """Frequency [rad/s]. A period of zero is infinite frequency, a negative one zero frequency;
+    for frequencies and wavenumbers zero is taken to be zero and a negative value infinity."""
+    size = np.maximum(np.abs(value), 1e-30)
+    k = size / units.length
+    if column is FrequencyColumn.PERIOD:
+        return np.where(value > 0, 2 * np.pi / size, np.where(value < 0, 0.0, np.inf))
+    if column is FrequencyColumn.FREQUENCY:
+        w = size
+    elif column is FrequencyColumn.DEEP_WAVENUMBER:
+        w = np.sqrt(units.gravity * k)
+    else:
+        w = np.sqrt(units.gravity * k * np.tanh(k * units.depth))
+    return np.where(value > 0, w, np.where(value < 0, np.inf, 0.0))
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """By the suffix; the main output and geometry only beside a .1 file."""
+    suffix = path.suffix.lower()
+    return suffix in _NUMERIC or (suffix in _TEXT and ".1" in _files(path))
+
+
+def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+    """The database of the set that the file ``path`` belongs to; a name without suffix is that of
+    the set. Raises `InputError` where files are missing, malformed or do not fit together."""
+    files = _files(path)
+    if ".1" not in files:
+        raise InputError(f"{path.with_suffix('.1')}: no such file; expected WAMIT's added mass.")
+    radiation = read_table(files[".1"], (4, 5))
+    bodies = -(-int(_dofs(radiation, 1, _HIGHEST_INDEX).max() + 1) // 6)
+    excitation = _excitation_tables(path, files)
+    facts, assumed = _facts(path, files, given, bodies)
+    units, remark = _units(facts, bodies, radiation, excitation[0])
+    return _database(path, files, facts, units, radiation, excitation, [*assumed, *remark])
+
+
+def _database(
+    path: Path,
+    files: dict[str, Path],
+    facts: Given,
+    units: Units,
+    radiation: Table,
+    excitation: list[Table],
+    assumed: list[str],
+) -> HydroDatabase:
+    frequency, added_mass, damping, limits = _radiation(radiation, units)
+    heading = np.unique(excitation[0].values[:, 1])
+    total = np.sum([_loads(table, units, frequency, heading) for table in excitation], axis=0)
+    part = read_table(files[".3fk"], (7,)) if ".3fk" in files else None
+    drift, method = _mean_drift(files, units, frequency, heading)
+    symmetric = facts.port_starboard_symmetric
+    if symmetric is None:
+        symmetric = mirror_image(added_mass, np.radians(heading), total)
+    remarks = {"assumed": ", ".join(assumed), "mean_drift_method": method}
+    return HydroDatabase(
+        source=str(path),
+        frequency=frequency,
+        heading=np.radians(heading),
+        added_mass=added_mass,
+        radiation_damping=damping,
+        added_mass_zero=limits.get(0.0),
+        added_mass_infinite=limits.get(np.inf),
+        excitation=total,
+        froude_krylov=None if part is None else _loads(part, units, frequency, heading),
+        mean_drift=drift,
+        **_quadratic(files, units),
+        hydrostatic_stiffness=_stiffness(files, units),
+        inertia_matrix=_inertia(files, units),
+        **_points(path, facts, units.bodies),
+        water_depth=units.depth,
+        water_density=units.density,
+        gravity=units.gravity,
+        port_starboard_symmetric=symmetric,
+        attributes={"program": NAME, **{name: text for name, text in remarks.items() if text}},
+    )
+
+
+def _files(path: Path) -> dict[str, Path]:
+    """The files of the set by their suffixes in lower case."""
+    known = _NUMERIC | _TEXT
+    stem = path.stem if path.suffix.lower() in known else path.name
+    beside = path.parent.iterdir() if path.parent.is_dir() else ()
+    return {p.suffix.lower(): p for p in beside if p.stem == stem and p.suffix.lower() in known}
+
+
+def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
+    """Tables whose sum is the excitation."""
+    for suffix in _EXCITATION:
+        if suffix in files:
+            return [read_table(files[suffix], (7,))]
+    if ".3fk" in files and ".3sc" in files:
+        return [read_table(files[suffix], (7,)) for suffix in (".3fk", ".3sc")]
+    raise InputError(
+        f"{path.with_suffix('.3')}: no such file; expected WAMIT's excitation there, in .2 or in"
+        " .3fk and .3sc."
+    )
+
+
+def _facts(
+    path: Path, files: dict[str, Path], given: Given, bodies: int
+) -> tuple[Given, list[str]]:
+    """All there is to know, and what of it nobody said."""
+    readers: dict[str, Callable[[Path], Given]] = {
+        ".out": wamit_header.main_output,
+        ".mmx": wamit_header.matrix_file,
+        ".gdf": wamit_header.geometry_file,
+    }
+    said = first_given(
+        *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
+    )
+    origin = first_given(given, said, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
+    where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
+    _check_units(where, first_given(given, said, _ASSUMED))
+    _check_bodies(where, said, bodies)
+    said = replace(
+        said,
+        centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
+        centre_of_gravity=_shifted(said.centre_of_gravity, origin),
+    )
+    known = first_given(given, said)
+    assumed = [
+        f"{name.replace('_', ' ')} {getattr(_ASSUMED, name):g}"
+        for name in ("length", "water_density", "gravity", "water_depth")
+        if getattr(known, name) is None
+    ]
+    if known.reference_point is None:
+        assumed.append("reference points at the origin")
+    return first_given(known, _ASSUMED, Given(reference_point=origin)), assumed
+
+
+def _check_units(where: str, facts: Given) -> None:
+    """Raises `InputError` where the numbers cannot be of SI units."""
+    ranges = {
+        "length": (1e-3, 1e4),
+        "gravity": (9.0, 11.0),
+        "water_density": (500.0, 2000.0),
+        "water_depth": (1e-3, np.inf),
+    }
+    for name, (lowest, highest) in ranges.items():
+        value = getattr(facts, name)
+        if not lowest <= value <= highest:
+            raise InputError(
+                f"{where}: {name.replace('_', ' ')} is {value:g}, expected {lowest:g} to"
+                f" {highest:g} in SI units. Was WAMIT run in feet? Convert its files first."
+            )
+
+
+def _check_bodies(where: str, said: Given, bodies: int) -> None:
+    """Raises `InputError` where the headers are of another number of bodies."""
+    for name in ("volume", "reference_point", "centre_of_buoyancy", "centre_of_gravity"):
+        items, each = getattr(said, name), 1 if name == "volume" else 3
+        if items is not None and len(items) != bodies * each:
+            raise InputError(
+                f"{where}: {name.replace('_', ' ')} is given for {len(items) // each} bodies, but"
+                f" the .1 file has {bodies}. Generalised modes are not read."
+            )
+
+
+def _shifted(points: tuple[float, ...] | None, by: tuple[float, ...] | None) -> tuple | None:
+    if points is None or by is None or len(points) != len(by):
+        return points
+    return tuple(p + b for p, b in zip(points, by, strict=True))
+
+
+def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
+    """The items of the database that are of bodies, not of waves."""
+    arrays = {}
+    for name in ("volume", "centre_of_buoyancy", "centre_of_gravity", "reference_point"):
+        items, shape = getattr(facts, name), (bodies,) if name == "volume" else (bodies, 3)
+        if items is not None and len(items) != np.prod(shape):
+            raise InputError(
+                f"{path}: {name.replace('_', ' ')} is given as {len(items)} numbers, expected"
+                f" {np.prod(shape)} for {bodies} bodies."
+            )
+        arrays[name] = None if items is None else np.array(items, dtype=float).reshape(shape)
+    return arrays
+
+
+def _units(
+    facts: Given, bodies: int, radiation: Table, excitation: Table
+) -> tuple[Units, list[str]]:
+    """The units, and a remark where the kind of the first column is guessed."""
+    names = ("length", "water_density", "gravity", "water_depth")
+    length, density, gravity, depth = (float(getattr(facts, name)) for name in names)
+    units = Units(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
+    if facts.frequency_column is not None:
+        return replace(units, column=facts.frequency_column), []
+    guess = _guessed_column(units, radiation, excitation)
+    return replace(units, column=guess), [f"first column {guess}"]
+
+
+def _guessed_column(units: Units, radiation: Table, excitation: Table) -> FrequencyColumn:
+    """By Haskind's relation: w^2 L/g = 2 B33'/|X3'|^2 in deep water if the heave load does not
+    depend on the heading, which is nearly so in long waves (Newman 1962, J. Ship Research 6)."""
+    heave = radiation.only((radiation.values[:, 1:3] == 3).all(axis=1)).values
+    loads = excitation.only(excitation.values[:, 2] == 3).values
+    both = [x for x in heave[:, 0] if x > 0 and x in loads[:, 0]]
+    square = np.array([np.mean(loads[loads[:, 0] == x, 3] ** 2) for x in both])
+    damping = heave[np.isin(heave[:, 0], both), 4]
+    kept = (square > _LONG**2 * square.max(initial=0.0)) & (damping > 0)
+    value, expected = np.array(both)[kept], 2 * damping[kept] / square[kept]
+    errors = {
+        column: float(np.median(np.abs(np.log(_deep_number(column, value, units) / expected))))
+        for column in FrequencyColumn
+        if column is not FrequencyColumn.WAVENUMBER and kept.any()
+    }
+    return min(errors, key=lambda column: errors[column], default=FrequencyColumn.PERIOD)
+
+
+def _deep_number(column: FrequencyColumn, value: Real, units: Units) -> Real:
+    return angular(column, value, units) ** 2 * units.length / units.gravity
+
+
+def _dofs(table: Table, column: int, highest: int) -> Index:
+    """Indices from zero of DOFs in one column, or in two for .1 and .hst."""
+    both = [table.whole(c, 1, highest) for c in (column, column + 1)]
+    return np.stack(both) - 1
+
+
+def _radiation(table: Table, units: Units) -> tuple[Real, Real, Real, dict[float, Real]]:
+    """Frequencies, A, B, and A at the frequencies zero and infinity."""
+    n = 6 * units.bodies
+    every, row = np.unique(units.frequency(table, 0), return_inverse=True)
+    index, shape = (row, *_dofs(table, 1, n)), (every.size, n, n)
+    mass = _complete(table, table.spread(index, shape, table.values[:, 3]), every)
+    damping = table.spread(index, shape, table.values[:, 4])
+    waves = np.isfinite(every) & (every > 0)
+    lacking = np.isnan(table.values[:, 4]) & waves[row]
+    if lacking.any():
+        raise table.problem(int(np.argmax(lacking)), "4 columns", "damping in the fifth")
+    if not waves.any():
+        raise table.problem(0, "no frequency above zero", "at least one")
+    mass *= units.density * units.matrix(3)
+    factor = units.density * units.matrix(3) * every[waves, None, None]
+    limits = {float(w): mass[i] for i, w in enumerate(every) if not waves[i]}
+    return every[waves], mass[waves], np.nan_to_num(damping[waves]) * factor, limits
+
+
+def _complete(table: Table, array: Any, frequency: Real) -> Any:
+    """The array (nw, ...) with zero for entries that no frequency has; raises `InputError` for one
+    that some frequencies have and others have not."""
+    absent = np.isnan(array)
+    lost = absent & ~absent.all(axis=0)
+    if lost.any():
+        place = np.unravel_index(int(np.argmax(lost)), lost.shape)
+        indices = " ".join(str(int(i) + 1) for i in place[1:])
+        raise InputError(
+            f"{table.path}, line {table.line[-1]}: found the end and no row {indices} for"
+            f" {frequency[place[0]]:.6g} rad/s, expected one as for other frequencies. Is the file"
+            " cut off?"
+        )
+    return np.where(absent, 0.0, array)
+
+
+def _nearest(table: Table, column: int, values: Real, grid: Real, same: Real | float) -> Index:
+    """Where in the grid each row's value is; raises `InputError` for one that is not there."""
+    order = np.argsort(grid)
+    middle = (grid[order][1:] + grid[order][:-1]) / 2
+    place = order[np.searchsorted(middle, values)]
+    wrong = np.abs(grid[place] - values) > same
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        expected = f"one of the {grid.size} values of the other tables"
+        raise table.problem(row, f"{table.values[row, column]:g} in column {column + 1}", expected)
+    return place
+
+
+def _on_grid(table: Table, units: Units, frequency: Real, heading: Real, dof_column: int) -> Real:
+    """Real and imaginary parts (2, nw, nh, n) of a table of loads, NaN where it has none."""
+    w = units.frequency(table, 0)
+    waves = np.isfinite(w) & (w > 0)
+    table, w = table.only(waves), w[waves]
+    n = 6 * units.bodies
+    index = (
+        _nearest(table, 0, w, frequency, _SAME * w),
+        _nearest(table, 1, table.values[:, 1], heading, _SAME_DEGREES),
+        table.whole(dof_column, 1, n) - 1,
+    )
+    shape = (frequency.size, heading.size, n)
+    return np.stack([table.spread(index, shape, table.values[:, -part]) for part in (2, 1)])
+
+
+def _covering(table: Table, loads: Real, frequency: Real, heading: Real) -> Real:
+    """Loads (nw, nh, n) with zero for DOFs that the table never has; raises `InputError` where it
+    has others for some waves only."""
+    nw, nh, n = loads.shape
+    waves = np.repeat(frequency, nh)
+    return _complete(table, loads.reshape(nw * nh, n), waves).reshape(loads.shape)
+
+
+def _loads(table: Table, units: Units, frequency: Real, heading: Real) -> Complex:
+    parts = _on_grid(table, units, frequency, heading, 2)
+    real, imaginary = (_covering(table, part, frequency, heading) for part in parts)
+    return np.asarray((real + 1j * imaginary) * units.load(2))
+
+
+def _mean_drift(
+    files: dict[str, Path], units: Units, frequency: Real, heading: Real
+) -> tuple[Real | None, str]:
+    momentum, control_surface, pressure = (
+        _drift(read_table(files[suffix], (8,)), units, frequency, heading)
+        if suffix in files
+        else None
+        for suffix in _DRIFT
+    )
+    return preferred_drift(momentum, control_surface, pressure, units.bodies)
+
+
+def _drift(table: Table, units: Units, frequency: Real, heading: Real) -> Real:
+    """From the rows of one direction; those of two belong to a transfer function."""
+    table.whole(3, -6 * units.bodies, 6 * units.bodies)
+    one = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
+    table = table.only(one & (table.values[:, 3] > 0))
+    if not table.line.size:
+        raise InputError(f"{table.path}: no row has equal headings and I > 0, expected some.")
+    real = _on_grid(table, units, frequency, heading, 3)[0]
+    return _covering(table, real, frequency, heading) * units.load(1)
+
+
+def _quadratic(files: dict[str, Path], units: Units) -> dict[str, Any]:
+    """The items of the database on quadratic transfer functions."""
+    tables = {
+        name: read_table(files[found[0]], (9,))
+        for name, suffixes in (("qtf_difference", _DIFFERENCE), ("qtf_sum", _SUM))
+        if (found := [suffix for suffix in suffixes if suffix in files])
+    }
+    if not tables:
+        return {}
+    first = next(iter(tables.values()))
+    frequency = np.unique([units.frequency(first, column) for column in (0, 1)])
+    if frequency[0] <= 0 or not np.isfinite(frequency[-1]):
+        raise first.problem(0, "the limits of frequency in the table", "waves only")
+    pairs = np.unique(first.values[:, 2:4], axis=0)
+    return {
+        "qtf_frequency": frequency,
+        "qtf_heading": np.radians(pairs),
+        **{
+            name: _transfer(table, units, frequency, pairs, name == "qtf_difference")
+            for name, table in tables.items()
+        },
+    }
+
+
+def _transfer(
+    table: Table, units: Units, frequency: Real, pairs: Real, difference: bool
+) -> Complex:
+    """(np, nq, nq, n): the triangle that the file lacks is the other with waves swapped."""
+    n, nq = 6 * units.bodies, frequency.size
+    w_1, w_2 = (units.frequency(table, column) for column in (0, 1))
+    first = _nearest(table, 0, w_1, frequency, _SAME * w_1)
+    second = _nearest(table, 1, w_2, frequency, _SAME * w_2)
+    apart = np.abs(table.values[:, None, 2:4] - pairs).max(axis=2)
+    if (apart.min(axis=1) > _SAME_DEGREES).any():
+        row = int(np.argmax(apart.min(axis=1)))
+        raise table.problem(row, "headings that the difference file lacks", "the same pairs")
+    index = (np.argmin(apart, axis=1), first, second, table.whole(4, 1, n) - 1)
+    value = table.values[:, 7] + 1j * table.values[:, 8]
+    found = table.spread(index, (len(pairs), nq, nq, n), value)
+    swapped = _swapped(found, pairs)
+    full = np.where(np.isnan(found), swapped.conj() if difference else swapped, found)
+    flat = _complete(table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs)))
+    return flat.reshape(full.shape) * units.load(1)
+
+
+def _swapped(transfer: Complex, pairs: Real) -> Complex:
+    """With the first and second wave exchanged, NaN where the pair of headings has no partner."""
+    result = np.full_like(transfer, np.nan)
+    for p, pair in enumerate(pairs):
+        for partner in np.flatnonzero((np.abs(pairs - pair[::-1]) < _SAME_DEGREES).all(axis=1)):
+            result[p] = transfer[partner].transpose(1, 0, 2)
+    return result
+
+
+def _stiffness(files: dict[str, Path], units: Units) -> Real | None:
+    if ".hst" not in files:
+        return None
+    table, n = read_table(files[".hst"], (3,)), 6 * units.bodies
+    row, column = _dofs(table, 0, n)
+    stiffness = table.spread((row, column), (n, n), table.values[:, 2])
+    return np.nan_to_num(stiffness) * (units.density * units.gravity * units.matrix(2))
+
+
+def _inertia(files: dict[str, Path], units: Units) -> Real | None:
+    if ".mmx" not in files:
+        return None
+    return wamit_header.inertia(files[".mmx"], units.bodies, units.density)

@@ -1,0 +1,142 @@
+"""What WAMIT's text files say about units and bodies: .out, .mmx and the second line of .gdf."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hydrosim.database.database import Real
+from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.tables import number_in, read_lines
+from hydrosim.errors import InputError
+
+_MOST_BODIES = 1000
+_GRAVITY, _CENTRE = "Gravity:", "Center of Gravity:"
+
+
+def main_output(path: Path) -> Given:
+    """From the top of the main output, .out; centres are relative to the reference points."""
+    lines = read_lines(path)
+    points = [_items(path, lines, f"{axis}BODY =", 1) for axis in "XYZ"]
+    turned = _items(path, lines, "PHIBODY =", 1)
+    if any(angle != (0.0,) for angle in turned):
+        raise InputError(
+            f"{path}: PHIBODY is {turned[0][0]:g} degrees, expected 0. Bodies that are turned in"
+            " the frame are not read: run WAMIT with PHIBODY = 0 and a turned geometry."
+        )
+    if len({len(axis) for axis in points}) > 1:
+        raise InputError(f"{path}: XBODY, YBODY and ZBODY are not equally many; is it cut off?")
+    flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
+    water = Given(
+        water_depth=_single(_items(path, lines, "Water depth:", 1)),
+        water_density=_single(_items(path, lines, "Water density:", 1)),
+        reference_point=flat or None,
+    )
+    return _bodies(path, lines, water)
+
+
+def matrix_file(path: Path) -> Given:
+    """From the top of the .mmx file."""
+    return _bodies(path, read_lines(path), NOTHING_GIVEN)
+
+
+def _bodies(path: Path, lines: list[str], known: Given) -> Given:
+    volumes = _items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
+    return replace(
+        known,
+        gravity=_single(_items(path, lines, _GRAVITY, 1)),
+        length=_single(_items(path, lines, "Length scale:", 1)),
+        # Of the three ways to integrate a volume WAMIT's own users take the middle one.
+        volume=tuple(float(np.median(v)) for v in volumes) or None,
+        centre_of_buoyancy=_flat(_items(path, lines, "(Xb,Yb,Zb):", 3)),
+        centre_of_gravity=_flat(_items(path, lines, "(Xg,Yg,Zg)", 3)),
+    )
+
+
+def geometry_file(path: Path) -> Given:
+    """ULEN and GRAV from the second line of the .gdf file."""
+    lines = read_lines(path)
+    numbers = [number_in(token) for token in lines[1].split()[:2]] if len(lines) > 1 else []
+    if len(numbers) < 2 or not all(math.isfinite(x) for x in numbers):
+        found = repr(lines[1][:40]) if len(lines) > 1 else "nothing"
+        raise InputError(f"{path}, line 2: found {found}, expected ULEN and GRAV.")
+    return Given(length=numbers[0], gravity=numbers[1])
+
+
+def inertia(path: Path, bodies: int, density: float) -> Real | None:
+    """Inertia matrix (n, n) of all bodies about their reference points from the .mmx file, or None.
+
+    ``MASS(I,J)/RHO`` (IALTFRC = 1) is per density. In ``External force matrices`` (IALTFRC = 2,
+    3), the third column is the mass as it was given to WAMIT. A body's matrix has indices of its
+    own, 1 to 6, unless the file has higher ones.
+    """
+    entries = []
+    body, factor = 1, 0.0
+    for number, line in enumerate(read_lines(path), 1):
+        tokens = line.split()
+        if "body N" in line:
+            body = _body(path, number, tokens, bodies)
+        elif "MASS(I,J)/RHO" in line:
+            factor = density
+        elif "External force matrices" in line:
+            factor = 1.0
+        elif factor and len(tokens) >= 3 and tokens[0].isdigit():
+            row, column, mass = _entry(path, number, tokens, bodies)
+            entries.append((body, row, column, factor * mass))
+    own = all(max(row, column) <= 6 for _, row, column, _ in entries)
+    matrix = np.zeros((6 * bodies, 6 * bodies))
+    for body, row, column, mass in entries:
+        before = 6 * (body - 1) - 1 if own else -1
+        matrix[before + row, before + column] = mass
+    return matrix if entries else None
+
+
+def _body(path: Path, number: int, tokens: list[str], bodies: int) -> int:
+    after = tokens[tokens.index("=") + 1] if "=" in tokens[:-1] else ""
+    if not after.isdecimal() or not 1 <= int(after[:6]) <= bodies:
+        raise InputError(
+            f"{path}, line {number}: found body {after[:40]!r}, expected 1 to {bodies}."
+        )
+    return int(after)
+
+
+def _entry(path: Path, number: int, tokens: list[str], bodies: int) -> tuple[int, int, float]:
+    row, column, mass = (number_in(token) for token in tokens[:3])
+    whole = row == round(row) and math.isfinite(column) and column == round(column)
+    if not (whole and 1 <= row <= 6 * bodies and 1 <= column <= 6 * bodies and abs(mass) < 1e30):
+        raise InputError(
+            f"{path}, line {number}: found {' '.join(tokens[:3])[:60]!r}, expected two indices"
+            f" from 1 to {6 * bodies} and a mass."
+        )
+    return int(row), int(column), mass
+
+
+def _items(path: Path, lines: list[str], label: str, count: int) -> list[tuple[float, ...]]:
+    """The ``count`` numbers after each occurrence of ``label``."""
+    found = []
+    for number, line in enumerate(lines, 1):
+        if label in line and not (label == _GRAVITY and _CENTRE in line):
+            tokens = line.split(label, 1)[1].lstrip(" :").split()[:count]
+            values = tuple(math.inf if t == "infinite" else number_in(t) for t in tokens)
+            if len(values) < count or any(
+                math.isnan(v) or 1e12 < abs(v) < math.inf for v in values
+            ):
+                raise InputError(
+                    f"{path}, line {number}: found {' '.join(tokens)[:60]!r} after {label!r},"
+                    f" expected {count} number{'s' if count > 1 else ''}."
+                )
+            found.append(values)
+    if len(found) > _MOST_BODIES:
+        raise InputError(f"{path}: {label!r} occurs {len(found)} times, expected once per body.")
+    return found
+
+
+def _single(items: list[tuple[float, ...]]) -> float | None:
+    return items[0][0] if items else None
+
+
+def _flat(items: list[tuple[float, ...]]) -> tuple[float, ...] | None:
+    return tuple(x for item in items for x in item) or None

@@ -1,0 +1,143 @@
+"""A database as WAMIT's numeric files, with 17 digits and ULEN 1."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+from hydrosim.database.readers.common import inverse, quotient
+
+_NUMBER = "%24.16e"
+
+
+def write(db: HydroDatabase, stem: Path) -> None:
+    """Write ``stem``.1, .3 and, of what the database has, .3fk, .8 (one body), .9, .12d, .12s,
+    .hst and .mmx.
+
+    `wamit.read`, given density, gravity, depth and reference points, which the files do not hold,
+    gives back what came from such files bit for bit and other numbers to 3e-16. Drift on held
+    bodies and the imbalance of the drift have no place in the files.
+    """
+    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / db.frequency, db.frequency)
+    _write_radiation(db, period, stem)
+    weight = db.water_density * db.gravity
+    for suffix, loads in ((".3", db.excitation), (".3fk", db.froude_krylov)):
+        if loads is not None:
+            _write(stem, suffix, _load_rows(loads, weight, period, _degrees(db.heading)[:, None]))
+    if db.mean_drift is not None:
+        both = np.repeat(_degrees(db.heading)[:, None], 2, axis=1)
+        rows = _load_rows(db.mean_drift.astype(complex), weight, period, both)
+        _write(stem, ".9", rows)
+        if db.bodies == 1:
+            _write(stem, ".8", [row for row in rows if row[3] in (1, 2, 6)])
+    for suffix, transfer in ((".12d", db.qtf_difference), (".12s", db.qtf_sum)):
+        if transfer is not None:
+            _write(stem, suffix, _transfer_rows(db, transfer))
+    if db.hydrostatic_stiffness is not None:
+        _write(stem, ".hst", _matrix_rows([], quotient(db.hydrostatic_stiffness, weight)))
+    _write_bodies(db, stem)
+
+
+def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
+    rows = []
+    for code, limit in ((-1.0, db.added_mass_zero), (0.0, db.added_mass_infinite)):
+        if limit is not None:
+            rows += _matrix_rows([code], quotient(limit, db.water_density))
+    mass = quotient(db.added_mass, db.water_density)
+    damping = quotient(db.radiation_damping, db.water_density * db.frequency[:, None, None])
+    for T, A, B in zip(period, mass, damping, strict=True):
+        rows += _matrix_rows([T], A, B)
+    _write(stem, ".1", rows)
+
+
+def _write_bodies(db: HydroDatabase, stem: Path) -> None:
+    """The .mmx file; centres are relative to the reference points."""
+    lines = [
+        f" Gravity: {db.gravity!r} Length scale: 1.0",
+        "",
+        f" NBODY = {db.bodies} IALTFRC = 1",
+    ]
+    for body, origin in enumerate(db.reference_point):
+        lines += ["", f" WAMIT  Ouputs for body N = {body + 1} IALTFRCN = 1"]
+        if db.volume is not None:
+            lines.append(_labelled("Volumes (VOLX,VOLY,VOLZ):", [db.volume[body]] * 3))
+        for label, points in (
+            ("Center of Buoyancy (Xb,Yb,Zb):", db.centre_of_buoyancy),
+            ("Center of Gravity:  (Xg,Yg,Zg)", db.centre_of_gravity),
+        ):
+            if points is not None:
+                lines.append(_labelled(label, _difference(points[body], origin)))
+    if db.inertia_matrix is not None:
+        lines += ["", " Normalized mass matrix:", "     I     J     MASS(I,J)/RHO"]
+        lines += _lines(_matrix_rows([], quotient(db.inertia_matrix, db.water_density)))
+    _save(stem, ".mmx", lines)
+
+
+def _difference(point: Real, origin: Real) -> Real:
+    return inverse(lambda x: x + origin, point - origin, point)
+
+
+def _labelled(label: str, values: Real | list[float]) -> str:
+    return f" {label} " + " ".join(_NUMBER % value for value in values)
+
+
+def _matrix_rows(before: list[float], *matrices: Real) -> list[list[float | int]]:
+    """Rows of what comes before, I, J and the entry of each matrix."""
+    n = len(matrices[0])
+    return [
+        [*before, i + 1, j + 1, *(float(matrix[i, j]) for matrix in matrices)]
+        for i, j in product(range(n), range(n))
+    ]
+
+
+def _load_rows(
+    loads: Complex, weight: float, period: Real, heading: Real
+) -> list[list[float | int]]:
+    """Rows of period, heading (1 or 2), DOF and parts, for loads (nw, nh, n)."""
+    parts, directions = _parts(loads, weight), heading.tolist()
+    return [
+        [T, *directions[h], dof + 1, *parts[w][h][dof]]
+        for w, T in enumerate(period.tolist())
+        for h, dof in product(*map(range, loads.shape[1:]))
+    ]
+
+
+def _transfer_rows(db: HydroDatabase, transfer: Complex) -> list[list[float | int]]:
+    w = needed(db, "qtf_frequency")
+    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w).tolist()
+    heading = _degrees(needed(db, "qtf_heading")).tolist()
+    parts = _parts(transfer, db.water_density * db.gravity)
+    return [
+        [period[i], period[j], *heading[p], dof + 1, *parts[p][i][j][dof]]
+        for p, i, j, dof in product(*map(range, transfer.shape))
+    ]
+
+
+def _parts(value: Complex, weight: float) -> list:
+    """Nested lists of modulus, phase [deg], real and imaginary part."""
+    real, imaginary = quotient(value.real, weight), quotient(value.imag, weight)
+    phase = np.degrees(np.arctan2(imaginary, real))
+    return list(np.stack([np.hypot(real, imaginary), phase, real, imaginary], axis=-1).tolist())
+
+
+def _degrees(angle: Real) -> Real:
+    return inverse(np.radians, np.degrees(angle), angle)
+
+
+def _lines(rows: list[list[float | int]]) -> list[str]:
+    return ["".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in r) for r in rows]
+
+
+def _write(stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
+    _save(stem, suffix, _lines(rows))
+
+
+def _save(stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
+    """With a heading as WAMIT's files have."""
+    path = stem.with_name(stem.name + suffix)
+    title = f" WAMIT Numeric Output -- Filename {path.name}, written by hydrosim"
+    path.write_text("\n".join([title, *lines, ""]), encoding="utf-8")

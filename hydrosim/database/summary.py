@@ -1,0 +1,120 @@
+"""What is in a database and what its checks found, as tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from hydrosim.database.checks import Finding
+from hydrosim.database.database import HydroDatabase, Real
+
+_OPTIONAL = (
+    "hydrostatic_stiffness",
+    "inertia_matrix",
+    "volume",
+    "centre_of_buoyancy",
+    "centre_of_gravity",
+    "added_mass_zero",
+    "added_mass_infinite",
+    "froude_krylov",
+    "mean_drift",
+    "mean_drift_held",
+    "qtf_difference",
+    "qtf_sum",
+)
+_STYLES = {"passed": "green", "look closer": "yellow", "refused": "bold red", "left out": "dim"}
+
+
+def contents(db: HydroDatabase, form: str) -> Table:
+    """What the database holds; ``form`` is what its file's format is called."""
+    table = Table(title=Text(db.attributes.get("title", db.source)), show_header=False)
+    table.add_column(style="bold")
+    table.add_column(overflow="fold")
+    for key, value in (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db)):
+        table.add_row(key, Text(value))
+    return table
+
+
+def verdicts(findings: Sequence[Finding]) -> Table:
+    """A row for each check."""
+    table = Table()
+    table.add_column("check")
+    for heading in ("found", "at most", "refused above"):
+        table.add_column(heading, justify="right")
+    table.add_column("")
+    for finding in findings:
+        word = _verdict(finding)
+        figure = "" if finding.left_out else f"{finding.figure:.2g}"
+        refusal = "" if np.isinf(finding.refusal) else f"{finding.refusal:g}"
+        verdict = Text(word, style=_STYLES[word])
+        table.add_row(finding.name, figure, f"{finding.limit:g}", refusal, verdict)
+    return table
+
+
+def remarks(findings: Sequence[Finding]) -> Iterator[str]:
+    """What to do about each check that did not pass, and why some were left out."""
+    for finding in findings:
+        if not finding.passed or finding.left_out:
+            yield f"{finding.name}: {finding.advice}"
+
+
+def _verdict(finding: Finding) -> str:
+    if finding.left_out:
+        return "left out"
+    if finding.refused:
+        return "refused"
+    return "passed" if finding.passed else "look closer"
+
+
+def _water(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+    depth = "deep water" if np.isinf(db.water_depth) else f"{db.water_depth:g} m"
+    yield "water", f"{depth}, {db.water_density:g} kg/m³, gravity {db.gravity:g} m/s²"
+
+
+def _ranges(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+    yield "frequencies", f"{_range(db.frequency, 'rad/s')}; periods {_periods(db.frequency)}"
+    yield "headings", _range(np.degrees(db.heading), "deg")
+    if db.qtf_frequency is not None and db.qtf_heading is not None:
+        pairs = f"{len(db.qtf_heading)} pairs of headings"
+        yield "QTF", f"{_range(db.qtf_frequency, 'rad/s')}; {pairs}"
+    symmetry = "port and starboard alike" if db.port_starboard_symmetric else "none"
+    yield "symmetry", symmetry
+
+
+def _bodies(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+    yield "bodies", str(db.bodies)
+    quantities = {"volume": "m³", "centre_of_buoyancy": "m", "centre_of_gravity": "m"}
+    for body in range(db.bodies):
+        prefix = f"body {body + 1}, " if db.bodies > 1 else ""
+        for name, unit in {**quantities, "reference_point": "m"}.items():
+            value = getattr(db, name)
+            if value is not None:
+                figures = ", ".join(f"{x:.6g}" for x in np.atleast_1d(value[body]))
+                yield prefix + name.replace("_", " "), f"{figures} {unit}"
+        yield from ((prefix + key, value) for key, value in _metacentres(db, body))
+
+
+def _metacentres(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
+    if db.hydrostatic_stiffness is None or db.volume is None:
+        return
+    weight = db.water_density * db.gravity * db.volume[body]
+    roll, pitch = np.diag(db.hydrostatic_stiffness)[6 * body + 3 :][:2] / weight
+    yield "metacentric heights", f"transverse {roll:.4g}, longitudinal {pitch:.4g} m"
+
+
+def _rest(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+    lacking = [name.replace("_", " ") for name in _OPTIONAL if getattr(db, name) is None]
+    yield "lacks", ", ".join(lacking) or "nothing"
+    yield from ((k, db.attributes[k]) for k in ("solver", "recipe") if k in db.attributes)
+    yield "checksum", db.checksum[:16]
+
+
+def _range(values: Real, unit: str) -> str:
+    return f"{values.size}, from {values[0]:.4g} to {values[-1]:.4g} {unit}"
+
+
+def _periods(frequency: Real) -> str:
+    return f"{2 * np.pi / frequency[-1]:.3g} to {2 * np.pi / frequency[0]:.3g} s"

@@ -1,0 +1,225 @@
+"""Spring between two points, with a table: a mooring line, a tug line, a connection. It pulls only.
+
+    x = |a - p| - L0,   e = (a - p) / |a - p|,   T = max(0, f(x) + c x'),   F = T e
+
+p: point on the body, which gets F there; a: its anchor on the earth or on another body, which gets
+-F there; L0: length without load; f(x): straight lines through the points of the table, the last
+slope going on beyond; c: damping. Before the first point of the table the line is slack: T = 0.
+
+Slack is the first segment of the curve. Its corners are events, and so is where damping alone would
+push (T is cut) or does so no more: in between, T is smooth. Stored energy is the integral of f, and
+dissipation is (T - f) x': c x'^2 while taut, and what the spring gives up while T is cut.
+
+Limits: no mass, no sag, no drag of the line; with damping, T jumps to c x' where a line snaps taut.
+With small angles lever arms stay as at rest while e follows the points: power is exact, and moments
+of the two ends are opposite to the first order of the displacement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.contact import normal
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.contact.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    RISING_MARGIN,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
+from hydrosim.forces.contact.normal import NormalCurve, curve_force, find_segment
+from hydrosim.forces.layout import Layout
+from hydrosim.kernels import kernel
+from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
+from hydrosim.scene import ForceElement
+
+SLACK, TAUT = range(2)
+OBSERVED = 2  # see `observe`
+
+
+@dataclass(frozen=True)
+class Spring(ForceElement):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``:
+    the ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
+    ``length`` [m] without load; ``damping`` [N s/m]."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: float
+    extension: np.ndarray
+    tension: np.ndarray
+    damping: float = 0.0
+    anchor_body: str | None = None
+
+
+LINE = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3)),
+        *(("anchor_body", int), ("anchor", float, 3)),
+        *(("length", float), ("damping", float)),
+        *(("first", int), ("last", int), ("steepest", float)),
+    ]
+)
+"""Constants of a spring: its ends, the pieces ``first`` (slack) to ``last`` of its curve."""
+
+
+class Params(NamedTuple):
+    """``lines`` (n,) of `LINE` and the ``segments`` of their curves. Their modes are the last n
+    rows: slack (tension cut) or taut, and the segment."""
+
+    lines: np.ndarray
+    segments: np.ndarray
+
+
+class Stretch(NamedTuple):
+    """State of one spring; vectors are tuples in the earth frame, lever arms those of its ends."""
+
+    arm: tuple[float, float, float]
+    anchor_arm: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    length: float
+    extension: float
+    rate: float
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the springs among ``elements``, in their order."""
+    rows, segments, first = [], [np.zeros(0, dtype=normal.SEGMENT)], 0
+    for name, e in elements.items():
+        if isinstance(e, Spring):
+            pieces = _segments(e)
+            last = first + pieces.size - 1
+            anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
+            ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
+            rows.append((*ends, e.length, e.damping, first, last, pieces["slope"].max()))
+            segments.append(pieces)
+            first = last + 1
+    return Params(np.array(rows, dtype=LINE), np.concatenate(segments))
+
+
+def _segments(spring: Spring) -> np.ndarray:
+    """The pieces of the curve, the slack one before the table's."""
+    x, f = np.asarray(spring.extension, float), np.asarray(spring.tension, float)
+    return normal.segments(NormalCurve(np.array([x[0] - 1.0, *x]), np.array([0.0, *f])))
+
+
+@kernel
+def row(i, modes, p):
+    """The row of ``modes`` of spring ``i``."""
+    return modes.shape[0] - p.lines.size + i
+
+
+@kernel
+def stretch(line, bodies, motion):
+    """Where the ends of a spring are, as a `Stretch`."""
+    p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
+    v = point_velocity(line.body, arm, motion)
+    a, w, anchor_arm = vector(line.anchor, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if line.anchor_body != EARTH:
+        a, anchor_arm = attachment(line.anchor_body, a, bodies, motion)
+        w = point_velocity(line.anchor_body, anchor_arm, motion)
+    d = sub(a, p)
+    length = sqrt(dot(d, d))
+    e = scale(1.0 / length if length > 0.0 else 0.0, d)  # where the ends meet the line is slack
+    return Stretch(arm, anchor_arm, e, length, length - line.length, dot(e, sub(w, v)))
+
+
+@kernel
+def tension(line, mode, s, p):
+    """T and f of a spring; T is not cut where the mode is taut, so that it is smooth across the
+    event that ends it."""
+    f = curve_force(p.segments[mode[SEGMENT]], s.extension)
+    return (f + line.damping * s.rate if mode[MODE] == TAUT else 0.0), f
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
+    for i in range(p.lines.size):
+        line, mode = p.lines[i], modes[row(i, modes, p)]
+        if mode[SEGMENT] == line.first:
+            continue
+        s = stretch(line, bodies, motion)
+        T, f = tension(line, mode, s, p)
+        rate[line.row] += (T - f) * s.rate
+        pull(line, s, T, wrench[line.row])
+
+
+@kernel
+def pull(line, s, T, wrench):
+    """Put the tension on the spring's body, and its opposite on the anchor's, into ``wrench``."""
+    force = scale(T, s.direction)
+    add_wrench(line.body, force, cross(s.arm, force), wrench)
+    if line.anchor_body != EARTH:
+        reaction = scale(-1.0, force)
+        add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
+
+
+@kernel
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """Energy stored in every spring, into its row of ``stored``."""
+    for i in range(p.lines.size):
+        line, mode = p.lines[i], modes[row(i, modes, p)]
+        s = stretch(line, bodies, motion)
+        stored[line.row] += normal.stored_energy(p.segments[mode[SEGMENT]], s.extension)
+
+
+@kernel
+def observe(modes, motion, bodies, p, out):
+    """Rows ``out`` (n, 2): tension and length."""
+    for i in range(p.lines.size):
+        s = stretch(p.lines[i], bodies, motion)
+        out[i, 0], _ = tension(p.lines[i], modes[row(i, modes, p)], s, p)
+        out[i, 1] = s.length
+
+
+@kernel
+def margins(modes, motion, bodies, p, out):
+    """Margins of all springs into the last of ``out`` (4 times the rows of ``modes``,): of contact
+    T, its opposite where it is cut; of the segment the distance to its nearer corner."""
+    for i in range(p.lines.size):
+        line, mode = p.lines[i], modes[row(i, modes, p)]
+        m = MARGINS * row(i, modes, p)
+        s = stretch(line, bodies, motion)
+        out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
+        out[m + SEGMENT_MARGIN] = normal.inside_segment(p.segments[mode[SEGMENT]], s.extension)
+        if line.damping > 0.0 and mode[SEGMENT] != line.first:
+            T = curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
+            out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T
+
+
+@kernel
+def switch(i, which, modes, motion, bodies, p):
+    """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    line, mode = p.lines[i], modes[row(i, modes, p)]
+    if which == CONTACT_MARGIN:
+        mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
+        return
+    before, x = mode[SEGMENT], stretch(line, bodies, motion).extension
+    mode[SEGMENT] = normal.next_segment(before, p.segments[before], x)
+    if mode[SEGMENT] == line.first:
+        mode[MODE] = SLACK
+    elif before == line.first:
+        mode[MODE] = TAUT
+
+
+@kernel
+def settle(modes, motion, bodies, p):
+    """Modes of all springs for a start."""
+    for i in range(p.lines.size):
+        line, mode = p.lines[i], modes[row(i, modes, p)]
+        s = stretch(line, bodies, motion)
+        mode[SEGMENT] = find_segment(line.first, line.last, p.segments, s.extension)
+        mode[MODE] = TAUT
+        T, _ = tension(line, mode, s, p)
+        if mode[SEGMENT] == line.first or T < 0.0:
+            mode[MODE] = SLACK

@@ -1,0 +1,178 @@
+"""Picture of a database: a column each for the translations and rotations of every body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, log10
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from hydrosim.database import HydroDatabase
+from hydrosim.database.checks.scales import diagonal
+from hydrosim.plot.panels import COLOURS, DPI
+from hydrosim.scene import DOFS
+
+WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
+HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn
+DASHES = ("-", "--", ":")  # of those headings
+NONE = 1e-3  # of a panel's largest value: what stays below is not drawn
+SEEN = 0.1  # of a line's largest value: below it its phase says little
+KINDS = (range(3), range(3, 6))  # translations and rotations
+DECADES = 1e4  # of a logarithmic panel
+
+Lines = dict[str, tuple[np.ndarray, str, str]]
+"""Values (nw,), colour and dash by name."""
+
+
+class _Column(NamedTuple):
+    """Three DOFs of a body."""
+
+    db: HydroDatabase
+    body: int
+    dofs: range
+
+    @property
+    def title(self) -> str:
+        kind = "rotations" if self.rotates else "translations"
+        return kind if self.db.bodies == 1 else f"body {self.body + 1}, {kind}"
+
+    @property
+    def rotates(self) -> bool:
+        return self.dofs.start == 3
+
+    def own(self, array: np.ndarray) -> np.ndarray:
+        """(..., 3) of (..., n)."""
+        return array[..., 6 * self.body + self.dofs.start :][..., :3]
+
+    def unit(self, translation: str, rotation: str) -> str:
+        return rotation if self.rotates else translation
+
+
+def draw_database(db: HydroDatabase, path: Path) -> None:
+    """Draw added mass, damping, amplitude and phase of the excitation, and mean drift; the file
+    appears under its name, of which the suffix is the format, only when it is complete."""
+    columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in KINDS]
+    rows = [_added_mass, _damping, _amplitude, _phase]
+    rows += [_drift] if db.mean_drift is not None else []
+    figure = Figure((WIDTH * len(columns), HEIGHT * len(rows) + 0.6), DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True)
+    for column, of_column in zip(columns, axes.T, strict=True):
+        for draw, axis in zip(rows, of_column, strict=True):
+            draw(column, axis)
+            _finish(axis)
+        of_column[0].set_title(column.title)
+        of_column[-1].set_xlabel("wave frequency [rad/s]")
+    axes[0, 0].set_xlim(0.0, db.frequency[-1])
+    figure.suptitle(db.attributes.get("title", Path(db.source).name))
+    partial = path.with_name(f"{path.name}.partial")
+    figure.savefig(partial, format=path.suffix[1:])
+    partial.replace(path)
+
+
+def _added_mass(column: _Column, axis: Axes) -> None:
+    lines = _diagonals(column, column.db.added_mass)
+    _plot(column, axis, "added mass", column.unit("kg", "kg m²"), lines)
+    _logarithmic(axis, lines)
+
+
+def _damping(column: _Column, axis: Axes) -> None:
+    lines = _diagonals(column, column.db.radiation_damping)
+    _plot(column, axis, "radiation damping", column.unit("N s/m", "N m s/rad"), lines)
+    _logarithmic(axis, lines)
+
+
+def _amplitude(column: _Column, axis: Axes) -> None:
+    loads = _excitation(column).items()
+    lines = {name: (np.abs(load), colour, dash) for name, (load, colour, dash) in loads}
+    _plot(column, axis, "excitation", column.unit("N/m", "N m/m"), lines)
+
+
+def _phase(column: _Column, axis: Axes) -> None:
+    """Lead to the crest, where there is a load."""
+    loads = _drawn(_excitation(column))
+    for name, (load, colour, dash) in loads.items():
+        seen = np.abs(load) > SEEN * np.abs(load).max()
+        frequency, phase = _broken(
+            column.db.frequency, np.where(seen, np.degrees(np.angle(load)), np.nan)
+        )
+        axis.plot(frequency, phase, dash, color=colour, linewidth=1.2, label=name)
+    axis.set_ylabel("phase of excitation\nlead to crest [deg]")
+    axis.set_ylim(-185.0, 185.0)
+    axis.yaxis.set_major_locator(MultipleLocator(90.0))
+
+
+def _broken(x: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The line with a gap wherever it leaves the circle on one side and comes back on the other."""
+    jumps = np.flatnonzero(np.abs(np.diff(angle)) > 180.0) + 1
+    return np.insert(x, jumps, np.nan), np.insert(angle, jumps, np.nan)
+
+
+def _drift(column: _Column, axis: Axes) -> None:
+    lines = _by_heading(column, np.asarray(column.db.mean_drift))
+    _plot(column, axis, "mean drift", column.unit("N/m²", "N m/m²"), lines)
+
+
+def _diagonals(column: _Column, matrices: np.ndarray) -> Lines:
+    values = column.own(diagonal(matrices))
+    return {DOFS[dof]: (values[:, i], COLOURS[i], DASHES[0]) for i, dof in enumerate(column.dofs)}
+
+
+def _excitation(column: _Column) -> Lines:
+    return _by_heading(column, column.db.excitation)
+
+
+def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
+    lines: Lines = {}
+    for dash, heading in zip(DASHES, _headings(column.db), strict=False):
+        degrees = np.degrees(column.db.heading[heading])
+        for i, dof in enumerate(column.dofs):
+            values = column.own(loads[:, heading])[:, i]
+            lines[f"{DOFS[dof]}, waves to {degrees:.0f}°"] = (values, COLOURS[i], dash)
+    return lines
+
+
+def _headings(db: HydroDatabase) -> Iterator[int]:
+    nearest = [int(np.abs(np.degrees(db.heading) - wanted).argmin()) for wanted in HEADINGS]
+    yield from dict.fromkeys(nearest)
+
+
+def _drawn(lines: Lines) -> Lines:
+    """Those that are not noise."""
+    largest = max(np.abs(values).max() for values, *_ in lines.values())
+    return {name: line for name, line in lines.items() if np.abs(line[0]).max() > NONE * largest}
+
+
+def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
+    lines = _drawn(lines)
+    largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
+    power = 3 * floor(log10(largest) / 3)
+    for name, (values, colour, dash) in lines.items():
+        scaled = values / 10.0**power
+        axis.plot(column.db.frequency, scaled, dash, color=colour, linewidth=1.2, label=name)
+    axis.set_ylabel(f"{what}\n[{_times(power)}{unit}]")
+
+
+def _logarithmic(axis: Axes, lines: Lines) -> None:
+    """If no line would lose more than noise below zero."""
+    largest = max(values.max() for values, *_ in lines.values())
+    if largest > 0.0 and min(values.min() for values, *_ in lines.values()) > -largest / DECADES:
+        axis.set_yscale("log", nonpositive="mask")
+        axis.set_ylim(bottom=max(axis.get_ylim()[0], axis.get_ylim()[1] / DECADES))
+
+
+def _times(power: int) -> str:
+    return "" if power == 0 else f"$10^{{{power}}}$ "
+
+
+def _finish(axis: Axes) -> None:
+    axis.grid(alpha=0.3)
+    axis.spines[["top", "right"]].set_visible(False)
+    if axis.get_legend_handles_labels()[1]:
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False, fontsize="small")

@@ -1,0 +1,312 @@
+"""`hydrosim db`: what it prints, exit codes, one clear message, and what is written."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from hydrosim.cli import main
+from hydrosim.database import HydroDatabase, netcdf
+from hydrosim.database.checks import CHECKS
+from hydrosim.database.convert import WRITERS
+from hydrosim.database.load import read
+from hydrosim.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+
+
+class Result(NamedTuple):
+    """Exit code of a command, and what it wrote on the terminal, blanks and line ends as one."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Result]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with the barge's database."""
+    shutil.copy(ROOT / "hydro_db" / "h851.nc", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+@pytest.fixture
+def db(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    """Runs `hydrosim db` with these arguments, in this process, as the installed script does."""
+
+    def db(*arguments: object) -> Result:
+        monkeypatch.setattr(sys, "argv", ["hydrosim", "db", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        out, err = (" ".join(text.split()) for text in capsys.readouterr())
+        return Result(int(caught.value.code or 0), out, err)
+
+    return db
+
+
+def planted(**changes: Callable[[Any], Any] | None) -> HydroDatabase:
+    """Writes faulty.nc: the barge's database with functions of its arrays, or without them."""
+    barge = read("h851.nc")
+    values = {
+        name: None if change is None else change(getattr(barge, name))
+        for name, change in changes.items()
+    }
+    faulty = replace(barge, **values)
+    netcdf.write(faulty, Path("faulty.nc"))
+    return faulty
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def differences(a: HydroDatabase, b: HydroDatabase) -> set[str]:
+    names = {item.name for item in fields(a)} - {"source", "attributes"}
+    return {name for name in names if not np.array_equal(getattr(a, name), getattr(b, name))}
+
+
+class TestInfo:
+    def test_says_what_is_there_and_what_is_not(self, db: Command) -> None:
+        result = db("info", "h851.nc")
+        assert (result.code, result.err) == (0, "")
+        for words in (
+            "Launch barge like H-851",
+            "hydrosim netCDF",
+            "deep water, 1025 kg/m³",
+            "110, from 0.02 to 2.2 rad/s; periods 2.86 to 314 s",
+            "13, from 0 to 180 deg",
+            "transverse 18.82, longitudinal 484.9 m",
+            "lacks │ mean drift held, qtf difference, qtf sum",
+        ):
+            assert words in result.out
+
+    def test_of_a_file_that_lacks_much(self, db: Command) -> None:
+        planted(volume=None, hydrostatic_stiffness=None, mean_drift=None)
+        result = db("info", "faulty.nc")
+        assert result.code == 0
+        assert "lacks │ hydrostatic stiffness, volume, mean drift" in result.out
+
+
+class TestCheck:
+    def test_names_every_check_and_passes_the_barge(self, db: Command, folder: Path) -> None:
+        before = files(folder)
+        result = db("check", "h851.nc", "--strict")
+        assert (result.code, result.err) == (0, "")
+        assert all(check.name in result.out for check in CHECKS)
+        assert "look closer" not in result.out
+        assert "QTF is Hermitian: left out: the database has no qtf difference" in result.out
+        assert files(folder) == before
+
+    def test_a_doubt_fails_if_strict(self, db: Command) -> None:
+        planted(inertia_matrix=lambda M: 1.05 * M)
+        for strict, code in (((), 0), (("--strict",), 1)):
+            result = db("check", "faulty.nc", *strict)
+            assert result.code == code
+            assert "look closer" in result.out
+            assert "weight: relative difference of mass and displaced mass" in result.out
+
+    def test_what_is_refused_fails(self, db: Command) -> None:
+        planted(excitation=np.conj)
+        result = db("check", "faulty.nc")
+        assert result.code == 2
+        assert "refused" in result.out
+        assert "look for exp(-i w t) (conjugate the loads)" in result.out
+
+    @pytest.mark.parametrize("suffix", ["png", "svg"])
+    def test_draws(self, db: Command, folder: Path, suffix: str) -> None:
+        assert db("check", "h851.nc", "-o", f"h851.{suffix}").code == 0
+        picture = Path(f"h851.{suffix}").read_bytes()
+        assert picture.startswith(b"\x89PNG" if suffix == "png" else b"<?xml")
+        assert set(files(folder)) == {"h851.nc", f"h851.{suffix}"}
+
+    def test_draws_what_lacks_much(self, db: Command) -> None:
+        planted(mean_drift=None, excitation=lambda X: 0 * X, hydrostatic_stiffness=None)
+        db("check", "faulty.nc", "-o", "faulty.png")
+        assert Path("faulty.png").is_file()
+
+    @pytest.mark.parametrize("output", ["h851.nc", "picture", "nowhere/h851.png", "."])
+    def test_bad_pictures_are_refused(self, db: Command, folder: Path, output: str) -> None:
+        before = files(folder)
+        result = db("check", "h851.nc", "-o", output)
+        assert (result.code, result.out) == (2, "")
+        assert result.err.startswith("error --output: ")
+        assert files(folder) == before
+
+
+class TestConvert:
+    def test_bit_for_bit(self, db: Command) -> None:
+        result = db("convert", "h851.nc", "other.nc")
+        assert (result.code, result.out, result.err) == (0, "result other.nc", "")
+        assert read("other.nc").checksum == read("h851.nc").checksum
+
+    def test_what_the_file_lacks_is_given(self, db: Command) -> None:
+        planted(volume=None, centre_of_gravity=None)
+        place = ("--centre-of-gravity", "0, 0 m, -490 cm")
+        result = db("convert", "faulty.nc", "other.nc", "--volume", "152935121.57827717 L", *place)
+        assert result.code == 0
+        written, barge = read("other.nc"), read("h851.nc")
+        assert differences(written, barge) <= {"volume", "centre_of_gravity"}
+        np.testing.assert_allclose(written.volume, barge.volume, rtol=1e-12)
+        np.testing.assert_allclose(written.centre_of_gravity, barge.centre_of_gravity, rtol=1e-12)
+
+    def test_the_file_is_believed(self, db: Command) -> None:
+        result = db("convert", "h851.nc", "other.nc", "--density", "1 tonne/m^3")
+        assert result.code == 0
+        assert "warning h851.nc has its own water density; what is given is not used" in result.out
+        assert read("other.nc").water_density == 1025.0
+
+    def test_doubts_are_told(self, db: Command) -> None:
+        planted(inertia_matrix=lambda M: 1.05 * M)
+        result = db("convert", "faulty.nc", "other.nc")
+        assert result.code == 0
+        assert "warning faulty.nc: weight: found 0.05" in result.out
+
+    def test_what_cannot_be_right_is_not_written(self, db: Command, folder: Path) -> None:
+        planted(excitation=np.conj)
+        before = files(folder)
+        result = db("convert", "faulty.nc", "other.nc")
+        assert (result.code, result.out) == (2, "")
+        assert "phase of the horizontal load" in result.err
+        assert files(folder) == before
+
+    @pytest.mark.parametrize("out", ["h851.nc", "./h851.nc", "link.nc"])
+    def test_never_over_its_input(self, db: Command, folder: Path, out: str) -> None:
+        Path("link.nc").symlink_to("h851.nc")
+        before = files(folder)
+        result = db("convert", "h851.nc", out)
+        assert (result.code, result.out) == (2, "")
+        assert "is what is converted; expected another name" in result.err
+        assert files(folder) == before
+
+    def test_bemio_and_back(self, db: Command) -> None:
+        """All that the format has a place for, to rounding."""
+        assert db("convert", "h851.nc", "there.h5").code == 0
+        assert db("convert", "there.h5", "back.nc").code == 0
+        back, barge = read("back.nc"), read("h851.nc")
+        for name in ("frequency", "heading", "added_mass", "radiation_damping", "excitation"):
+            there = getattr(barge, name)
+            np.testing.assert_allclose(
+                getattr(back, name), there, rtol=1e-12, atol=1e-12 * np.abs(there).max()
+            )
+        assert back.water_depth == np.inf
+
+    def test_wamit_and_back(self, db: Command, folder: Path) -> None:
+        """Of which the files do not say the depth, the density and where the bodies are."""
+        result = db("convert", "h851.nc", "there.1")
+        assert result.code == 0
+        assert {"there.1", "there.3", "there.hst", "there.mmx"} <= set(files(folder))
+        known = ("--density", "1025", "--gravity", "9.81", "--depth", "infinite", "--length", "1")
+        place = ("--reference-point", "0, 0, -4.9", "--symmetric")
+        for name in ("there", "there.3"):  # any name of the set
+            assert db("check", name, *known, *place).code == 0
+            assert db("convert", name, "back.nc", *known, *place).code == 0
+            back, barge = read("back.nc"), read("h851.nc")
+            for array in ("added_mass", "radiation_damping", "excitation"):
+                there = getattr(barge, array)
+                np.testing.assert_allclose(
+                    getattr(back, array), there, rtol=1e-12, atol=1e-12 * np.abs(there).max()
+                )
+        before = files(folder)
+        result = db("convert", "there.1", "there.1", *known, *place)
+        assert (result.code, result.out) == (2, "")
+        assert files(folder) == before
+
+    def test_a_writer_that_fails_leaves_nothing(
+        self, db: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def write(db: HydroDatabase, path: Path) -> None:
+            path.write_text("half of it")
+            raise InputError("this format has no room for it")
+
+        monkeypatch.setitem(WRITERS, ".half", write)
+        Path("other.half").write_text("of last year")
+        before = files(folder)
+        result = db("convert", "h851.nc", "other.half")
+        assert (result.code, result.out) == (2, "")
+        assert files(folder) == before
+
+    @pytest.mark.parametrize(
+        ("arguments", "words"),
+        [
+            (("other.yaml",), ["other.yaml", "suffix .yaml", "expected one of .nc, .h5, .1"]),
+            (("other",), ["suffix (none)"]),
+            (("nowhere/other.nc",), ["no folder nowhere"]),
+            (("other.nc", "--density", "3 m"), ["--density", '"3 m"', "expected a density"]),
+            (("other.nc", "--length", "0"), ["--length", "above 0"]),
+            (("other.nc", "--gravity", "much"), ["--gravity", '"much"']),
+            (("other.nc", "--volume", "1 m^3, 2"), ["volume", "2 numbers", "expected 1"]),
+            (("other.nc", "--centre-of-gravity", "1 m"), ["--centre-of-gravity", "3 for each"]),
+        ],
+    )
+    def test_bad_arguments_are_refused(
+        self, db: Command, folder: Path, arguments: tuple[str, ...], words: list[str]
+    ) -> None:
+        planted(volume=None)
+        before = files(folder)
+        result = db("convert", "faulty.nc", *arguments)
+        assert (result.code, result.out) == (2, "")
+        assert result.err.startswith("error ")
+        assert all(word in result.err for word in words)
+        assert files(folder) == before
+
+
+def truncated(share: float) -> Callable[[bytes], bytes]:
+    return lambda content: content[: int(share * len(content))]
+
+
+def overwritten(content: bytes) -> bytes:
+    junk = np.random.default_rng(1).bytes(len(content) // 2)
+    return content[: len(content) // 4] + junk + content[len(content) * 3 // 4 :]
+
+
+BAD: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda content: b"",
+    "text": lambda content: b"frequency 0.1 0.2\n",
+    "noise": lambda content: np.random.default_rng(1).bytes(5000),
+    "head of a netCDF and noise": lambda content: content[:8] + b"\x07" * 5000,
+    "overwritten": overwritten,
+    **{f"first {share:.0%}": truncated(share) for share in (0.01, 0.3, 0.7, 0.99)},
+}
+
+
+@pytest.mark.parametrize("command", [("info",), ("check",), ("convert", "other.nc")])
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_files_are_refused(
+    db: Command, folder: Path, command: tuple[str, ...], kind: str
+) -> None:
+    """One message that names the file, on the terminal's error stream; nothing is written."""
+    Path("bad.nc").write_bytes(BAD[kind](Path("h851.nc").read_bytes()))
+    before = files(folder)
+    result = db(command[0], "bad.nc", *command[1:])
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("error bad.nc: ")
+    assert "expected" in result.err
+    assert files(folder) == before
+
+
+@pytest.mark.parametrize("command", ["info", "check"])
+@pytest.mark.parametrize("name", ["nowhere.nc", "."])
+def test_no_file_is_refused(db: Command, command: str, name: str) -> None:
+    result = db(command, name)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith(f"error {name}: ")
+
+
+def test_help_names_the_commands(db: Command) -> None:
+    result = db("--help")
+    assert result.code == 0
+    assert all(command in result.out for command in ("info", "check", "convert"))

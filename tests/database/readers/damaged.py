@@ -1,0 +1,54 @@
+"""Damage done to files, by seed: readers must say what is wrong or find a database in the rest."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from hydrosim.database import HydroDatabase
+from hydrosim.errors import InputError
+
+_NUMBER = re.compile(rb"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.])")
+_INSTEAD = [b"NaN", b"inf", b"1e308", b"999999999", b"-1", b"0", b"", b"*****", b"1e-308", b"2.5"]
+
+
+def damaged(content: bytes, seed: int) -> bytes:
+    """Cut off, with wrong numbers, with junk, with lines lost or doubled."""
+    random = np.random.default_rng(seed)
+    at = int(random.integers(len(content)))
+    if seed % 5 == 0:
+        return content[:at]
+    if seed % 5 == 1:
+        return content[:at] + random.bytes(int(random.integers(1, 60))) + content[at:]
+    if seed % 5 == 2:
+        lines = content.split(b"\n")
+        line = int(random.integers(len(lines)))
+        return b"\n".join(lines[:line] + lines[line + 1 :] + lines[: int(random.integers(3))])
+    numbers = list(_NUMBER.finditer(content[: 1500 if seed % 5 == 3 else None]))
+    match = numbers[int(random.integers(len(numbers)))]
+    instead = _INSTEAD[int(random.integers(len(_INSTEAD)))]
+    return content[: match.start()] + instead + content[match.end() :]
+
+
+def refused(read: Callable[[Path], HydroDatabase], path: Path, content: bytes, name: str) -> int:
+    """How many of 100 damaged contents of ``path`` are refused, by ``name``."""
+    count = 0
+    for seed in range(100):
+        path.write_bytes(damaged(content, seed))
+        found = message(read, path)
+        assert found is None or name in found, seed
+        count += found is not None
+    path.write_bytes(content)
+    return count
+
+
+def message(read: Callable[[Path], HydroDatabase], path: Path) -> str | None:
+    """What a reader raises about a file, if anything."""
+    try:
+        read(path)
+    except InputError as error:
+        return str(error)
+    return None

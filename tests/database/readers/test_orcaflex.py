@@ -1,0 +1,317 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import damaged
+import numpy as np
+import pytest
+import yaml
+
+from hydrosim.database import HydroDatabase, move_reference
+from hydrosim.database.load import load, read
+from hydrosim.database.readers import orcaflex
+from hydrosim.errors import InputError
+from hydrosim.waves.dispersion import wavenumber
+
+USED = slice(4, 104, 20)
+HULL = np.array([30.0, -12.0, 12.4])  # the frame of our database in OrcaFlex's vessel axes
+CENTRE = HULL + np.array([0.0, 0.0, -4.9])
+RAO_ORIGIN = HULL + np.array([5.0, 3.0, 0.0])
+PHASE_ORIGIN = HULL + np.array([-20.0, 0.0, 0.0])
+DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+COLUMNS = [f"RAO{dof}{what}" for dof in DOFS for what in ("Amp", "Phase")]
+MATRIX = ("X", "Y", "Z", "Rx", "Ry", "Rz")
+OURS = {
+    "RAOResponseUnits": "degrees",
+    "RAOWaveUnit": "amplitude",
+    "WavesReferredToBy": "period (s)",
+    "RAOPhaseConvention": "lags",
+    "RAOPhaseUnitsConvention": "degrees",
+    "RAOPhaseRelativeToConvention": "crest",
+    "SurgePositive": "forward",
+    "SwayPositive": "port",
+    "HeavePositive": "up",
+    "RollPositiveStarboard": "down",
+    "PitchPositiveBow": "down",
+    "YawPositiveBow": "port",
+    "Symmetry": "xz plane",
+}
+OTHERS = {
+    "WavesReferredToBy": "frequency (Hz)",
+    "RAOPhaseConvention": "leads",
+    "RAOPhaseUnitsConvention": "radians",
+    "RAOPhaseRelativeToConvention": "zero up-crossing",
+    "SurgePositive": "aft",
+    "SwayPositive": "starboard",
+    "HeavePositive": "down",
+    "RollPositiveStarboard": "up",
+    "PitchPositiveBow": "up",
+    "YawPositiveBow": "starboard",
+}
+
+
+def wave(db: HydroDatabase, point: np.ndarray) -> np.ndarray:
+    """(nw, nh): exp(-i k (x cos b + y sin b)) in deep water, z and the hull's place aside."""
+    k = db.frequency[USED] ** 2 / 9.80665
+    return np.exp(-1j * np.outer(k, point[0] * np.cos(db.heading) + point[1] * np.sin(db.heading)))
+
+
+def rows(loads: np.ndarray, other: bool) -> np.ndarray:
+    """Amplitudes and phases (..., 12) in kN; ``other`` for the phase by which the load leads the
+    zero up-crossing, which itself leads the crest by a quarter of a period."""
+    phase = np.angle(loads) - np.pi / 2 if other else -np.degrees(np.angle(loads))
+    return np.stack([np.abs(loads) / 1e3, phase], axis=-1).reshape(*loads.shape[:-1], 12)
+
+
+def contents(db: HydroDatabase, other: bool = False) -> dict[str, Any]:
+    """The model, by the program's help, in our conventions or in all others."""
+    conventions = OURS | (OTHERS if other else {})
+    sign = -1.0 if other else 1.0
+    waves = db.frequency[USED] / 2 / np.pi if other else 2 * np.pi / db.frequency[USED]
+    at_rao = move_reference(db, [RAO_ORIGIN - HULL])
+    loads = at_rao.excitation[USED] / wave(db, PHASE_ORIGIN - HULL)[..., None]
+    table = rows(sign * loads, other)
+    drift = rows(sign * at_rao.mean_drift[USED].astype(complex), other)
+    drift[..., 1::2] = np.where(at_rao.mean_drift[USED] * sign < 0, np.pi if other else 180.0, 0.0)
+    drag = [
+        {
+            "AMDPeriodOrFrequency": value,
+            f"AddedMassMatrix{', AddedMassMatrix'.join(MATRIX)}": (A / 1e3).tolist(),
+            f"Damping{', Damping'.join(MATRIX)}": (B / 1e3).tolist(),
+        }
+        for value, A, B in [
+            *zip(waves.tolist(), db.added_mass[USED], db.radiation_damping[USED], strict=True),
+            ("Infinity" if other else 0, db.added_mass_infinite, np.zeros((6, 6))),
+        ]
+    ]
+    own = db.inertia_matrix / 1e3
+    draught = {
+        "Name": "Draught1",
+        "Mass": own[0, 0].item(),
+        "MomentOfInertiaTensorX, MomentOfInertiaTensorY, MomentOfInertiaTensorZ": own[
+            3:, 3:
+        ].tolist(),
+        "CentreOfGravity": CENTRE.tolist(),
+        "LoadRAOs": {
+            "RAOOrigin": RAO_ORIGIN.tolist(),
+            "PhaseOrigin": PHASE_ORIGIN.tolist(),
+            "RAOs": directions(db, waves, table),
+        },
+        "WaveDriftQTFMethod": "Newman's approximation",
+        "WaveDrift": {"RAOOrigin": RAO_ORIGIN.tolist(), "RAOs": directions(db, waves, drift)},
+        "SumFrequencyQTFs": {
+            "RAOOrigin": [0, 0, 0],
+            "PhaseOrigin": ["~", "~", "~"],
+            ", ".join([*pair_columns(), *COLUMNS]): [],
+        },
+        "AMDMethod": "Frequency dependent",
+        "ReferenceOrigin": CENTRE.tolist(),
+        "ReferenceOriginDatumPosition": [-4.9, 0, 0],
+        "DisplacedVolume": db.volume[0].item(),
+        "CentreOfBuoyancy": (HULL + db.centre_of_buoyancy[0]).tolist(),
+        "HydrostaticStiffnessz, HydrostaticStiffnessRx, HydrostaticStiffnessRy": (
+            db.hydrostatic_stiffness[2:5, 2:5] / 1e3
+        ).tolist(),
+        "FrequencyDependentAddedMassAndDamping": drag,
+    }
+    return {
+        "General": {"UnitsSystem": "SI"},
+        "Environment": {"Density": 1.025, "WaterDepth": "Infinity"},
+        "VesselTypes": [{"Name": "Barge", **conventions, "Draughts": [draught]}],
+    }
+
+
+def pair_columns() -> list[str]:
+    return [f"RAO{name}{i}" for name in ("PeriodOrFrequency", "Direction") for i in (1, 2)]
+
+
+def directions(db: HydroDatabase, waves: np.ndarray, table: np.ndarray) -> list[dict[str, Any]]:
+    key = ", ".join(["RAOPeriodOrFrequency", *COLUMNS])
+    return [
+        {
+            "RAODirection": np.degrees(beta).item(),
+            key: np.column_stack([waves, table[:, b]]).tolist(),
+        }
+        for b, beta in enumerate(db.heading)
+    ]
+
+
+def write(path: Path, model: dict[str, Any]) -> Path:
+    """With the mark and the directive that OrcaFlex writes."""
+    text = yaml.dump(model, Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper), width=10**6)
+    path.write_bytes(b"\xef\xbb\xbf" + ("%YAML 1.1\n# Type: Model\n---\n" + text).encode())
+    return path
+
+
+@pytest.fixture(scope="module")
+def model(barge) -> dict[str, Any]:
+    return contents(barge)
+
+
+def draught_of(model: dict[str, Any]) -> dict[str, Any]:
+    return model["VesselTypes"][0]["Draughts"][0]
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_all_conventions_give_the_barge(barge, tmp_path, other):
+    """Its frame is OrcaFlex's vessel axes, lowered to the waterline."""
+    db = read(write(tmp_path / "barge.yml", contents(barge, other)))
+    place = HULL * [1, 1, 0]
+    np.testing.assert_allclose(db.frequency, barge.frequency[USED], rtol=1e-12)
+    np.testing.assert_allclose(db.heading, barge.heading, atol=1e-12)
+    np.testing.assert_allclose(db.reference_point, barge.reference_point + place, atol=1e-12)
+    np.testing.assert_allclose(db.centre_of_gravity, barge.centre_of_gravity + place, atol=1e-12)
+    np.testing.assert_allclose(db.centre_of_buoyancy, barge.centre_of_buoyancy + place, atol=1e-9)
+    for name in ("added_mass", "radiation_damping"):
+        np.testing.assert_allclose(getattr(db, name), getattr(barge, name)[USED], rtol=1e-12)
+    np.testing.assert_allclose(db.added_mass_infinite, barge.added_mass_infinite, rtol=1e-12)
+    expected = barge.excitation[USED] * wave(barge, place)[..., None]
+    scale = np.abs(expected).max(axis=(0, 1))
+    assert (np.abs(db.excitation - expected) < 1e-9 * scale).all()
+    drift = barge.mean_drift[USED]
+    assert (np.abs(db.mean_drift - drift) < 1e-9 * np.abs(drift).max()).all()
+    assert db.water_density == 1025.0
+    assert db.port_starboard_symmetric
+
+
+def test_hydrostatics_do_not_depend_on_phases(barge, model, tmp_path):
+    db = read(write(tmp_path / "barge.yml", model))
+    for name in ("hydrostatic_stiffness", "inertia_matrix"):
+        np.testing.assert_allclose(
+            getattr(db, name), getattr(barge, name), rtol=1e-9, atol=1e-9 * 1e11
+        )
+    assert db.volume[0] == pytest.approx(barge.volume[0])
+
+
+@pytest.mark.filterwarnings("ignore:.*kernel truncation")
+@pytest.mark.filterwarnings("ignore:.*size of the heave load")
+def test_passes_the_checks_of_physics(model, tmp_path):
+    load(write(tmp_path / "barge.yml", model))
+
+
+def test_a_real_file_lifts_a_barge_in_long_waves(model, tmp_path):
+    """Numbers at 40 s that OrcaFlex 11.0 saved of a diffraction result for a barge of 100 x 30 m,
+    4 m deep in 100 m of water. Its waves are 1200 m long: kL/2 = 0.26 and kT = 0.02 take 1/6 of the
+    square of the first and the second off the heave load, 4 per cent, where added mass takes more;
+    towards 345 degrees they push it to starboard."""
+    drag = draught_of(model)["FrequencyDependentAddedMassAndDamping"][0]
+    own = draught_of(model) | {
+        "Mass": "1",
+        "CentreOfGravity": ["2.53", "0", "-1.974"],
+        "LoadRAOs": {
+            "RAOOrigin": ["2.53", "0", "-1.974"],
+            "PhaseOrigin": ["2.53", "0", "-1.974"],
+            "RAOs": [
+                real_direction(
+                    "0", "328.15900265121195 270.0014 0 0", "27.980206114700053e3", "0 0"
+                ),
+                real_direction(
+                    "345",
+                    "317.0370832911547 270.0014 106.821434537249 90.0035635611914",
+                    "27.984570519054476e3",
+                    "1437.6545864352545 270.0035621645656",
+                ),
+            ],
+        },
+        "WaveDrift": {"RAOOrigin": ["0", "0", "0"], "RAOs": []},
+        "ReferenceOrigin": ["2.53", "0", "-1.974"],
+        "ReferenceOriginDatumPosition": ["0", "0", "0"],
+        "DisplacedVolume": "12e3",
+        "CentreOfBuoyancy": ["2.53", "0", "-3.974"],
+        "HydrostaticStiffnessz, HydrostaticStiffnessRx, HydrostaticStiffnessRy": [
+            ["30.155448749999992e3", "0", "0"],
+            ["0", "2.0179021121874996e6", "0"],
+            ["0", "0", "24.87824521875e6"],
+        ],
+        "FrequencyDependentAddedMassAndDamping": [drag | {"AMDPeriodOrFrequency": "40"}],
+    }
+    kind = model["VesselTypes"][0] | {"Symmetry": "xz and yz planes", "Draughts": [own]}
+    environment = {"Density": "1.025", "WaterDepth": "100"}
+    db = read(
+        write(tmp_path / "barge.yml", model | {"Environment": environment, "VesselTypes": [kind]})
+    )
+    np.testing.assert_allclose(np.degrees(db.heading), [0, 345])
+    assert db.hydrostatic_stiffness[2, 2] == pytest.approx(1025 * 9.80665 * 3000, rel=1e-6)
+    np.testing.assert_allclose(db.reference_point, [[2.53, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(db.centre_of_buoyancy, [[2.53, 0, -2]], atol=1e-12)
+    k = wavenumber(2 * np.pi / 40, 100.0, 9.80665)
+    load = db.excitation[0] * np.exp(1j * k * 2.53 * np.cos(db.heading))[:, None]
+    np.testing.assert_allclose(load[:, 2], db.hydrostatic_stiffness[2, 2], rtol=0.08)
+    along = load[:, 0] * np.cos(db.heading) + load[:, 1] * np.sin(db.heading)
+    np.testing.assert_allclose(np.angle(along), np.pi / 2, atol=1e-3)
+    assert load[1, 1].imag < 0
+
+
+def real_direction(heading: str, horizontal: str, heave: str, roll: str) -> dict[str, Any]:
+    """The columns of surge to roll at 40 s."""
+    key = ", ".join(["RAOPeriodOrFrequency", *COLUMNS[:8]])
+    row = ["40", *horizontal.split(), heave, "359.4952", *roll.split()]
+    return {"RAODirection": heading, key: [row]}
+
+
+def test_phase_by_hand(model, tmp_path):
+    """A load of 2 kN that lags the crest at the hull by 30 degrees, in a wave of 10 s that travels
+    along x: at the origin, 30 m behind, the crest is earlier by k x = 0.04026 x 30 rad."""
+    draught = draught_of(model)
+    raos = {
+        "RAODirection": "0",
+        "RAOPeriodOrFrequency, RAOSurgeAmp, RAOSurgePhase": [["10", "2", "30"]],
+    }
+    origin = {"RAOOrigin": CENTRE.tolist(), "PhaseOrigin": ["~", "~", "~"], "RAOs": [raos]}
+    drag = draught["FrequencyDependentAddedMassAndDamping"][0] | {"AMDPeriodOrFrequency": "10"}
+    own = draught | {
+        "LoadRAOs": origin,
+        "WaveDrift": {"RAOs": []},
+        "FrequencyDependentAddedMassAndDamping": [drag],
+    }
+    other = model | {"VesselTypes": [model["VesselTypes"][0] | {"Draughts": [own]}]}
+    db = read(write(tmp_path / "barge.yml", other))
+    load = db.excitation[0, 0, 0]
+    assert abs(load) == pytest.approx(2000.0)
+    assert np.angle(load) == pytest.approx(-np.radians(30) - 0.040257 * 30, abs=1e-4)
+
+
+def test_quadratic_transfer_functions(barge, model, tmp_path):
+    """Half of the pairs, 20 kN/m^2 that lag by 40 degrees with phases at the hull."""
+    periods = [10.0, 12.0]
+    pairs = [(p, q) for p in periods for q in periods if p <= q]
+    table = [[p, q, 0.0, 0.0, 20.0, 40.0, *[0.0] * 10] for p, q in pairs]
+    key = ", ".join([*pair_columns(), *COLUMNS])
+    rao = {"RAOOrigin": CENTRE.tolist(), "PhaseOrigin": ["~", "~", "~"], key: table}
+    own = draught_of(model) | {"WaveDrift": rao, "SumFrequencyQTFs": rao}
+    other = model | {"VesselTypes": [model["VesselTypes"][0] | {"Draughts": [own]}]}
+    db = read(write(tmp_path / "barge.yml", other))
+    np.testing.assert_allclose(db.qtf_frequency, 2 * np.pi / np.array(periods[::-1]))
+    k = db.qtf_frequency**2 / 9.80665
+    value = 20e3 * np.exp(-1j * np.radians(40))
+    difference, total = db.qtf_difference[0, ..., 0], db.qtf_sum[0, ..., 0]
+    assert difference[1, 0] == pytest.approx(value * np.exp(-1j * (k[1] - k[0]) * 30))
+    assert difference[0, 1] == pytest.approx(np.conj(difference[1, 0]))
+    assert total[1, 0] == pytest.approx(value * np.exp(-1j * (k[1] + k[0]) * 30))
+    assert total[0, 1] == total[1, 0]
+    own["SumFrequencyQTFs"] = rao | {key: table[:1]}
+    with pytest.raises(InputError, match="have other waves"):
+        read(write(tmp_path / "barge.yml", other))
+
+
+def test_messages_name_the_key(model, tmp_path):
+    path = tmp_path / "barge.yml"
+    kind = model["VesselTypes"][0]
+    with pytest.raises(InputError, match=r"General\.UnitsSystem: found US, expected one of SI"):
+        read(write(path, model | {"General": {"UnitsSystem": "US"}}))
+    with pytest.raises(InputError, match=r"RAOWaveUnit: found steepness, expected one of amp"):
+        read(write(path, model | {"VesselTypes": [kind | {"RAOWaveUnit": "steepness"}]}))
+    with pytest.raises(InputError, match="2 draughts with load RAOs, expected one"):
+        read(write(path, model | {"VesselTypes": [kind, kind]}))
+    draught = draught_of(model) | {"ReferenceOrigin": [0, "x", 0]}
+    with pytest.raises(InputError, match=r"Draughts\[0\]\.ReferenceOrigin: found 'x', expected"):
+        read(write(path, model | {"VesselTypes": [kind | {"Draughts": [draught]}]}))
+    path.write_text("General:\n  UnitsSystem: SI\n :\n")
+    with pytest.raises(InputError, match=r"line 3: .*expected YAML"):
+        read(path)
+
+
+def test_damaged_files_are_refused(model, tmp_path):
+    path = write(tmp_path / "barge.yml", model)
+    assert 50 < damaged.refused(orcaflex.read, path, path.read_bytes(), "barge.yml")
