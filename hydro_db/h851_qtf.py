@@ -1,10 +1,10 @@
 """Recipe of ``h851_qtf.nc``: the database ``h851.nc`` with difference-frequency QTFs.
 
     pip install .[bem]
-    python hydro_db/h851.py              (where h851.nc is not there yet)
+    hydrosim db build hydro_db/h851.yaml (where h851.nc is not there yet)
     python hydro_db/h851_qtf.py          (--jobs 2: two processes of 1 GB each)
 
-Hull, panels, mass and water are those of ``h851.py``. Frequencies are 0.3 to 1.3 rad/s, close
+Hull, panels, mass and water are those of ``h851.yaml``. Frequencies are 0.3 to 1.3 rad/s, close
 together where the barge rolls and pitches in resonance; every one is also a frequency of the
 database, so that the diagonal in surge, sway and yaw is its mean drift.
 """
@@ -17,15 +17,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from h851 import WATER, floating, hull
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrosim.database import HydroDatabase, load, needed
-from hydrosim.database.build.barge import Resolution, half_hull, half_lid, hydrostatics
-from hydrosim.database.build.bem import floating_body
+from hydrosim.database.build.build import afloat, floating
 from hydrosim.database.build.near_field import Flow, Wetted, first_order_all, wetted_surface
 from hydrosim.database.build.qtf import difference_qtf
+from hydrosim.database.build.recipe import load_recipe
+from hydrosim.database.build.water import Water
 from hydrosim.database.netcdf import write
 from hydrosim.scene import DOFS
 
@@ -36,15 +36,14 @@ HEADINGS = np.radians([0.0, 45.0, 90.0, 180.0])
 SHOWN = ((0, 0), (1, 0), (2, 1), (1, 5))  # headings and DOFs of the picture
 
 
-def flows(mesh: Resolution, frequencies: np.ndarray, jobs: int) -> tuple[Wetted, list[Flow]]:
+def flows(recipe: Path, frequencies: np.ndarray, jobs: int) -> tuple[Wetted, list[Flow]]:
     """First-order flow round the barge, floating free."""
-    barge = hull()
-    body = floating(barge)
-    shift = [-hydrostatics(barge).centre_of_buoyancy[0], 0.0, 0.0]
-    panels, lid = half_hull(barge, mesh) + shift, half_lid(barge, mesh) + shift
-    wetted = floating_body(panels, lid, body.centre_of_gravity)
-    found = first_order_all(wetted, body, WATER, frequencies, HEADINGS, jobs)
-    return wetted_surface(wetted), found
+    given = load_recipe(recipe)
+    floats, data = afloat(given), given.data.water
+    water = Water(data.density, data.gravity, data.depth)
+    body = floating(given, floats.integrals, water)
+    found = first_order_all(floats.hull.body, body, water, frequencies, HEADINGS, jobs)
+    return wetted_surface(floats.hull.body), found
 
 
 def with_qtf(db: HydroDatabase, wetted: Wetted, found: list[Flow]) -> HydroDatabase:
@@ -92,7 +91,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path(__file__).with_suffix(".nc"))
     given = parser.parse_args()
     db = load(Path(__file__).with_name("h851.nc"))
-    db = with_qtf(db, *flows(Resolution(), FREQUENCIES, given.jobs))
+    db = with_qtf(db, *flows(Path(__file__).with_name("h851.yaml"), FREQUENCIES, given.jobs))
     write(db, given.output)
     draw(db, given.output.with_suffix(".png"))
 

@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.database.given import Given
 
-app = typer.Typer(
-    no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make."
-)
+app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make.")
 
 PICTURES = (".png", ".pdf", ".svg")
 

@@ -90,7 +90,7 @@ class TestInfo:
             "110, from 0.02 to 2.2 rad/s; periods 2.86 to 314 s",
             "13, from 0 to 180 deg",
             "transverse 18.82, longitudinal 484.9 m",
-            "lacks │ mean drift held, qtf difference, qtf sum",
+            "lacks │ qtf difference, qtf sum",
         ):
             assert words in result.out
 

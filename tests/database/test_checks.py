@@ -131,6 +131,7 @@ def of_frequencies(db, keep):
         "excitation",
         "froude_krylov",
         "mean_drift",
+        "mean_drift_held",
         "drift_imbalance",
     )
     return replace(db, **{name: getattr(db, name)[keep] for name in by_frequency})
@@ -360,7 +361,10 @@ def test_few_frequencies_and_headings_are_no_error(barge):
         port_starboard_symmetric=False,
         **{
             name: getattr(few, name)[:, :1]
-            for name in ("excitation", "froude_krylov", "mean_drift", "drift_imbalance")
+            for name in (
+                *("excitation", "froude_krylov", "mean_drift", "mean_drift_held"),
+                "drift_imbalance",
+            )
         },
     )
     left_out = {finding.name for finding in check(few) if finding.left_out}
@@ -405,6 +409,7 @@ def test_two_barges_far_from_the_origin_are_in_phase_with_their_own_waves(barge)
         excitation=np.concatenate([barge.excitation, moved], axis=2),
         froude_krylov=None,
         mean_drift=None,
+        mean_drift_held=None,
         hydrostatic_stiffness=np.tile(barge.hydrostatic_stiffness, (2, 2)) * two,
         inertia_matrix=None,
         volume=np.tile(barge.volume, 2),

@@ -16,10 +16,11 @@ from hydrosim.database import load
 from hydrosim.database.build import barge as hull
 from hydrosim.database.build import bem, drift, near_field, qtf
 from hydrosim.database.build.assemble import Floating
+from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
 RHO, G = 1025.0, 9.81
-WATER = bem.Water(RHO, G)
+WATER = Water(RHO, G)
 SIDES, CENTRE = (60.0, 20.0, 6.0), np.array([0.0, 0.0, 1.5])  # a box and its centre of gravity
 WAMIT = Path(__file__).parents[2] / ".." / "shared" / "validation" / "hemisphere"
 
@@ -33,7 +34,7 @@ def box(length: float, beam: float, draught: float, centre, fine: int = 1):
     mesh = hull.Resolution(along, across, down, 2 * across, down, lid, 2 * fine)
     shift = [-length / 2, 0.0, 0.0]
     half, inside = hull.half_hull(shape, mesh) + shift, hull.half_lid(shape, mesh) + shift
-    return bem.floating_body(half, inside, centre)
+    return bem.Hull(half, inside, True, tuple(centre))
 
 
 def shell(profile: np.ndarray, around: int, lid: int):
@@ -48,7 +49,7 @@ def shell(profile: np.ndarray, around: int, lid: int):
         return np.stack(rings, axis=2).reshape(-1, 4, 3)
 
     disc = np.stack([np.linspace(0, profile[-1, 0], lid + 1), np.zeros(lid + 1)], axis=-1)
-    return bem.floating_body(swept(profile), swept(disc), (0.0, 0.0, 0.0))
+    return bem.Hull(swept(profile), swept(disc), True, (0.0, 0.0, 0.0))
 
 
 def hemisphere(down: int, around: int):
@@ -64,11 +65,11 @@ def floating(mass: float, area: float, gyration: float = 0.4) -> Floating:
     return Floating(np.zeros(3), np.zeros(3), mass / RHO, inertia, stiffness)
 
 
-def flows(body, afloat, frequencies, headings=(0.0,)):
+def flows(wet, afloat, frequencies, headings=(0.0,)):
     """The wetted surface and the flow round it."""
     heading = np.array(headings)
-    found = [near_field.first_order(body, afloat, WATER, w, heading) for w in frequencies]
-    return near_field.wetted_surface(body), found
+    found = [near_field.first_order(wet.body, afloat, WATER, w, heading) for w in frequencies]
+    return near_field.wetted_surface(wet.body), found
 
 
 def mean(transfer):
@@ -111,7 +112,7 @@ def turned_load(sides, centre, motion) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def wetted_box():
-    return near_field.wetted_surface(box(*SIDES, CENTRE, fine=2))
+    return near_field.wetted_surface(box(*SIDES, CENTRE, fine=2).body)
 
 
 @pytest.mark.parametrize("motion", ["heave", "roll", "pitch and heave", "all"])
@@ -207,7 +208,7 @@ def far_field(body, afloat, w):
     impedance = afloat.stiffness - w**2 * (afloat.inertia + s.added_mass) + 1j * w * s.damping
     motion = np.linalg.solve(impedance, s.excitation.T).T
     kochin = s.kochin_diffraction + np.conj(motion) @ s.kochin_radiation
-    return drift.mean_drift(kochin, w, np.zeros(1), RHO, G).force[0, 0]
+    return drift.mean_drift(kochin, w, np.zeros(1), WATER).force[0, 0]
 
 
 def test_near_field_comes_to_the_far_field(water, figure):

@@ -93,16 +93,16 @@ def solve_all(
 
 def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solution:
     """Radiation and diffraction at one ``frequency`` [rad/s] for ``headings`` [rad]."""
-    given, solver = _given(hull, water, frequency), _solver(water.is_deep)
-    radiated = [solver.solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
+    given, used = _given(hull, water, frequency), solver(water.is_deep)
+    radiated = [used.solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
-    diffracted = [solver.solve(problem) for problem in fixed]
+    diffracted = [used.solve(problem) for problem in fixed]
     incident = froude_krylov(hull, water, frequency, headings)
     return Solution(
         frequency,
-        _by_dof(result.added_masses for result in radiated).T,
-        _by_dof(result.radiation_dampings for result in radiated).T,
-        np.conj(_by_dof(result.forces for result in diffracted)) + incident,
+        by_dof(result.added_masses for result in radiated).T,
+        by_dof(result.radiation_dampings for result in radiated).T,
+        np.conj(by_dof(result.forces for result in diffracted)) + incident,
         incident,
         np.array([compute_kochin(result, DIRECTIONS) for result in radiated]),
         np.array([compute_kochin(result, DIRECTIONS) for result in diffracted]),
@@ -113,16 +113,16 @@ def froude_krylov(hull: Hull, water: Water, frequency: float, headings: Real) ->
     """Loads (headings, 6) of the undisturbed waves per unit amplitude."""
     given = _given(hull, water, frequency)
     waves = (cpt.DiffractionProblem(wave_direction=b, **given) for b in headings)
-    return np.conj(_by_dof(froude_krylov_force(problem) for problem in waves))
+    return np.conj(by_dof(froude_krylov_force(problem) for problem in waves))
 
 
 def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
     """Added mass (6, 6) at ``frequency`` infinity or, in deep water only, 0."""
 
     def compute() -> list[Real]:
-        given, solver = _given(hull, water, frequency), _solver(water.is_deep)
+        given, used = _given(hull, water, frequency), solver(water.is_deep)
         moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS]
-        return [_by_dof(solver.solve(problem).added_masses for problem in moving).T]
+        return [by_dof(used.solve(problem).added_masses for problem in moving).T]
 
     return remembered(_key(hull, water, frequency, np.empty(0)), compute)[0]
 
@@ -156,10 +156,12 @@ def _given(hull: Hull, water: Water, frequency: float) -> dict[str, Any]:
 
 
 @cache
-def _solver(deep: bool = True) -> cpt.BEMSolver:
+def solver(deep: bool = True) -> cpt.BEMSolver:
+    """Capytaine's solver, made once."""
     cpt.set_logging("ERROR")  # It warns of panels over 1/8 wavelength; their error is measured.
     return cpt.BEMSolver() if deep else cpt.BEMSolver(green_function=green.FiniteDepth())
 
 
-def _by_dof(loads: Iterable[dict]) -> np.ndarray:
+def by_dof(loads: Iterable[dict]) -> np.ndarray:
+    """The loads (n, 6) in the order of the degrees of freedom."""
     return np.array([[load[dof] for dof in DOFS] for load in loads])

@@ -48,7 +48,7 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
     floats = afloat(recipe)
-    body = _floating(recipe, floats.integrals, water)
+    body = floating(recipe, floats.integrals, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
     zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
@@ -100,7 +100,7 @@ def _mesh(recipe: Recipe, given: MeshHull) -> Afloat:
     return Afloat(Hull(panels, lid, symmetric, recipe.data.centre_of_gravity), integrals)
 
 
-def _floating(recipe: Recipe, integrals: Hydrostatics, water: Water) -> Floating:
+def floating(recipe: Recipe, integrals: Hydrostatics, water: Water) -> Floating:
     """Mass and stiffness with the weight equal to the buoyancy and over it."""
     data = recipe.data
     gravity, buoyancy = np.array(data.centre_of_gravity), integrals.centre_of_buoyancy.copy()

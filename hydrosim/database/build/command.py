@@ -43,6 +43,4 @@ def build_database(recipe: Path, output: Path | None, jobs: int, picture: bool) 
 
 def _check_output(path: Path) -> None:
     if path.is_dir() or not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise InputError(
-            f"--output: {path} cannot be written; choose another place."
-        )
+        raise InputError(f"--output: {path} cannot be written; choose another place.")

@@ -17,8 +17,9 @@ from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, 
 from rich.progress import track
 
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.bem import DOFS, Water, _by_dof, _solver
+from hydrosim.database.build.bem import DOFS, by_dof, solver
 from hydrosim.database.build.drift import Complex, Real
+from hydrosim.database.build.water import Water
 
 ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
 
@@ -74,11 +75,11 @@ def first_order(
     a fraction of the error of the sources' own velocity; across it is the hull's.
     """
     given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
-    radiated = [_solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
+    radiated = [solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
-    diffracted = [_solver().solve(problem) for problem in fixed]
-    incident = _by_dof(froude_krylov_force(problem) for problem in fixed)
-    excitation = np.conj(_by_dof(result.forces for result in diffracted) + incident)
+    diffracted = [solver().solve(problem) for problem in fixed]
+    incident = by_dof(froude_krylov_force(problem) for problem in fixed)
+    excitation = np.conj(by_dof(result.forces for result in diffracted) + incident)
     motion, load = _response(floating, radiated, excitation)
     # Sources have Capytaine's time factor, so they need the conjugate motion.
     sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
@@ -117,8 +118,8 @@ def _response(
     if floating is None:
         return np.zeros_like(excitation), excitation
     w = radiated[0].omega
-    added_mass = _by_dof(result.added_masses for result in radiated).T
-    damping = _by_dof(result.radiation_dampings for result in radiated).T
+    added_mass = by_dof(result.added_masses for result in radiated).T
+    damping = by_dof(result.radiation_dampings for result in radiated).T
     fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
     impedance = fluid - w**2 * floating.inertia
     motion = np.asarray(np.linalg.solve(impedance, excitation.T).T, dtype=np.complex128)
@@ -171,7 +172,7 @@ def _potential(problem: cpt.DiffractionProblem, sources: Complex, points: Real) 
     panels = problem.body.mesh_including_lid.merged()
     sea = {"free_surface": 0.0, "water_depth": np.inf, "wavenumber": problem.wavenumber}
     parts = (points[start : start + ROWS] for start in range(0, len(points), ROWS))
-    build = _solver().engine.build_S_matrix
+    build = solver().engine.build_S_matrix
     return np.concatenate([build(part, panels, **sea) @ sources.T for part in parts]).T
 
 
