@@ -26,7 +26,7 @@ def shallow() -> HydroDatabase:
 
 DOUBTS = {  # why: hydro_db/README.md
     "box": {"damping against loads"},
-    "h851_50m": {"kernel truncation", "smooth loads"},
+    "h851_50m": {"smooth loads"},
 }
 
 
@@ -66,15 +66,15 @@ def test_short_waves_are_thrown_back(box):
 
 def test_energy_balance_of_the_drift(box, shallow):
     """Along and across the hull, in waves short enough to be scattered: 4.5 per cent for the box's
-    even panels of 2 m, 3.4 for the barge in 50 m, which has 1,284 panels."""
-    for db, lowest, bound in ((box, 0.8, 0.046), (shallow, 0.5, 0.035)):
+    even panels of 2 m, 2.3 for the barge in 50 m."""
+    for db, lowest, bound in ((box, 0.8, 0.046), (shallow, 0.5, 0.03)):
         used = (db.frequency > lowest - 1e-6) & (db.frequency < 2.001)
         assert np.abs(db.drift_imbalance[used][:, [0, 6, 12]]).max() < bound
 
 
 def test_short_waves_do_not_feel_the_sea_bed(barge, shallow):
-    """From 1.2 rad/s, where 50 m are 7 wavenumbers, damping and loads are those of deep water: 3
-    per cent of the largest, which is the fewer panels' error."""
+    """From 1.2 rad/s, where k h is 7 and more, loads are those of deep water within 1 per cent of
+    the largest, and damping within 2: added mass, which the bed keeps changing, leaks into it."""
     rows = [i for i, w in enumerate(shallow.frequency) if w > 1.199 and round(w * 100) % 2 == 0]
     deep = [int(np.argmin(np.abs(barge.frequency - shallow.frequency[i]))) for i in rows]
     for name in ("radiation_damping", "excitation"):
@@ -85,7 +85,8 @@ def test_short_waves_do_not_feel_the_sea_bed(barge, shallow):
             if name == "radiation_damping"
             else np.abs(there).max(axis=(0, 1))
         )
-        assert (np.abs(there[rows] - here[deep]) / scale).max() < 0.03
+        bound = 0.02 if name == "radiation_damping" else 0.01
+        assert (np.abs(there[rows] - here[deep]) / scale).max() < bound
 
 
 def test_sea_bed_adds_to_the_mass(barge, shallow):
