@@ -6,19 +6,19 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import Command, command, files
 from moored_barge import CASES, ROOT, hull
 from rich.progress import Progress
 
 import hydrosim as hs
-from hydrosim.cli import main
 from hydrosim.database.netcdf import write as write_database
 
 SHORT = ("--set", "duration=20 s")
@@ -30,17 +30,6 @@ NATURAL_PERIODS = {
 }
 STIFF = "{type: linear_mooring, body: barge, stiffness: {heave: 1e12 N/m}}"
 UNSTABLE = ("--set", f"forces.rod={STIFF}", "--set", "solver={method: rk2, step: 0.5 s}")
-
-
-class Result(NamedTuple):
-    """Exit code of a command, and what it wrote on the terminal, blanks and line ends as one."""
-
-    code: int
-    out: str
-    err: str
-
-
-Hydrosim = Callable[..., Result]
 
 
 @pytest.fixture
@@ -57,25 +46,13 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def hydrosim(
     project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Hydrosim:
+) -> Command:
     """Runs the command with these arguments, in this process, as the installed script does."""
-
-    def hydrosim(*arguments: object) -> Result:
-        monkeypatch.setattr(sys, "argv", ["hydrosim", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        out, err = (" ".join(text.split()) for text in capsys.readouterr())
-        return Result(int(caught.value.code or 0), out, err)
-
-    return hydrosim
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    return command(monkeypatch, capsys)
 
 
 class TestRun:
-    def test_writes_the_run_and_sums_it_up(self, hydrosim: Hydrosim) -> None:
+    def test_writes_the_run_and_sums_it_up(self, hydrosim: Command) -> None:
         result = hydrosim("run", "base.yaml", "-o", "run.nc", *SHORT)
         assert result.code == 0
         for word in ("Reverse float-over, base case", "complete, 20 s", "surge mean", "run.nc"):
@@ -85,7 +62,7 @@ class TestRun:
         xr.testing.assert_equal(written, expected)
         assert not list(Path().glob("*.partial"))
 
-    def test_starts_from_the_state_of_another_run(self, hydrosim: Hydrosim) -> None:
+    def test_starts_from_the_state_of_another_run(self, hydrosim: Command) -> None:
         assert hydrosim("run", "base.yaml", "-o", "whole.nc", *SHORT).code == 0
         first = ("--set", "duration=12 s", "--set", "output.states=true")
         assert hydrosim("run", "base.yaml", "-o", "first.nc", *first).code == 0
@@ -97,15 +74,15 @@ class TestRun:
         second, whole = xr.load_dataset("second.nc"), xr.load_dataset("whole.nc")
         xr.testing.assert_equal(second.position, whole.position.sel(time=slice(8.0, 20.0)))
 
-    def test_names_the_result_after_the_case(self, hydrosim: Hydrosim) -> None:
+    def test_names_the_result_after_the_case(self, hydrosim: Command) -> None:
         assert hydrosim("run", "free_floating.yaml", *SHORT).code == 0
         assert Path("free_floating.nc").is_file()
 
-    def test_draws_if_asked(self, hydrosim: Hydrosim) -> None:
+    def test_draws_if_asked(self, hydrosim: Command) -> None:
         assert hydrosim("run", "free_floating.yaml", "--plot", *SHORT).code == 0
         assert Path("free_floating.png").is_file()
 
-    def test_a_failed_simulation_is_written_all_the_same(self, hydrosim: Hydrosim) -> None:
+    def test_a_failed_simulation_is_written_all_the_same(self, hydrosim: Command) -> None:
         result = hydrosim("run", "free_floating.yaml", "-o", "run.nc", *UNSTABLE)
         assert result.code == 3
         assert result.err.startswith("error at t = ")
@@ -118,7 +95,7 @@ class TestRun:
 
     @pytest.mark.parametrize("step", [0.2, 0.4])
     def test_a_step_above_the_limit_is_refused(
-        self, hydrosim: Hydrosim, project: Path, step: float
+        self, hydrosim: Command, project: Path, step: float
     ) -> None:
         """The message says what is unstable and what to choose; both of it is then taken."""
         before = files(project)
@@ -137,7 +114,7 @@ class TestRun:
             assert hydrosim("run", "base.yaml", "-o", "run.nc", *settings_then).code == 0
 
     def test_an_interrupt_leaves_what_was_computed(
-        self, hydrosim: Hydrosim, monkeypatch: pytest.MonkeyPatch
+        self, hydrosim: Command, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         def update(self: Progress, *args: Any, completed: float, **kwargs: Any) -> None:
             if completed > 1.0:  # a chunk has at most 100 times the steps of the one before
@@ -153,7 +130,7 @@ class TestRun:
         assert np.isfinite(part.position).all()
 
     def test_an_interrupt_before_the_first_step(
-        self, hydrosim: Hydrosim, project: Path, monkeypatch: pytest.MonkeyPatch
+        self, hydrosim: Command, project: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """While kernels are loaded or compiled there is nothing yet that could be written."""
 
@@ -168,14 +145,14 @@ class TestRun:
         assert files(project) == before
 
     @pytest.mark.parametrize("command", ["run", "check"])
-    def test_brackets_in_a_title_are_not_markup(self, hydrosim: Hydrosim, command: str) -> None:
+    def test_brackets_in_a_title_are_not_markup(self, hydrosim: Command, command: str) -> None:
         result = hydrosim(command, "base.yaml", *SHORT, "--set", 'title="a [red] or [/b]"')
         assert result.code == 0
         assert "a [red] or [/b]" in result.out
 
 
 class TestCheck:
-    def test_prints_periods_and_what_is_skipped(self, hydrosim: Hydrosim, project: Path) -> None:
+    def test_prints_periods_and_what_is_skipped(self, hydrosim: Command, project: Path) -> None:
         before = files(project)
         result = hydrosim("check", "free_floating.yaml")
         assert result.code == 0
@@ -187,13 +164,13 @@ class TestCheck:
             assert low <= float(found[1]) <= high
         assert files(project) == before
 
-    def test_says_what_is_locked(self, hydrosim: Hydrosim) -> None:
+    def test_says_what_is_locked(self, hydrosim: Command) -> None:
         result = hydrosim("check", "base.yaml", "--set", "bodies.barge.dofs=[surge, heave, pitch]")
         assert result.code == 0
         assert "sway, roll, yaw locked" in result.out
 
     @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
-    def test_says_where_a_run_starts(self, hydrosim: Hydrosim, radiation: str) -> None:
+    def test_says_where_a_run_starts(self, hydrosim: Command, radiation: str) -> None:
         case = ("base.yaml", "--set", f"bodies.barge.radiation={radiation}")
         assert hydrosim("run", *case, "-o", "run.nc", *SHORT).code == 0
         start = ("--set", "initial.run=run.nc")
@@ -208,11 +185,11 @@ class TestCheck:
 
 class TestPlot:
     @pytest.fixture
-    def run(self, hydrosim: Hydrosim) -> Path:
+    def run(self, hydrosim: Command) -> Path:
         assert hydrosim("run", "base.yaml", "-o", "run.nc", *SHORT).code == 0
         return Path("run.nc")
 
-    def test_draws_what_it_announces(self, hydrosim: Hydrosim, run: Path) -> None:
+    def test_draws_what_it_announces(self, hydrosim: Command, run: Path) -> None:
         result = hydrosim("plot", run, "-o", "pictures")
         assert result.code == 0
         pictures = sorted(Path("pictures").iterdir())
@@ -221,13 +198,13 @@ class TestPlot:
             assert picture.read_bytes().startswith(b"\x89PNG")
             assert str(picture) in result.out
 
-    def test_refuses_a_file_as_folder(self, hydrosim: Hydrosim, run: Path) -> None:
+    def test_refuses_a_file_as_folder(self, hydrosim: Command, run: Path) -> None:
         result = hydrosim("plot", run, "-o", "base.yaml")
         assert (result.code, result.out) == (2, "")
         assert "base.yaml: is a file; expected a folder" in result.err
 
     @pytest.mark.parametrize("name", ["nowhere.nc", "base.yaml", "../../hydro_db/h851.nc", "."])
-    def test_refuses_what_is_not_a_run(self, hydrosim: Hydrosim, project: Path, name: str) -> None:
+    def test_refuses_what_is_not_a_run(self, hydrosim: Command, project: Path, name: str) -> None:
         before = files(project)
         result = hydrosim("plot", name)
         assert (result.code, result.out) == (2, "")
@@ -259,7 +236,7 @@ BAD: dict[str, tuple[str, Sequence[str]]] = {
 
 
 @pytest.mark.parametrize("setting", BAD)
-def test_bad_settings_are_refused(hydrosim: Hydrosim, project: Path, setting: str) -> None:
+def test_bad_settings_are_refused(hydrosim: Command, project: Path, setting: str) -> None:
     """One message, on the terminal's error stream, that names the key, what was found and what
     was expected; nothing is written."""
     key, words = BAD[setting]
@@ -274,7 +251,7 @@ def test_bad_settings_are_refused(hydrosim: Hydrosim, project: Path, setting: st
     assert files(project) == before
 
 
-def test_headings_that_the_database_lacks_are_refused(hydrosim: Hydrosim, project: Path) -> None:
+def test_headings_that_the_database_lacks_are_refused(hydrosim: Command, project: Path) -> None:
     """A hull without symmetry, computed for waves from astern to abeam only."""
     db, some = hull(), slice(0, 7)
     half = replace(
@@ -298,7 +275,7 @@ def test_headings_that_the_database_lacks_are_refused(hydrosim: Hydrosim, projec
     assert hydrosim("run", "base.yaml", *settings).code == 0
 
 
-def test_numbers_missing_in_the_database_are_refused(hydrosim: Hydrosim, project: Path) -> None:
+def test_numbers_missing_in_the_database_are_refused(hydrosim: Command, project: Path) -> None:
     path = project / "hydro_db" / "h851.nc"
     db = hull()
     holed = db.added_mass.copy()
@@ -320,7 +297,7 @@ def test_numbers_missing_in_the_database_are_refused(hydrosim: Hydrosim, project
     ],
 )
 def test_bad_outputs_are_refused(
-    hydrosim: Hydrosim, project: Path, output: str, words: Sequence[str]
+    hydrosim: Command, project: Path, output: str, words: Sequence[str]
 ) -> None:
     before = files(project)
     result = hydrosim("run", "base.yaml", "-o", output)
@@ -332,7 +309,7 @@ def test_bad_outputs_are_refused(
 @pytest.mark.parametrize("case", ["nowhere.yaml", ".", "README.md", "../../hydro_db/h851.nc"])
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_what_is_not_a_case_is_refused(
-    hydrosim: Hydrosim, project: Path, command: str, case: str
+    hydrosim: Command, project: Path, command: str, case: str
 ) -> None:
     before = files(project)
     result = hydrosim(command, case)
@@ -343,13 +320,13 @@ def test_what_is_not_a_case_is_refused(
 
 
 @pytest.mark.parametrize("arguments", [("sail",), ("run",), ("run", "base.yaml", "--fast")])
-def test_wrong_usage(hydrosim: Hydrosim, arguments: Sequence[str]) -> None:
+def test_wrong_usage(hydrosim: Command, arguments: Sequence[str]) -> None:
     result = hydrosim(*arguments)
     assert result.code == 2
     assert "Usage" in result.err
 
 
-def test_help_names_the_commands(hydrosim: Hydrosim) -> None:
+def test_help_names_the_commands(hydrosim: Command) -> None:
     result = hydrosim("--help")
     assert result.code == 0
     assert all(command in result.out for command in ("run", "check", "plot"))

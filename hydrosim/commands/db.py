@@ -94,21 +94,6 @@ def convert(
     _show(*(f"result    {path}" for path in files))
 
 
-def _not_used(db: HydroDatabase, given: Given) -> list[str]:
-    return [
-        f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
-        for name in overruled(db, given)
-    ]
-
-
-def _drawable(path: Path) -> None:
-    """Raises `InputError` where a picture cannot be written to ``path``."""
-    if path.suffix not in PICTURES:
-        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
-
-
 @app.command()
 def build(
     recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe of the database.")],
@@ -123,6 +108,21 @@ def build(
 
     for path in build_database(recipe, output, jobs, picture):
         typer.echo(f"result    {path}")
+
+
+def _not_used(db: HydroDatabase, given: Given) -> list[str]:
+    return [
+        f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
+        for name in overruled(db, given)
+    ]
+
+
+def _drawable(path: Path) -> None:
+    """Raises `InputError` where a picture cannot be written to ``path``."""
+    if path.suffix not in PICTURES:
+        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
 
 
 def _show(*parts: RenderableType) -> None:

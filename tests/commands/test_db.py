@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Command, command, files
 
-from hydrosim.cli import main
 from hydrosim.database import HydroDatabase, netcdf
 from hydrosim.database.checks import CHECKS
 from hydrosim.database.convert import WRITERS
@@ -20,17 +19,6 @@ from hydrosim.database.load import read
 from hydrosim.errors import InputError
 
 ROOT = Path(__file__).parents[2]
-
-
-class Result(NamedTuple):
-    """Exit code of a command, and what it wrote on the terminal, blanks and line ends as one."""
-
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Result]
 
 
 @pytest.fixture
@@ -47,15 +35,7 @@ def db(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Command:
     """Runs `hydrosim db` with these arguments, in this process, as the installed script does."""
-
-    def db(*arguments: object) -> Result:
-        monkeypatch.setattr(sys, "argv", ["hydrosim", "db", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        out, err = (" ".join(text.split()) for text in capsys.readouterr())
-        return Result(int(caught.value.code or 0), out, err)
-
-    return db
+    return command(monkeypatch, capsys, "db")
 
 
 def planted(**changes: Callable[[Any], Any] | None) -> HydroDatabase:
@@ -68,10 +48,6 @@ def planted(**changes: Callable[[Any], Any] | None) -> HydroDatabase:
     faulty = replace(barge, **values)
     netcdf.write(faulty, Path("faulty.nc"))
     return faulty
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def differences(a: HydroDatabase, b: HydroDatabase) -> set[str]:

@@ -362,7 +362,10 @@ def test_few_frequencies_and_headings_are_no_error(barge):
         **{
             name: getattr(few, name)[:, :1]
             for name in (
-                *("excitation", "froude_krylov", "mean_drift", "mean_drift_held"),
+                "excitation",
+                "froude_krylov",
+                "mean_drift",
+                "mean_drift_held",
                 "drift_imbalance",
             )
         },

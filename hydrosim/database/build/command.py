@@ -24,23 +24,18 @@ def build_database(recipe: Path, output: Path | None, jobs: int, picture: bool) 
     except ModuleNotFoundError as error:
         raise InputError(f"{NEEDED} (there is no module {error.name}).") from error
     from hydrosim.database.build.picture import draw
-    from hydrosim.database.netcdf import write
+    from hydrosim.database.convert import writable, write
 
     path = recipe.with_suffix(".nc") if output is None else output
-    _check_output(path)
+    writable(path)
     given = load_recipe(recipe)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     console = Console(stderr=True)
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
         task = bar.add_task("frequencies", total=len(given.frequencies))
         db = build(given, jobs, lambda done, _: bar.update(task, completed=done))
-    write(db, path)
+    files = write(db, path)
     if not picture:
-        return [path]
+        return files
     draw(db, afloat(given).panels, path.with_suffix(".png"))
-    return [path, path.with_suffix(".png")]
-
-
-def _check_output(path: Path) -> None:
-    if path.is_dir() or not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise InputError(f"--output: {path} cannot be written; choose another place.")
+    return [*files, path.with_suffix(".png")]

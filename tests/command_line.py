@@ -1,0 +1,43 @@
+"""Runs `hydrosim` in this process, as the installed script does."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from hydrosim.cli import main
+
+
+class Result(NamedTuple):
+    """Exit code of a command, and what it wrote on the terminal, blanks and line ends as one."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Result]
+
+
+def command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *first: str
+) -> Command:
+    """Runs the command with these first arguments and those it is called with."""
+
+    def run(*arguments: object) -> Result:
+        monkeypatch.setattr(sys, "argv", ["hydrosim", *first, *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        out, err = (" ".join(text.split()) for text in capsys.readouterr())
+        return Result(int(caught.value.code or 0), out, err)
+
+    return run
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """All files in a folder and below, with what is in them."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
