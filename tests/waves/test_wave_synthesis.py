@@ -94,6 +94,7 @@ def test_slow_load_of_equal_drift_is_the_envelope_squared() -> None:
         amplitude=np.array([1.0, 0.6]),
         phase=np.zeros(2),
         wavenumber=np.zeros(2),
+        heading=np.zeros(2),
     )
     grid = time_grid(waves, 0.0, 0.05, 60.0)
     slow = newman_sum(grid, waves, waves.at(0.0, 0.0)[:, None], np.full((2, 1), 5.0))
