@@ -57,9 +57,11 @@ def sea(environment: Environment) -> tuple[Components, ...]:
 
 
 def _joined(sets: list[Components]) -> Components:
-    names = ("omega", "amplitude", "phase", "wavenumber", "heading")
-    arrays = (np.concatenate([getattr(waves, name) for waves in sets]) for name in names)
-    return Components(*arrays, sets[0].ramp, sets[0].spacing)
+    def every(name: str) -> np.ndarray:
+        return np.concatenate([getattr(waves, name) for waves in sets])
+
+    arrays = (every("omega"), every("amplitude"), every("phase"), every("wavenumber"))
+    return Components(*arrays, every("heading"), sets[0].ramp, sets[0].spacing)
 
 
 def components(train: WaveTrain, environment: Environment, stream: int = 0) -> Components:
