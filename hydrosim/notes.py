@@ -11,8 +11,8 @@ from hydrosim.database import needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.scene import DOFS, Body, Scene
-from hydrosim.waves import energy_outside, sea
+from hydrosim.scene import DOFS, Body, Scene, SecondOrder
+from hydrosim.waves import energy_outside, sea, separate_headings
 from hydrosim.wet import WetBody
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
@@ -41,6 +41,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
         if body.name in notes.wet:
             notes.warnings.extend(_mass_warnings(body, notes.wet[body.name]))
             notes.warnings.extend(_range_warnings(scene, body, notes.wet[body.name]))
+            notes.warnings.extend(_heading_warnings(scene, body, notes.wet[body.name]))
 
 
 def _mass_warnings(body: Body, wet: WetBody) -> Iterator[str]:
@@ -68,6 +69,17 @@ def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
             )
         if outside > OUTSIDE_WARNED:
             yield f"{text}: no first-order loads there."
+
+
+def _heading_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
+    """QTFs without pairs of headings."""
+    second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
+    for waves in sea(scene.environment) if second else ():
+        if separate_headings(wet.database, waves):
+            yield (
+                f"{wet.database.source} has QTFs for pairs of waves of one heading only: waves of"
+                f" different headings give {body.name} no second-order load together."
+            )
 
 
 def _records(scene: Scene) -> Iterator[str]:

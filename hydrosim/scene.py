@@ -36,6 +36,8 @@ class SecondOrder(StrEnum):
     NONE = "none"
     MEAN_DRIFT = "mean_drift"
     NEWMAN = "newman"
+    NEWMAN_SQUARE_ROOT = "newman_square_root"
+    QTF = "qtf"
 
 
 class Method(StrEnum):
@@ -108,10 +110,12 @@ class Environment:
 
 @dataclass(frozen=True)
 class WaveForces:
-    """Which wave loads act on a body."""
+    """Which wave loads act on a body: of first order, slow ones of second order, and those at
+    the sums of the waves' frequencies."""
 
     first_order: bool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: bool = False
 
 
 @dataclass(frozen=True)

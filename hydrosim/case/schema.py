@@ -120,6 +120,7 @@ class WaveForces(Strict):
 
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: StrictBool = False
 
 
 class Body(Strict):
