@@ -104,7 +104,9 @@ def _skipped(scene: Scene, model: Model, wet: dict[str, WetBody]) -> Iterator[st
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
         for i in model.bodies.active
-        if scene.bodies[i // 6].name in wet and i not in model.waves.first_dof
+        if scene.bodies[i // 6].name in wet
+        and i not in model.waves.first_dof
+        and i // 6 not in model.following.body
     ]
     if scene.environment.waves and unloaded:
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)

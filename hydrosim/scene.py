@@ -108,14 +108,27 @@ class Environment:
     waves: tuple[WaveTrain, ...] = ()
 
 
+class Place(StrEnum):
+    """Where the waves meet a body: at rest, or where it is at the time."""
+
+    MEAN = "mean"
+    INSTANTANEOUS = "instantaneous"
+
+
 @dataclass(frozen=True)
 class WaveForces:
     """Which wave loads act on a body: of first order, slow ones of second order, and those at
-    the sums of the waves' frequencies."""
+    the sums of the waves' frequencies.
+
+    ``headings`` and ``position`` say whether first-order loads are those of the body at rest, or
+    of its yaw, and of its place, at the time; second-order loads are those at rest.
+    """
 
     first_order: bool = True
     second_order: SecondOrder = SecondOrder.NONE
     sum_frequency: bool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ second-order loads from a wave of one set with a wave of another are left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.scene import Environment, SecondOrder, WaveForces
+from hydrosim.scene import Environment, SecondOrder
+from hydrosim.waves.body import WaveBody
 from hydrosim.waves.components import Components, sea
+from hydrosim.waves.following import follows
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
 from hydrosim.waves.second_order import (
@@ -26,23 +27,6 @@ from hydrosim.waves.second_order import (
 )
 from hydrosim.waves.synthesis import Lines, summed, time_grid
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
-
-
-@dataclass(frozen=True, eq=False)
-class WaveBody:
-    """What the waves need to know of a body.
-
-    ``database``: transfer functions of n loads, about the centre of gravity, for all headings;
-    None for a dry body. ``location`` (2,): where the origin of the database's frame is at rest, in
-    the earth's x, y [m]. ``offset``: index of the body's first DOF among those of the scene.
-    ``active`` (n,): which DOFs are not locked.
-    """
-
-    database: QuadraticFunctions | None
-    location: tuple[float, ...]
-    wave_forces: WaveForces
-    offset: int
-    active: np.ndarray
 
 
 def wave_loads_model(
@@ -87,10 +71,10 @@ def wave_loads_model(
 
 def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
     """First-order loads X a exp(i e) of each wave on all DOFs of the bodies; zero where locked or
-    not wanted."""
+    not wanted, or where the waves follow the body (`following`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
-        if body.database is not None and body.wave_forces.first_order:
+        if body.database is not None and body.wave_forces.first_order and not follows(body):
             transfer = excitation_at(body.database, waves.heading, waves.omega)
             elevation = waves.at(*body.location)[:, None]
             total[:, _dofs(body)] = elevation * transfer * body.active

@@ -56,7 +56,7 @@ def wave_loads(t, p, first, second):
         row, points = _rows_at(x, p.offset[k + 1] - p.offset[k])
         ramp = rise(t, p.ramp[k])
         for m in range(points):
-            weight = ramp * _lagrange(x - row, m, points)
+            weight = ramp * lagrange(x - row, m, points)
             elevation += _add_row(weight, ramp, p.values[p.offset[k] + row + m], p, first, second)
     for k in range(p.omega.size):
         ramp, angle = rise(t, p.line_ramp[k]), p.omega[k] * t
@@ -94,7 +94,7 @@ def _rows_at(x, rows):
 
 
 @kernel
-def _lagrange(x, m, points):
+def lagrange(x, m, points):
     """Weight at x of the value at m, out of the values at 0, 1, ... points - 1."""
     weight = 1.0
     for j in range(points):
