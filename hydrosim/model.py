@@ -26,7 +26,7 @@ from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock
 from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene
 from hydrosim.stepper import State
-from hydrosim.waves import WaveBody, wave_loads_model
+from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
 from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetGroup, each_alone, resonance, wet_groups
 
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
@@ -50,6 +50,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
+    in_waves = [_wave_body(i, b, alone) for i, b in enumerate(scene.bodies)]
     model = Model(
         bodies=bodies,
         added_mass=_whole(scene, [(w.dofs, w.memory.added_mass_infinite) for w in notes.wet]),
@@ -58,10 +59,11 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         convolution=_convolution(scene, notes.wet),
         waves=wave_loads_model(
             scene.environment,
-            [_wave_body(i, b, alone) for i, b in enumerate(scene.bodies)],
+            in_waves,
             # from 0, wherever the run begins: its loads are then to the bit those of a longer run
             *(0.0, scene.solver.step / 2, restart.begin(scene) + scene.duration),
         ),
+        following=following_model(sea(scene.environment), in_waves),
         elements=elements,
         rows=rows,
         radiation=first,
@@ -265,6 +267,7 @@ def _wave_body(index: int, body: Body, alone: Mapping[str, HydroDatabase]) -> Wa
         body.wave_forces,
         6 * index,
         np.array([dof in body.dofs for dof in DOFS]),
+        body.centre_of_gravity[:2],
     )
 
 

@@ -11,8 +11,8 @@ from hydrosim.database import HydroDatabase, needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.scene import DOFS, Body, Scene
-from hydrosim.waves import energy_outside, sea
+from hydrosim.scene import DOFS, Body, Scene, SecondOrder
+from hydrosim.waves import energy_outside, sea, separate_headings
 from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
@@ -42,6 +42,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
         if body.name in alone and body.dofs:
             notes.warnings.extend(_mass_warnings(body, alone[body.name]))
             notes.warnings.extend(_range_warnings(scene, body, alone[body.name]))
+            notes.warnings.extend(_heading_warnings(scene, body, alone[body.name]))
 
 
 def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:
@@ -71,6 +72,17 @@ def _range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str
             yield f"{text}: no first-order loads there."
 
 
+def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
+    """QTFs without pairs of headings."""
+    second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
+    for waves in sea(scene.environment) if second else ():
+        if separate_headings(db, waves):
+            yield (
+                f"{db.source} has QTFs for pairs of waves of one heading only: waves of"
+                f" different headings give {body.name} no second-order load together."
+            )
+
+
 def _records(scene: Scene) -> Iterator[str]:
     """How well the splines through recorded forces are determined."""
     for key, signal in signals_of(scene.forces):
@@ -93,7 +105,9 @@ def _skipped(scene: Scene, model: Model, wet: Mapping[str, HydroDatabase]) -> It
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
         for i in model.bodies.active
-        if scene.bodies[i // 6].name in wet and i not in model.waves.first_dof
+        if scene.bodies[i // 6].name in wet
+        and i not in model.waves.first_dof
+        and i // 6 not in model.following.body
     ]
     if scene.environment.waves and unloaded:
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)

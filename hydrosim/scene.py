@@ -36,6 +36,8 @@ class SecondOrder(StrEnum):
     NONE = "none"
     MEAN_DRIFT = "mean_drift"
     NEWMAN = "newman"
+    NEWMAN_SQUARE_ROOT = "newman_square_root"
+    QTF = "qtf"
 
 
 class Method(StrEnum):
@@ -106,12 +108,27 @@ class Environment:
     waves: tuple[WaveTrain, ...] = ()
 
 
+class Place(StrEnum):
+    """Where the waves meet a body: at rest, or where it is at the time."""
+
+    MEAN = "mean"
+    INSTANTANEOUS = "instantaneous"
+
+
 @dataclass(frozen=True)
 class WaveForces:
-    """Which wave loads act on a body."""
+    """Which wave loads act on a body: of first order, slow ones of second order, and those at
+    the sums of the waves' frequencies.
+
+    ``headings`` and ``position`` say whether first-order loads are those of the body at rest, or
+    of its yaw, and of its place, at the time; second-order loads are those at rest.
+    """
 
     first_order: bool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: bool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,15 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
-from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder, Unstable
+from hydrosim.scene import (
+    DOFS,
+    Kinematics,
+    Method,
+    Place,
+    RadiationModel,
+    SecondOrder,
+    Unstable,
+)
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -120,6 +128,9 @@ class WaveForces(Strict):
 
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: StrictBool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
 
 
 class Body(Strict):
