@@ -135,10 +135,12 @@ class WaveForces:
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file; None makes a dry body. ``centre_of_gravity`` (3,)
-    is in the database's frame and is the body frame's origin. ``location`` (2,) places the origin
-    of the database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial
-    offsets from the place at rest and their rates; ``dofs`` not named are locked.
+    ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
+    of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
+    with one ``radiation``. ``centre_of_gravity`` (3,) is in the database's frame and is the body
+    frame's origin. ``location`` (2,) places the origin of the database's frame in the earth's x, y.
+    ``position`` and ``velocity`` (6,) are the initial offsets from the place at rest and their
+    rates; ``dofs`` not named are locked, and a body without any is held.
     """
 
     name: str
@@ -147,6 +149,7 @@ class Body:
     hydrodynamics: HydroDatabase | Path | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
+    database_body: int = 1
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6

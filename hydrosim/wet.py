@@ -1,38 +1,58 @@
-"""What a body's database means for the body: about its own centre of gravity, in time."""
+"""What a database means for its bodies: about their centres of gravity, in time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
 
 import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
+from hydrosim.forces.layout import Resonance
+from hydrosim.names import dofs_of
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.scene import DOFS, Body, Environment, RadiationModel
+from hydrosim.scene import Body, Environment, RadiationModel, Scene
 
 MEMORY_LENGTH = 80.0  # s: of the retardation functions
 MEMORY_STEP = 0.1  # s: of their tables
 
 
 @dataclass(frozen=True)
-class WetBody:
-    """A body's database about its own centre of gravity, for all headings, with the ``checksum``
-    of the one that was read; and its radiation in the time domain: retardation functions and, for
-    a state-space model, their fits."""
+class WetGroup:
+    """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
+    the scene's.
 
+    ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
+    one that was read. Radiation in the time domain, all couplings included: retardation functions
+    and, for a state-space model, their fits.
+    """
+
+    bodies: tuple[Body, ...]
+    dofs: np.ndarray
     database: HydroDatabase
     checksum: str
     memory: Retardation
     fits: tuple[StateSpace, ...] = ()
 
+    @property
+    def radiation(self) -> RadiationModel:
+        """How the memory of all its bodies is computed."""
+        return self.bodies[0].radiation
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the bodies."""
+        return [body.name for body in self.bodies]
+
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
         report, db = self.memory.report, self.database
         fits = [
-            f"{group.B.shape[0]} states for {', '.join(DOFS[i] for i in group.dofs)},"
+            f"{group.B.shape[0]} states for {dofs_of(group.dofs, self.names)},"
             f" error {group.report.frequency_error:.1e} in frequency,"
             f" {group.report.time_error:.1e} in time, passivity {group.report.passivity_margin:.1e}"
             for group in self.fits
@@ -47,25 +67,63 @@ class WetBody:
         }
 
 
-def wet_body(body: Body, water: Environment) -> WetBody | None:
-    """The body's hydrodynamics about its centre of gravity; None for a dry body."""
-    if body.hydrodynamics is None:
-        return None
-    db = body.hydrodynamics
-    db = db if isinstance(db, HydroDatabase) else database.load(db)
-    if db.bodies != 1:
-        raise InputError(
-            f"{db.source}: has {db.bodies} bodies, but bodies.{body.name} needs a database of one."
-        )
-    _check_environment(db, body, water)
+def wet_groups(scene: Scene) -> list[WetGroup]:
+    """The hydrodynamics of all wet bodies, a database of several bodies once for all of them.
+
+    Raises InputError where a database cannot be read or does not fit the scene.
+    """
+    opened: dict[HydroDatabase | Path, HydroDatabase] = {}
+    groups: dict[tuple[object, ...], tuple[HydroDatabase, list[int]]] = {}
+    for i, body in enumerate(scene.bodies):
+        source = body.hydrodynamics
+        if source is None:
+            continue
+        if source not in opened:
+            opened[source] = source if isinstance(source, HydroDatabase) else database.load(source)
+        db = opened[source]
+        _check_environment(db, body, scene.environment)
+        # several bodies may be copies of the one in a database, far from each other
+        key = (source, i) if db.bodies == 1 else (source, *body.location)
+        groups.setdefault(key, (db, []))[1].append(i)
+    return [_group(db, members, scene) for db, members in groups.values()]
+
+
+def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
+    """The group of the bodies ``members`` of the scene."""
+    members = sorted(members, key=lambda i: scene.bodies[i].database_body)
+    bodies = tuple(scene.bodies[i] for i in members)
+    _check_members(db, bodies)
+    dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
     checksum = db.checksum
-    db = database.all_headings(database.move_reference(db, body.centre_of_gravity))
+    centres = [body.centre_of_gravity for body in bodies]
+    db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
         *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
     )
-    if body.radiation != RadiationModel.STATE_SPACE:
-        return WetBody(db, checksum, memory)
-    return WetBody(db, checksum, memory, radiation.fit(db.checksum, memory, db.frequency))
+    if bodies[0].radiation != RadiationModel.STATE_SPACE:
+        return WetGroup(bodies, dofs, db, checksum, memory)
+    fits = radiation.fit(db.checksum, memory, db.frequency)
+    return WetGroup(bodies, dofs, db, checksum, memory, fits)
+
+
+def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
+    """Refuse a group that is not all bodies of the database, or not of one radiation model."""
+    first = bodies[0]
+    if [body.database_body for body in bodies] != list(range(1, db.bodies + 1)):
+        found = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
+        x, y = first.location
+        raise InputError(
+            f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
+            f" the scene at location [{x:g}, {y:g}] are {found}; expected each of 1 to {db.bodies}"
+            " once, at one location, which is that of the database's frame. Give a body that is"
+            " held `dofs: []`."
+        )
+    models = {body.radiation for body in bodies}
+    if len(models) > 1:
+        raise InputError(
+            f"bodies.{first.name}.radiation: found {' and '.join(sorted(models))} for bodies of one"
+            f" database, {db.source}, whose radiated waves are coupled; expected one for all."
+        )
 
 
 def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:
@@ -78,17 +136,27 @@ def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> Non
             )
 
 
-def critical_damping(body: Body, stiffness: np.ndarray, wet: WetBody | None) -> np.ndarray:
-    """2 sqrt(k (m + a(w_n))) per DOF (6,), w_n the natural frequency with hydrostatics."""
+def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
+    """By the names of all wet bodies, each one's own part of its database: the others are held."""
+    return {
+        name: database.body_of(wet.database, k)
+        for wet in groups
+        for k, name in enumerate(wet.names)
+    }
+
+
+def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
+    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics;
+    ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
-    if wet is None:
-        return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * mass)
-    db = wet.database
-    total = np.maximum(stiffness + np.diag(database.needed(db, "hydrostatic_stiffness")), 0.0)
-    heavy = mass + [
-        _added_mass_in_resonance(db, i, m, k) for i, m, k in zip(range(6), mass, total, strict=True)
+    if db is None:
+        return Resonance(stiffness, mass)
+    total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    added = [
+        _added_mass_in_resonance(db, i, m, k)
+        for i, m, k in zip(range(6), mass, np.maximum(total, 0.0), strict=True)
     ]
-    return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * heavy)
+    return Resonance(total, mass + added)
 
 
 def _added_mass_in_resonance(db: HydroDatabase, dof: int, mass: float, stiffness: float) -> float:

@@ -46,8 +46,8 @@ def _named(name: str) -> str:
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
-    if not dofs or len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
-        raise problem(f"[{', '.join(dofs)}]", f"one or more of {', '.join(DOFS)}, each once")
+    if len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once")
     return tuple(sorted(dofs, key=DOFS.index))
 
 
@@ -138,6 +138,7 @@ class Body(Strict):
 
     mass: of.Mass
     hydrodynamics: StrictStr | None = None
+    database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
     location: tuple[of.Length, of.Length] = (0.0, 0.0)
     radii_of_gyration: of.Vector[of.Radius] | None = None
@@ -173,6 +174,8 @@ class Body(Strict):
     def _check_place(self) -> Self:
         if self.hydrodynamics is not None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
+        if self.hydrodynamics is None and "database_body" in self.model_fields_set:
+            raise problem("database_body and no hydrodynamics", "both, or none")
         return self
 
     @model_validator(mode="after")
