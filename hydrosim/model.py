@@ -50,7 +50,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
-    in_waves = [_wave_body(i, b, alone) for i, b in enumerate(scene.bodies)]
+    in_waves = wave_bodies(scene, notes.wet)
     model = Model(
         bodies=bodies,
         added_mass=_whole(scene, [(w.dofs, w.memory.added_mass_infinite) for w in notes.wet]),
@@ -258,6 +258,12 @@ def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.Convolut
         return radiation.convolution_model(MEMORY_STEP, np.zeros((2, 0, 0)))
     kernels = [(wet.dofs, wet.memory.kernel) for wet in chosen]
     return radiation.convolution_model(MEMORY_STEP, _whole(scene, kernels))
+
+
+def wave_bodies(scene: Scene, groups: Sequence[WetGroup]) -> list[WaveBody]:
+    """All bodies of a scene in waves, with their own parts of the databases."""
+    alone = each_alone(groups)
+    return [_wave_body(i, body, alone) for i, body in enumerate(scene.bodies)]
 
 
 def _wave_body(index: int, body: Body, alone: Mapping[str, HydroDatabase]) -> WaveBody:
