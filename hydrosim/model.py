@@ -17,17 +17,32 @@ from hydrosim.forces.contact.modes import MODE, OPEN, STICK
 from hydrosim.forces.layout import ROWS, Layout
 from hydrosim.forces.signal import corners
 from hydrosim.forces.spring import stretch
-from hydrosim.integrate import Control
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock
-from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene
+from hydrosim.scene import (
+    ADAPTIVE,
+    DOFS,
+    Body,
+    ConvolutionRadiation,
+    Kinematics,
+    Method,
+    Scene,
+)
 from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, wave_loads_model
-from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, wet_body
+from hydrosim.wet import WetBody, critical_damping, wet_body
 
+METHODS: dict[Method, Tableau] = {
+    Method.RK2: RK2,
+    Method.HEUN: HEUN,
+    Method.RK4: RK4,
+    Method.DOPRI5: DOPRI5,
+    Method.ESDIRK4: ESDIRK4,
+}
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 
@@ -51,10 +66,13 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     rows = len(ROWS) + len(scene.forces)
     model = Model(
         bodies=bodies,
-        added_mass=_blocks(scene, {n: w.memory.added_mass_infinite for n, w in notes.wet.items()}),
+        added_mass=_blocks(scene, {n: w.added_mass for n, w in notes.wet.items()}),
         stiffness=_stiffness(scene, notes.wet),
         states=states,
         convolution=_convolution(scene, notes.wet),
+        damping=radiation.constant_damping(
+            _blocks(scene, {n: w.damping for n, w in notes.wet.items()})
+        ),
         waves=wave_loads_model(
             scene.environment,
             [_wave_body(i, b, notes.wet) for i, b in enumerate(scene.bodies)],
@@ -257,11 +275,20 @@ def _stiffness(scene: Scene, wet: dict[str, WetBody]) -> np.ndarray:
 
 
 def _convolution(scene: Scene, wet: dict[str, WetBody]) -> radiation.ConvolutionKernel:
-    chosen = [b.name for b in scene.bodies if b.radiation == RadiationModel.CONVOLUTION]
-    kernels = {name: wet[name].memory.kernel for name in chosen if name in wet}
-    if not kernels:
-        return radiation.convolution_model(MEMORY_STEP, np.zeros((2, 0, 0)))
-    return radiation.convolution_model(MEMORY_STEP, _blocks(scene, kernels))
+    chosen = {n: w for n, w in wet.items() if isinstance(w.radiation, ConvolutionRadiation)}
+    settings = list({w.radiation for w in chosen.values()})
+    if not settings:
+        return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
+    if len(settings) > 1:
+        raise InputError(
+            f"bodies.{', '.join(chosen)}.radiation: found convolutions with other tables; expected"
+            " one length and one step for all of them."
+        )
+    kernels = _blocks(scene, {name: w.memory.kernel for name, w in chosen.items()})
+    if scene.solver.method in ADAPTIVE:
+        return radiation.convolution_model(settings[0].step, kernels)
+    stages = METHODS[scene.solver.method].c
+    return radiation.convolution_model(settings[0].step, kernels, scene.solver.step, stages)
 
 
 def _wave_body(index: int, body: Body, wet: dict[str, WetBody]) -> WaveBody:
@@ -295,7 +322,7 @@ def _first_state(scene: Scene, model: Model) -> State:
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements)
-    return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
+    return State(y, modes, _history(scene, model))
 
 
 def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -308,8 +335,9 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
     return rates[bodies.active]
 
 
-def _nodes(scene: Scene, model: Model) -> int:
-    """Room for the velocities that a convolution remembers, with as many events as steps."""
-    if model.convolution.row.size == 0:
-        return 0
-    return 2 * ceil(MEMORY_LENGTH / scene.solver.step) + 1000
+def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
+    """Room for what a convolution remembers, with as many events as steps."""
+    kernel = model.convolution
+    length = (len(kernel.K) - 1) * kernel.step
+    capacity = 2 * ceil(length / scene.solver.step) + 1000
+    return radiation.history_for(kernel, 6 * model.bodies.each.size, capacity)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -11,40 +11,56 @@ from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.scene import DOFS, Body, Environment, RadiationModel
+from hydrosim.scene import (
+    BY_NAME,
+    DOFS,
+    Body,
+    ConstantRadiation,
+    ConvolutionRadiation,
+    Environment,
+    Radiation,
+    RadiationModel,
+    StateSpaceRadiation,
+)
 
-MEMORY_LENGTH = 80.0  # s: of the retardation functions
-MEMORY_STEP = 0.1  # s: of their tables
+Memory = StateSpaceRadiation | ConvolutionRadiation
 
 
 @dataclass(frozen=True)
 class WetBody:
     """A body's database about its own centre of gravity, for all headings, with the ``checksum``
-    of the one that was read; and its radiation in the time domain: retardation functions and, for
-    a state-space model, their fits."""
+    of the one that was read; and its radiation in the time domain: the model, the retardation
+    functions, their fits for a state-space model, and the constant part: ``added_mass`` and
+    ``damping`` (6, 6), which are A_inf and zero but for constant radiation."""
 
     database: HydroDatabase
     checksum: str
+    radiation: Radiation | None
     memory: Retardation
+    added_mass: np.ndarray
+    damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
-        report, db = self.memory.report, self.database
-        fits = [
-            f"{group.B.shape[0]} states for {', '.join(DOFS[i] for i in group.dofs)},"
-            f" error {group.report.frequency_error:.1e} in frequency,"
-            f" {group.report.time_error:.1e} in time, passivity {group.report.passivity_margin:.1e}"
-            for group in self.fits
-        ]
         return {
-            "database": db.source,
+            "database": self.database.source,
             "database_checksum": self.checksum,
-            "radiation": "; ".join(fits) or "no state space",
-            "retardation": f"|K(T)|/max|K| {report.end_ratio:.1e}, B(w_max)/max B"
-            f" {report.band_ratio:.1e}, Ogilvie residual {report.ogilvie_residual:.1e}, smallest"
-            f" eigenvalue of B {report.smallest_eigenvalue:.1e}",
+            "radiation": self._described(),
+            "retardation": str(self.memory.report),
         }
+
+    def _described(self) -> str:
+        match self.radiation:
+            case ConvolutionRadiation(length, step):
+                return f"convolution over {length:g} s, table every {step:g} s"
+            case ConstantRadiation(period):
+                return f"constant added mass and damping of {period:g} s"
+            case StateSpaceRadiation():
+                groups = ((", ".join(DOFS[i] for i in fit.dofs), fit) for fit in self.fits)
+                texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
+                return "state space: " + ("; ".join(texts) or "no radiation, no states")
+        return "none"
 
 
 def wet_body(body: Body, water: Environment) -> WetBody | None:
@@ -60,12 +76,43 @@ def wet_body(body: Body, water: Environment) -> WetBody | None:
     _check_environment(db, body, water)
     checksum = db.checksum
     db = database.all_headings(database.move_reference(db, body.centre_of_gravity))
+    chosen = radiation_of(body)
+    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     memory = radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
+        *(db.frequency, db.added_mass, db.radiation_damping), length=table.length, step=table.step
     )
-    if body.radiation != RadiationModel.STATE_SPACE:
-        return WetBody(db, checksum, memory)
-    return WetBody(db, checksum, memory, radiation.fit(db.checksum, memory, db.frequency))
+    added_mass, damping = memory.added_mass_infinite, np.zeros((6, 6))
+    if isinstance(chosen, ConstantRadiation):
+        added_mass, damping = _at_period(db, body, chosen.period)
+    wet = WetBody(db, checksum, chosen, memory, added_mass, damping)
+    if not isinstance(chosen, StateSpaceRadiation):
+        return wet
+    fits = radiation.fit(db.checksum, db.source, memory, db.frequency, chosen.tolerance)
+    return replace(wet, fits=fits)
+
+
+def radiation_of(body: Body) -> Radiation | None:
+    """The body's radiation model with its settings."""
+    if isinstance(body.radiation, RadiationModel):
+        return BY_NAME[body.radiation]
+    return body.radiation
+
+
+def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """A and B (6, 6), linear between the frequencies of the database, and reciprocal."""
+    w, at = db.frequency, 2.0 * np.pi / period
+    if not w[0] <= at <= w[-1]:
+        raise InputError(
+            f"bodies.{body.name}.radiation.period: found {period:g} s; expected one in the range of"
+            f" {db.source}, {2.0 * np.pi / w[-1]:.3g} to {2.0 * np.pi / w[0]:.3g} s."
+        )
+    k = min(int(np.searchsorted(w, at, side="right")) - 1, w.size - 2)
+    part = (at - w[k]) / (w[k + 1] - w[k])
+    A, B = (
+        (1.0 - part) * matrices[k] + part * matrices[k + 1]
+        for matrices in (db.added_mass, db.radiation_damping)
+    )
+    return 0.5 * (A + A.T), 0.5 * (B + B.T)
 
 
 def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:
