@@ -42,8 +42,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
-    for name, wet in notes.wet.items():
-        yield f"{name}:"
+    for wet in notes.wet:
+        yield f"{', '.join(wet.names)}:"
         for key, value in wet.provenance().items():
             yield f"  {key.replace('_', ' ')}: {value}"
         for finding in check_database(wet.database):

@@ -6,8 +6,9 @@
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency; F_gyroscopic =
-omega x (R I R^T omega). A_inf, the retardation functions and the wave loads belong to the mean
-position: they stay in axes parallel to the body's at rest and do not turn with yaw. (Cummins 1962;
+omega x (R I R^T omega). A_inf, the retardation functions and, unless asked
+otherwise, the wave loads belong to the mean position: they stay in axes parallel to the body's at
+rest and do not turn with yaw. (Cummins 1962;
 Ogilvie 1964.) Points that rigid friction holds add J q'' = c, with J^T lambda on the right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
@@ -54,7 +55,8 @@ from hydrosim.rigid import (
 )
 from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
 from hydrosim.rigid.vectors import cross, matvec, vector
-from hydrosim.waves.loads import WaveLoads, wave_loads
+from hydrosim.waves.following import FollowingLoads, following_loads
+from hydrosim.waves.loads import POINTS, WaveLoads, wave_loads
 
 
 class Model(NamedTuple):
@@ -70,6 +72,7 @@ class Model(NamedTuple):
     convolution: ConvolutionKernel
     damping: ConstantDamping
     waves: WaveLoads
+    following: FollowingLoads
     elements: Any
     rows: int
     radiation: int
@@ -87,6 +90,7 @@ class Work(NamedTuple):
     mass: np.ndarray  # (6 nb, 6 nb)
     inertia: np.ndarray  # (n, n)
     holds: Holds
+    following: np.ndarray  # of `following_loads`
 
 
 def new_work(model: Model) -> Work:
@@ -101,6 +105,7 @@ def new_work(model: Model) -> Work:
         np.zeros((m, m)),
         np.zeros((n, n)),
         new_holds(law.size, int(np.count_nonzero(law == COULOMB)), n),
+        np.zeros(POINTS + 6),
     )
 
 
@@ -188,6 +193,10 @@ def forces(t, y, modes, history, model, work, dy):
     radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
     radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+    if model.following.body.size > 0:
+        following_loads(
+            t, motion.coordinates, model.following, work.following, wrench[WAVE_FIRST_ORDER]
+        )
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
 
     rate[RADIATION] = -power(wrench[RADIATION], v)

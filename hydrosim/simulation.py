@@ -210,7 +210,8 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value
-            for name, wet in notes.wet.items()
+            for wet in notes.wet
+            for name in wet.names
             for key, value in wet.provenance().items()
         },
     }

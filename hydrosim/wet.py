@@ -1,25 +1,29 @@
-"""What a body's database means for the body: about its own centre of gravity, in time."""
+"""What a database means for its bodies: about their centres of gravity, in time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
+from pathlib import Path
 
 import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
+from hydrosim.forces.layout import Resonance
+from hydrosim.names import dofs_of
 from hydrosim.radiation import Retardation, StateSpace
 from hydrosim.scene import (
     BY_NAME,
-    DOFS,
     Body,
     ConstantRadiation,
     ConvolutionRadiation,
     Environment,
     Radiation,
     RadiationModel,
+    Scene,
     StateSpaceRadiation,
 )
 
@@ -27,12 +31,18 @@ Memory = StateSpaceRadiation | ConvolutionRadiation
 
 
 @dataclass(frozen=True)
-class WetBody:
-    """A body's database about its own centre of gravity, for all headings, with the ``checksum``
-    of the one that was read; and its radiation in the time domain: the model, the retardation
-    functions, their fits for a state-space model, and the constant part: ``added_mass`` and
-    ``damping`` (6, 6), which are A_inf and zero but for constant radiation."""
+class WetGroup:
+    """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
+    the scene's.
 
+    ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
+    one that was read. Radiation in the time domain, all couplings included: the model of all its
+    bodies, retardation functions, their fits for a state-space model, and the constant part,
+    ``added_mass`` and ``damping`` (n, n), which are A_inf and zero but for constant radiation.
+    """
+
+    bodies: tuple[Body, ...]
+    dofs: np.ndarray
     database: HydroDatabase
     checksum: str
     radiation: Radiation | None
@@ -40,6 +50,11 @@ class WetBody:
     added_mass: np.ndarray
     damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the bodies."""
+        return [body.name for body in self.bodies]
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
@@ -57,38 +72,65 @@ class WetBody:
             case ConstantRadiation(period):
                 return f"constant added mass and damping of {period:g} s"
             case StateSpaceRadiation():
-                groups = ((", ".join(DOFS[i] for i in fit.dofs), fit) for fit in self.fits)
+                groups = ((dofs_of(fit.dofs, self.names), fit) for fit in self.fits)
                 texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
-                return "state space: " + ("; ".join(texts) or "no radiation, no states")
+                return "; ".join(texts) or "no states"
         return "none"
 
 
-def wet_body(body: Body, water: Environment) -> WetBody | None:
-    """The body's hydrodynamics about its centre of gravity; None for a dry body."""
-    if body.hydrodynamics is None:
-        return None
-    db = body.hydrodynamics
-    db = db if isinstance(db, HydroDatabase) else database.load(db)
-    if db.bodies != 1:
-        raise InputError(
-            f"{db.source}: has {db.bodies} bodies, but bodies.{body.name} needs a database of one."
-        )
-    _check_environment(db, body, water)
+def wet_groups(scene: Scene) -> list[WetGroup]:
+    """The hydrodynamics of all wet bodies, a database of several bodies once for all of them.
+
+    Raises InputError where a database cannot be read or does not fit the scene.
+    """
+    opened: dict[HydroDatabase | Path, HydroDatabase] = {}
+    groups: dict[tuple[object, ...], tuple[HydroDatabase, list[int]]] = {}
+    for i, body in enumerate(scene.bodies):
+        source = body.hydrodynamics
+        if source is None:
+            continue
+        if source not in opened:
+            opened[source] = source if isinstance(source, HydroDatabase) else database.load(source)
+        db = opened[source]
+        _check_environment(db, body, scene.environment)
+        # several bodies may be copies of the one in a database, far from each other
+        key = (source, i) if db.bodies == 1 else (source, *body.location)
+        groups.setdefault(key, (db, []))[1].append(i)
+    return [_group(db, members, scene) for db, members in groups.values()]
+
+
+def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
+    """The group of the bodies ``members`` of the scene."""
+    members = sorted(members, key=lambda i: scene.bodies[i].database_body)
+    bodies = tuple(scene.bodies[i] for i in members)
+    _check_members(db, bodies)
+    dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
     checksum = db.checksum
-    db = database.all_headings(database.move_reference(db, body.centre_of_gravity))
-    chosen = radiation_of(body)
+    chosen = radiation_of(bodies[0])
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
+    centres = [body.centre_of_gravity for body in bodies]
+    db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
         *(db.frequency, db.added_mass, db.radiation_damping), length=table.length, step=table.step
     )
-    added_mass, damping = memory.added_mass_infinite, np.zeros((6, 6))
-    if isinstance(chosen, ConstantRadiation):
-        added_mass, damping = _at_period(db, body, chosen.period)
-    wet = WetBody(db, checksum, chosen, memory, added_mass, damping)
-    if not isinstance(chosen, StateSpaceRadiation):
-        return wet
-    fits = radiation.fit(db.checksum, db.source, memory, db.frequency, chosen.tolerance)
-    return replace(wet, fits=fits)
+    wet = WetGroup(
+        bodies,
+        dofs,
+        db,
+        checksum,
+        chosen,
+        memory,
+        memory.added_mass_infinite,
+        np.zeros_like(memory.added_mass_infinite),
+    )
+    match chosen:
+        case ConstantRadiation(period):
+            added_mass, damping = _at_period(db, bodies[0], period)
+            return replace(wet, added_mass=added_mass, damping=damping)
+        case StateSpaceRadiation(tolerance):
+            fits = radiation.fit(db.checksum, db.source, memory, db.frequency, tolerance)
+            return replace(wet, fits=fits)
+    return wet
 
 
 def radiation_of(body: Body) -> Radiation | None:
@@ -99,7 +141,7 @@ def radiation_of(body: Body) -> Radiation | None:
 
 
 def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """A and B (6, 6), linear between the frequencies of the database, and reciprocal."""
+    """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
     w, at = db.frequency, 2.0 * np.pi / period
     if not w[0] <= at <= w[-1]:
         raise InputError(
@@ -115,6 +157,27 @@ def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray
     return 0.5 * (A + A.T), 0.5 * (B + B.T)
 
 
+def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
+    """Refuse a group that is not all bodies of the database, or not of one radiation model."""
+    first = bodies[0]
+    if [body.database_body for body in bodies] != list(range(1, db.bodies + 1)):
+        found = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
+        x, y = first.location
+        raise InputError(
+            f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
+            f" the scene at location [{x:g}, {y:g}] are {found}; expected each of 1 to {db.bodies}"
+            " once, at one location, which is that of the database's frame. Give a body that is"
+            " held `dofs: []`."
+        )
+    models = {radiation_of(body): body.radiation for body in bodies}
+    if len(models) > 1:
+        found = " and ".join(sorted(map(str, models.values())))
+        raise InputError(
+            f"bodies.{first.name}.radiation: found {found} for bodies of one"
+            f" database, {db.source}, whose radiated waves are coupled; expected one for all."
+        )
+
+
 def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:
     for name in ("water_density", "gravity", "water_depth"):
         here, there = getattr(water, name), getattr(db, name)
@@ -125,17 +188,27 @@ def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> Non
             )
 
 
-def critical_damping(body: Body, stiffness: np.ndarray, wet: WetBody | None) -> np.ndarray:
-    """2 sqrt(k (m + a(w_n))) per DOF (6,), w_n the natural frequency with hydrostatics."""
+def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
+    """By the names of all wet bodies, each one's own part of its database: the others are held."""
+    return {
+        name: database.body_of(wet.database, k)
+        for wet in groups
+        for k, name in enumerate(wet.names)
+    }
+
+
+def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
+    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics;
+    ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
-    if wet is None:
-        return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * mass)
-    db = wet.database
-    total = np.maximum(stiffness + np.diag(database.needed(db, "hydrostatic_stiffness")), 0.0)
-    heavy = mass + [
-        _added_mass_in_resonance(db, i, m, k) for i, m, k in zip(range(6), mass, total, strict=True)
+    if db is None:
+        return Resonance(stiffness, mass)
+    total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    added = [
+        _added_mass_in_resonance(db, i, m, k)
+        for i, m, k in zip(range(6), mass, np.maximum(total, 0.0), strict=True)
     ]
-    return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * heavy)
+    return Resonance(total, mass + added)
 
 
 def _added_mass_in_resonance(db: HydroDatabase, dof: int, mass: float, stiffness: float) -> float:

@@ -25,7 +25,7 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
-from hydrosim.scene import DOFS, Kinematics, Method, SecondOrder, Unstable
+from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -38,8 +38,8 @@ def _named(name: str) -> str:
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
-    if not dofs or len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
-        raise problem(f"[{', '.join(dofs)}]", f"one or more of {', '.join(DOFS)}, each once")
+    if len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once")
     return tuple(sorted(dofs, key=DOFS.index))
 
 
@@ -120,6 +120,9 @@ class WaveForces(Strict):
 
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: StrictBool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
 
 
 class Tabulated(Strict):
@@ -178,6 +181,7 @@ class Body(Strict):
 
     mass: of.Mass
     hydrodynamics: StrictStr | None = None
+    database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
     location: tuple[of.Length, of.Length] = (0.0, 0.0)
     radii_of_gyration: of.Vector[of.Radius] | None = None
@@ -215,6 +219,8 @@ class Body(Strict):
     def _check_place(self) -> Self:
         if self.hydrodynamics is not None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
+        if self.hydrodynamics is None and "database_body" in self.model_fields_set:
+            raise problem("database_body and no hydrodynamics", "both, or none")
         return self
 
     @model_validator(mode="after")

@@ -51,7 +51,8 @@ def _damping(element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
         return element.damping
     if element.damping_ratio is None:
         return np.zeros((6, 6))
-    critical = layout.critical_damping(body, np.diag(element.stiffness))
+    own = np.maximum(np.diag(element.stiffness), 0.0)
+    critical = 2.0 * np.sqrt(own * layout.resonance(body, own).mass)
     return np.diag(element.damping_ratio * critical)
 
 

@@ -69,7 +69,7 @@ class Reciprocal:
 
 def passive(model: Reciprocal, band: float) -> tuple[Reciprocal, float, float]:
     """The passive model nearest to ``model``, and the smallest over the largest eigenvalue of
-    (1 + (w / band)^2) Re K^(i w) at all w before and after; below -`ROUNDING` where none was found."""
+    (1 + (w / band)^2) Re K^(i w) at all w, before and after: below -`ROUNDING` if none is found."""
     place, value = _smallest(model, band)
     first = last = value.min()
     for _ in range(PASSES):
@@ -155,7 +155,7 @@ def _lifted(model: Reciprocal, band: float, place: np.ndarray, value: np.ndarray
 
 
 def _least_distance(G: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """The shortest x with G x >= h, by non-negative least squares (Lawson and Hanson 1974, 23.4)."""
+    """The shortest x with G x >= h, by non-negative least squares (Lawson & Hanson 1974, 23.4)."""
     size = np.linalg.norm(G, axis=1)
     G, h = G / size[:, None], h / size
     scale = np.abs(h).max()

@@ -17,18 +17,18 @@ _PEAK_PERIODS = 20.0  # in a repeat period at least: the energy is then right to
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """Airy waves of one heading: eta = ramp(t) sum a cos(w t - k (x cos b + y sin b) + e).
+    """Airy waves that grow together: eta = ramp(t) sum a cos(w t - k (x cos b + y sin b) + e).
 
-    ``omega`` [rad/s], ``amplitude`` [m], ``phase`` [rad] and ``wavenumber`` [1/m] are (n,);
-    ``heading`` b [rad], ``ramp`` [s]. The frequencies of an irregular sea are multiples of its
-    ``spacing`` [rad/s]; a regular wave has spacing 0.
+    ``omega`` [rad/s], ``amplitude`` [m], ``phase`` [rad], ``wavenumber`` [1/m] and ``heading``
+    b [rad] are (n,), in any order; ``ramp`` [s]. On a grid all frequencies are multiples of the
+    ``spacing`` [rad/s], each any number of times; off the grid the spacing is 0.
     """
 
     omega: np.ndarray
     amplitude: np.ndarray
     phase: np.ndarray
     wavenumber: np.ndarray
-    heading: float
+    heading: np.ndarray
     ramp: float
     spacing: float
 
@@ -44,10 +44,24 @@ class Components:
 
 
 def sea(environment: Environment) -> tuple[Components, ...]:
-    """The components of every wave train of the environment, with independent phases."""
-    return tuple(
-        components(train, environment, stream) for stream, train in enumerate(environment.waves)
-    )
+    """The components of all wave trains of the environment, with independent phases.
+
+    Trains of the same ramp and the same spacing are one set; only the waves of one set load a body
+    together, at their difference and sum frequencies.
+    """
+    together: dict[tuple[float, float], list[Components]] = {}
+    for stream, train in enumerate(environment.waves):
+        waves = components(train, environment, stream)
+        together.setdefault((waves.ramp, waves.spacing), []).append(waves)
+    return tuple(_joined(sets) for sets in together.values())
+
+
+def _joined(sets: list[Components]) -> Components:
+    def every(name: str) -> np.ndarray:
+        return np.concatenate([getattr(waves, name) for waves in sets])
+
+    arrays = (every("omega"), every("amplitude"), every("phase"), every("wavenumber"))
+    return Components(*arrays, every("heading"), sets[0].ramp, sets[0].spacing)
 
 
 def components(train: WaveTrain, environment: Environment, stream: int = 0) -> Components:
@@ -68,7 +82,8 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> C
         spacing, omega = 0.0, np.array([2.0 * np.pi / spectrum.period])
         amplitude, phase = np.array([spectrum.amplitude]), np.array([spectrum.phase])
     k = wavenumber(omega, environment.water_depth, environment.gravity)
-    return Components(omega, amplitude, phase, k, train.heading, train.ramp, spacing)
+    heading = np.full(omega.size, train.heading)
+    return Components(omega, amplitude, phase, k, heading, train.ramp, spacing)
 
 
 def elevation_at(waves: Components, x: float, y: float, time: np.ndarray) -> np.ndarray:

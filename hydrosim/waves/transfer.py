@@ -1,12 +1,15 @@
-"""Transfer functions of a database at the frequencies and the heading of a wave train.
+"""Transfer functions of a database at the frequencies and headings of a sea.
 
-Both ways by cubic splines over real and imaginary parts, exact at the nodes. In frequency, 0.02
-rad/s apart, the error on a 260 m barge is below 0.02 % of the largest load up to 1 rad/s. In
-heading, 15 deg apart, the error halfway between is 0.5 % of the load at 0.6 rad/s (waves of 171 m),
-5 % at 0.8 rad/s (96 m), and above 15 % from 1 rad/s on (62 m): there the phase at the barge's ends
-turns by more than half a circle from one heading to the next, and only more headings help.
-Modulus and phase would do worse, because between two headings the modulus of a long hull's load
-passes through zero and the phase jumps.
+In frequency by cubic splines over real and imaginary parts, exact at the nodes: 0.02 rad/s apart,
+the error on a 260 m barge is below 0.02 % of the largest load up to 1 rad/s.
+
+In heading by trigonometric polynomials where the headings are evenly spaced round the circle, else
+by cubic splines; exact at the nodes both. The load of a hull of length L has harmonics of the
+heading up to about k L / 2, and of N headings those above N / 2 are lost. On a 260 m barge the
+error halfway between headings 15 deg apart is 0.2 % of the largest load of that frequency at 0.8
+rad/s (waves of 96 m), 2 % at 0.9 and more above; 7.5 deg apart it is 0.2 % at 1.2 rad/s. Modulus
+and phase would do worse, because between two headings the modulus of a long hull's load passes
+through zero and the phase jumps.
 """
 
 from __future__ import annotations
@@ -22,7 +25,8 @@ _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
 _NODE = 1e-9  # [rad] closer than this to a heading of the database is that heading
 _END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
-_NOISE = 1e-12  # of the largest force or moment: below it a transfer function is zero
+NOISE = 1e-12
+"""Of the largest force or moment: below it a transfer function is zero."""
 
 
 class TransferFunctions(Protocol):
@@ -45,24 +49,26 @@ class TransferFunctions(Protocol):
     def mean_drift(self) -> np.ndarray | None: ...
 
 
-def excitation_at(database: TransferFunctions, heading: float, omega: np.ndarray) -> np.ndarray:
-    """First-order transfer functions (omega.size, n) at one heading [rad].
+def excitation_at(
+    database: TransferFunctions, heading: np.ndarray, omega: np.ndarray
+) -> np.ndarray:
+    """First-order transfer functions (nc, n) of waves of ``omega`` and ``heading`` (nc,).
 
     Zero above the highest frequency of the database; below the lowest one the value there. Raises
-    InputError if the database has no headings around this one.
+    InputError if the database has no headings around one of them.
     """
-    low, high = database.frequency[[0, -1]]
-    nodes = _at_heading(database, database.excitation, heading)
-    values = CubicSpline(database.frequency, nodes)(np.clip(omega, low, high))
-    return np.where((omega <= high * _END)[:, None], values, 0.0)
+    inside = omega <= database.frequency[-1] * _END
+    return np.where(inside[:, None], _at(database, database.excitation, heading, omega), 0.0)
 
 
-def mean_drift_at(database: TransferFunctions, heading: float, omega: np.ndarray) -> np.ndarray:
-    """Mean drift transfer functions (omega.size, n) at one heading [rad].
+def mean_drift_at(
+    database: TransferFunctions, heading: np.ndarray, omega: np.ndarray
+) -> np.ndarray:
+    """Mean drift transfer functions (nc, n) of waves of ``omega`` and ``heading`` (nc,).
 
     Above the highest frequency of the database the value there, since all waves that are short
     are reflected alike; from the lowest one linearly to zero at zero frequency. Raises InputError
-    if the database has no mean drift, or no headings around this one.
+    if the database has no mean drift, or no headings around one of them.
     """
     if database.mean_drift is None:
         raise InputError(
@@ -70,35 +76,70 @@ def mean_drift_at(database: TransferFunctions, heading: float, omega: np.ndarray
             " none; set wave_forces.second_order of the body to none, or add mean_drift to the"
             " database"
         )
-    low, high = database.frequency[[0, -1]]
-    nodes = _at_heading(database, database.mean_drift, heading)
-    values = CubicSpline(database.frequency, nodes)(np.clip(omega, low, high))
+    low = database.frequency[0]
     fade = np.where(omega < low, omega / (low or 1.0), 1.0)
-    return values * fade[:, None]
+    return _at(database, database.mean_drift, heading, omega) * fade[:, None]
 
 
-def _at_heading(database: TransferFunctions, values: np.ndarray, heading: float) -> np.ndarray:
-    """``values`` (nw, nh, n) at one heading, (nw, n); what is solver noise becomes zero."""
-    at_heading = _interpolated(database, values, heading)
-    largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
-    loaded = np.abs(at_heading).max(axis=0) > _NOISE * np.repeat(largest, 3)
-    return np.where(loaded, at_heading, 0.0)
+def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
+    """Weights (nc, nh) of values at the ``nodes`` (nh,) for those at ``heading`` (nc,) [rad].
 
-
-def _interpolated(database: TransferFunctions, values: np.ndarray, heading: float) -> np.ndarray:
-    """``values`` (nw, nh, n) at one heading, (nw, n), by a cubic spline over the headings."""
-    order, angle = _round_the_circle(database.heading)
-    x = np.mod(heading - database.heading[order[0]], _TURN)
-    from_node = np.abs(np.mod(x - angle + np.pi, _TURN) - np.pi)
-    if from_node.min() < _NODE:
-        return values[:, order[from_node.argmin()]]
+    None if a heading is between two nodes that are more than 45 degrees apart.
+    """
+    order, angle = _round_the_circle(nodes)
+    x = np.mod(heading - nodes[order[0]], _TURN)
+    from_node = np.abs(np.mod(x[:, None] - angle + np.pi, _TURN) - np.pi)
     gap = np.diff(angle, append=_TURN)
-    if gap[np.searchsorted(angle, x) - 1] > _WIDEST_GAP:
-        raise InputError(_not_covered(database, heading))
+    between = gap[np.searchsorted(angle, x, side="right") - 1] > _WIDEST_GAP
+    if np.any(between & (from_node.min(axis=1) >= _NODE)):
+        return None
+    found = np.empty((heading.size, nodes.size))
+    found[:, order] = np.where(
+        from_node.min(axis=1, keepdims=True) < _NODE,
+        np.eye(nodes.size)[from_node.argmin(axis=1)],
+        _between_nodes(x, angle, gap),
+    )
+    return found
+
+
+def _at(
+    database: TransferFunctions, values: np.ndarray, heading: np.ndarray, omega: np.ndarray
+) -> np.ndarray:
+    """``values`` (nw, nh, n) at frequencies and headings (nc,): (nc, n); noise becomes zero."""
+    inside = np.clip(omega, *database.frequency[[0, -1]])
+    headings, which = np.unique(heading, return_inverse=True)
+    weights = heading_weights(database.heading, headings)
+    if weights is None:
+        raise InputError(_not_covered(database, headings))
+    if headings.size == 1:  # four times faster than the other way round
+        found = CubicSpline(database.frequency, np.tensordot(weights[0], values, (0, 1)))(inside)
+    else:
+        at_nodes = CubicSpline(database.frequency, values)(inside)
+        found = np.einsum("ch,chj->cj", weights[which], at_nodes)
+    largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
+    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * np.repeat(largest, 3)
+    return np.where(loaded, found, 0.0)
+
+
+def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    """Weights (nc, nh) at x (nc,) of values at ascending ``angle`` (nh,) in one turn."""
+    if angle.size > 2 and np.ptp(gap) < _NODE:
+        return _trigonometric(x[:, None] - angle)
+    if angle.size == 1:
+        return np.ones((x.size, 1))
     if gap[-1] > _WIDEST_GAP:
-        return CubicSpline(angle, values[:, order], axis=1)(x)
-    order, angle = np.append(order, order[0]), np.append(angle, _TURN)
-    return CubicSpline(angle, values[:, order], axis=1, bc_type="periodic")(x)
+        return np.asarray(CubicSpline(angle, np.eye(angle.size))(x))
+    nodes = np.vstack([np.eye(angle.size), np.eye(angle.size)[:1]])
+    return np.asarray(CubicSpline(np.append(angle, _TURN), nodes, bc_type="periodic")(x))
+
+
+def _trigonometric(x: np.ndarray) -> np.ndarray:
+    """The trigonometric polynomial that is one at x = 0 and zero at the other multiples of
+    2 pi / n, for x (nc, n)."""
+    n = x.shape[1]
+    half = 0.5 * np.where(np.abs(np.sin(0.5 * x)) < 1e-12, 1.0, x)
+    ratio = np.sin(n * half) / (n * (np.tan(half) if n % 2 == 0 else np.sin(half)))
+    return np.where(np.abs(np.sin(0.5 * x)) < 1e-12, 1.0, ratio)
 
 
 def _round_the_circle(headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -110,10 +151,11 @@ def _round_the_circle(headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order, np.mod(headings[order] - headings[order[0]], _TURN)
 
 
-def _not_covered(database: TransferFunctions, heading: float) -> str:
+def _not_covered(database: TransferFunctions, headings: np.ndarray) -> str:
     low, high = np.degrees([database.heading.min(), database.heading.max()])
+    missed = [h for h in headings if heading_weights(database.heading, np.array([h])) is None]
     return (
-        f"{database.source}: wave heading {np.degrees(heading):g} deg is not covered, the headings"
-        f" are {low:g} to {high:g} deg; change environment.waves.heading, or compute the database"
-        f" for headings around it, at most {np.degrees(_WIDEST_GAP):.0f} deg apart"
+        f"{database.source}: wave heading {np.degrees(missed[0]):g} deg is not covered, the"
+        f" headings are {low:g} to {high:g} deg; change environment.waves.heading, or compute the"
+        f" database for headings around it, at most {np.degrees(_WIDEST_GAP):.0f} deg apart"
     )

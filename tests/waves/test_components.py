@@ -53,8 +53,21 @@ def test_seeds_are_independent() -> None:
 
 
 def test_trains_of_one_seed_are_independent() -> None:
-    one, other = sea(Environment(waves=(IRREGULAR, IRREGULAR)))
-    assert abs(correlation(one.phase, other.phase, one.amplitude)) < 4.0
+    (both,) = sea(Environment(waves=(IRREGULAR, IRREGULAR)))
+    one, other = np.split(both.phase, 2)
+    assert abs(correlation(one, other, both.amplitude[: one.size])) < 4.0
+
+
+def test_trains_are_one_sea_if_they_grow_and_repeat_together() -> None:
+    other = replace(IRREGULAR, heading=1.0)
+    (both,) = sea(Environment(waves=(IRREGULAR, other)))
+    alone = components(other, Environment(), stream=1)
+    for name in ("omega", "amplitude", "phase", "wavenumber", "heading"):
+        one, two = np.split(getattr(both, name), 2)
+        np.testing.assert_array_equal(one, getattr(components(IRREGULAR, Environment()), name))
+        np.testing.assert_array_equal(two, getattr(alone, name))
+    for apart in (replace(other, ramp=7.0), replace(other, repeat_period=20000.0)):
+        assert len(sea(Environment(waves=(IRREGULAR, apart)))) == 2
 
 
 def test_phases_are_uniform() -> None:
