@@ -14,15 +14,17 @@ from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
-from hydrosim.scene import RadiationModel, Scene
+from hydrosim.scene import Body, ConvolutionRadiation, Scene, StateSpaceRadiation
 from hydrosim.simulation import scene_step_limits
+from hydrosim.wet import radiation_of
+
+CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     notes, scene = Notes(), opened(scene)
-    states = tuple(_with_states(body.radiation) for body in scene.bodies)
-    bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
+    bodies = tuple(_with_states(body) for body in scene.bodies)
     model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
     if scene.initial is not None:
         compile_scene(scene)  # refuses what does not fit
@@ -62,11 +64,13 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
 
 
-def _with_states(radiation: RadiationModel) -> RadiationModel:
+def _with_states(body: Body) -> Body:
     """A convolution's memory cannot be linearised; its state-space model can."""
-    if radiation == RadiationModel.CONVOLUTION:
-        return RadiationModel.STATE_SPACE
-    return radiation
+    chosen = radiation_of(body)
+    if not isinstance(chosen, ConvolutionRadiation):
+        return body
+    states = StateSpaceRadiation(CLOSE_ENOUGH, chosen.length, chosen.step)
+    return replace(body, radiation=states)
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

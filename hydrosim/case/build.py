@@ -72,9 +72,21 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         dofs=body.dofs,
         position=body.initial.position,
         velocity=body.initial.velocity,
-        radiation=body.radiation,
+        radiation=_radiation(body.radiation),
         wave_forces=scene.WaveForces(**dict(body.wave_forces)),
     )
+
+
+def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
+    match form:
+        case schema.StateSpaceRadiation():
+            return scene.StateSpaceRadiation(form.tolerance, form.length, form.step)
+        case schema.ConvolutionRadiation():
+            return scene.ConvolutionRadiation(form.length, form.step)
+        case schema.ConstantRadiation():
+            return scene.ConstantRadiation(form.period)
+        case schema.NoRadiation():
+            return scene.RadiationModel.NONE
 
 
 def _inertia(body: schema.Body) -> np.ndarray:

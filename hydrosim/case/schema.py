@@ -25,15 +25,7 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
-from hydrosim.scene import (
-    DOFS,
-    Kinematics,
-    Method,
-    Place,
-    RadiationModel,
-    SecondOrder,
-    Unstable,
-)
+from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -133,6 +125,57 @@ class WaveForces(Strict):
     position: Place = Place.MEAN
 
 
+class Tabulated(Strict):
+    """What all retardation functions have: how long they are, and the step of their tables."""
+
+    length: of.Period = 80.0
+    step: of.Period = 0.1
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if self.length < 2.0 * self.step:
+            found = f"length {self.length:g} s, step {self.step:g} s"
+            raise problem(found, "a length of two steps or more")
+        return self
+
+
+class StateSpaceRadiation(Tabulated):
+    """A rational fit of the retardation functions."""
+
+    model: Literal["state_space"]
+    tolerance: of.Tolerance = 1e-3
+
+
+class ConvolutionRadiation(Tabulated):
+    """The memory integral itself."""
+
+    model: Literal["convolution"]
+
+
+class ConstantRadiation(Strict):
+    """Added mass and damping of one period."""
+
+    model: Literal["constant"]
+    period: of.Period
+
+
+class NoRadiation(Strict):
+    """No radiation; the other keys may stay, so that one word turns it off."""
+
+    model_config = ConfigDict(extra="ignore")
+    model: Literal["none"]
+
+
+def _with_model(value: Any) -> Any:
+    return {"model": value} if isinstance(value, str) else value
+
+
+Radiation = Annotated[
+    StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation | NoRadiation,
+    Discriminator("model"),
+]
+
+
 class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
@@ -146,7 +189,9 @@ class Body(Strict):
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS
     initial: Initial = Initial()
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = StateSpaceRadiation(
+        model="state_space"
+    )
     wave_forces: WaveForces = WaveForces()
 
     @model_validator(mode="after")
