@@ -22,11 +22,12 @@ from hydrosim.dynamics import Model
 from hydrosim.linear import Linear, linearise
 from hydrosim.model import compile_scene, wave_bodies
 from hydrosim.notes import Notes
+from hydrosim.radiation import TOLERANCE
 from hydrosim.scene import Environment, RadiationModel, Scene
 from hydrosim.stepper import State
 from hydrosim.waves import Components, WaveBody, first_order
 from hydrosim.waves.dispersion import wavenumber
-from hydrosim.wet import WetGroup
+from hydrosim.wet import WetGroup, with_states
 
 
 class Radiation(StrEnum):
@@ -102,16 +103,13 @@ def responder(
 def _for_linear(scene: Scene, without_memory: bool) -> Scene:
     """The scene with a radiation that can be made linear, and with no waves to synthesise."""
     bodies = [
-        replace(body, radiation=_radiation(body.radiation, without_memory)) for body in scene.bodies
+        replace(body, radiation=RadiationModel.NONE)
+        if without_memory
+        else with_states(body, TOLERANCE)
+        for body in scene.bodies
     ]
     calm = replace(scene.environment, waves=())
     return replace(scene, bodies=tuple(bodies), environment=calm, initial=None)
-
-
-def _radiation(wanted: RadiationModel, without_memory: bool) -> RadiationModel:
-    if without_memory:
-        return RadiationModel.NONE
-    return RadiationModel.STATE_SPACE if wanted == RadiationModel.CONVOLUTION else wanted
 
 
 def _of_model(model: Model, state: State) -> State:
