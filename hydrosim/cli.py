@@ -20,6 +20,7 @@ from rich.console import Console
 from hydrosim.commands import db
 from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
+from hydrosim.commands.statistics import statistics
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 from hydrosim.kernels import compiled_before, kernel_cache
 
@@ -36,6 +37,7 @@ app = typer.Typer(
 )
 app.add_typer(db.app, name="db")
 app.command()(linear)
+app.command()(statistics)
 out, err = Console(), Console(stderr=True)
 
 
