@@ -14,9 +14,9 @@ from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
-from hydrosim.scene import Body, ConvolutionRadiation, Scene, StateSpaceRadiation
+from hydrosim.scene import Scene
 from hydrosim.simulation import scene_step_limits
-from hydrosim.wet import radiation_of
+from hydrosim.wet import with_states
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
@@ -24,7 +24,7 @@ CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     notes, scene = Notes(), opened(scene)
-    bodies = tuple(_with_states(body) for body in scene.bodies)
+    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in scene.bodies)
     model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
     if scene.initial is not None:
         compile_scene(scene)  # refuses what does not fit
@@ -62,15 +62,6 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     if not limits:
         yield f"no step is too large for {scene.solver.method} to be stable"
     yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
-
-
-def _with_states(body: Body) -> Body:
-    """A convolution's memory cannot be linearised; its state-space model can."""
-    chosen = radiation_of(body)
-    if not isinstance(chosen, ConvolutionRadiation):
-        return body
-    states = StateSpaceRadiation(CLOSE_ENOUGH, chosen.length, chosen.step)
-    return replace(body, radiation=states)
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

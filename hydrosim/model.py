@@ -65,7 +65,7 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
-    in_waves = [_wave_body(i, b, alone) for i, b in enumerate(scene.bodies)]
+    in_waves = wave_bodies(scene, notes.wet)
     model = Model(
         bodies=bodies,
         added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
@@ -286,6 +286,12 @@ def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.Convolut
         return radiation.convolution_model(settings[0], kernels)
     stages = METHODS[scene.solver.method].c.tolist()
     return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
+
+
+def wave_bodies(scene: Scene, groups: Sequence[WetGroup]) -> list[WaveBody]:
+    """All bodies of a scene in waves, with their own parts of the databases."""
+    alone = each_alone(groups)
+    return [_wave_body(i, body, alone) for i, body in enumerate(scene.bodies)]
 
 
 def _wave_body(index: int, body: Body, alone: Mapping[str, HydroDatabase]) -> WaveBody:

@@ -140,6 +140,15 @@ def radiation_of(body: Body) -> Radiation | None:
     return body.radiation
 
 
+def with_states(body: Body, tolerance: float) -> Body:
+    """The body with states instead of a convolution, whose memory cannot be linearised."""
+    chosen = radiation_of(body)
+    if not isinstance(chosen, ConvolutionRadiation):
+        return body
+    states = StateSpaceRadiation(tolerance, chosen.length, chosen.step)
+    return replace(body, radiation=states)
+
+
 def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
     """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
     w, at = db.frequency, 2.0 * np.pi / period

@@ -111,10 +111,11 @@ def _element(name: str, element: schema.Element, path: Path) -> scene.ForceEleme
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
-    damping, ratio = element.damping, element.damping_ratio
+    stiffness, damping, ratio = element.stiffness, element.damping, element.damping_ratio
     return forces.LinearMooring(
         element.body,
-        stiffness=as_matrix(element.stiffness),
+        stiffness=np.zeros((6, 6)) if stiffness is None else as_matrix(stiffness),
+        natural_period=element.diagonal[1],
         damping=None if damping is None else as_matrix(damping),
         damping_ratio=None if ratio is None else np.array(ratio.values()),
     )

@@ -233,22 +233,40 @@ class Body(Strict):
 
 
 class LinearMooring(Strict):
-    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices."""
+    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices; the
+    stiffness may be what gives a DOF a natural period."""
 
     type: Literal["linear_mooring"]
     body: StrictStr
-    stiffness: of.StiffnessMatrix
+    stiffness: of.StiffnessMatrix | None = None
+    natural_period: of.PerDof[of.Period, of.Period] | None = None
     damping: of.DampingMatrix | None = None
     damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+
+    @property
+    def diagonal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and natural period (6,) per DOF, 0 where none is given."""
+        stiffness = np.zeros(6) if self.stiffness is None else np.diag(as_matrix(self.stiffness))
+        period = np.zeros(6) if self.natural_period is None else self.natural_period.values()
+        return stiffness, np.array(period)
+
+    @model_validator(mode="after")
+    def _check_stiffness(self) -> Self:
+        if self.stiffness is None and self.natural_period is None:
+            raise problem("no stiffness", "stiffness, natural_period, or both")
+        twice = [dof for dof, k, t in zip(DOFS, *self.diagonal, strict=True) if k and t]
+        if twice:
+            found = f"both stiffness and natural_period in {', '.join(twice)}"
+            raise problem(found, "one of them in each DOF")
+        return self
 
     @model_validator(mode="after")
     def _check_damping(self) -> Self:
         if self.damping is not None and self.damping_ratio is not None:
             raise problem("damping and damping_ratio", "one of them, or none", "remove one")
         if self.damping_ratio is not None:
-            stiffness = np.diag(as_matrix(self.stiffness))
-            ratios = zip(DOFS, self.damping_ratio.values(), stiffness, strict=True)
-            without = [dof for dof, ratio, k in ratios if ratio and not k]
+            ratios = zip(DOFS, self.damping_ratio.values(), *self.diagonal, strict=True)
+            without = [dof for dof, ratio, k, period in ratios if ratio and not (k or period)]
             if without:
                 raise problem(
                     f"a damping_ratio in {', '.join(without)} where stiffness is 0",
