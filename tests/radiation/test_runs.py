@@ -62,6 +62,8 @@ def heaving() -> HydroDatabase:
         port_starboard_symmetric=True,
         hydrostatic_stiffness=stiffness,
         volume=np.array([MASS / 1025.0]),
+        centre_of_gravity=np.zeros((1, 3)),
+        centre_of_buoyancy=np.zeros((1, 3)),
     )
 
 
@@ -81,9 +83,9 @@ def decay(radiation: Radiation | RadiationModel, step: float, **solver: Any) -> 
 
 
 def exact_decay(time: np.ndarray) -> np.ndarray:
-    """(m + A_inf) z'' + C z + R x1' = 0 with (s + a)^2 + b^2 below: K^ = R s / ((s + a)^2 + b^2)."""
+    """(m + A_inf) z'' + C z + R x' = 0 with x'' + 2 a x' + (a^2 + b^2) x = z'."""
     mass = MASS + UNIT * INFINITE
-    J = np.zeros((4, 4))  # z, z', and x with x'' + 2 a x' + (a^2 + b^2) x = z', force R x'
+    J = np.zeros((4, 4))  # of z, z', x, x'
     J[0, 1] = 1.0
     J[1, 0], J[1, 3] = -STIFFNESS / mass, -UNIT / mass
     J[2, 3] = 1.0
@@ -190,8 +192,8 @@ def test_state_space_agrees_with_convolution_in_all_six_motions(figure: Figure) 
     difference = (fitted - direct).std(axis=0) / direct.std(axis=0)
     for dof, value in zip(DOFS, difference, strict=True):
         figure(f"{dof}: difference over standard deviation", value)
-    assert difference[:5].max() < 1e-3
-    assert difference[5] < 1e-2  # yaw has no stiffness, so that its error adds up
+    assert difference[[0, 2, 3, 4]].max() < 1e-3
+    assert difference[[1, 5]].max() < 5e-3  # hardly held or not at all, so that errors add up
 
 
 def test_constant_radiation_is_the_frequency_domain_at_its_period(figure: Figure) -> None:
