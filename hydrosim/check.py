@@ -33,6 +33,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     yield scene.title
     for key, value in started_from(scene).items():
         yield f"{key.replace('_', ' ')}: {value}"
+    if bodies != scene.bodies:
+        yield "radiation by convolution; states are for step limits and natural periods alone"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,7 @@ from hydrosim.database import HydroDatabase, needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
+from hydrosim.names import dofs_of
 from hydrosim.scene import DOFS, Body, Scene, SecondOrder
 from hydrosim.waves import energy_outside, sea, separate_headings
 from hydrosim.wet import WetGroup, each_alone
@@ -38,11 +39,24 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
     alone = each_alone(notes.wet)
     notes.skipped.extend(_skipped(scene, model, alone))
     notes.records.extend(_records(scene))
+    notes.warnings.extend(_fit_warnings(notes.wet))
     for body in scene.bodies:
         if body.name in alone and body.dofs:
             notes.warnings.extend(_mass_warnings(body, alone[body.name]))
             notes.warnings.extend(_range_warnings(scene, body, alone[body.name]))
             notes.warnings.extend(_heading_warnings(scene, body, alone[body.name]))
+
+
+def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
+    """Fits that had to become worse than asked for, to be passive."""
+    for wet in groups:
+        for fit in wet.fits:
+            if fit.report.frequency_error > fit.report.tolerance:
+                yield (
+                    f"radiation of {dofs_of(fit.dofs, wet.names)}: no passive fit is within the"
+                    f" tolerance {fit.report.tolerance:g}; the error of the nearest is"
+                    f" {fit.report.frequency_error:.1e}. Look at `hydrosim db check`."
+                )
 
 
 def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:

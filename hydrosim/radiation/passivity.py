@@ -1,8 +1,8 @@
 """Passivity of a state-space model: no motion may gain energy from the waves it makes.
 
 That is Re K^(i w) >= 0, as a matrix, at all frequencies. Radiation is reciprocal, K^ = K^^T, so a
-model in modal form is K^(s) = B^T S (s - Lambda)^-1 B with S = diag(+-1), and a change of B keeps it
-reciprocal and its poles where they are. Where an eigenvalue of Re K^ is negative, the smallest
+model in modal form is K^(s) = B^T S (s - Lambda)^-1 B with S = diag(+-1), and a change of B leaves
+it reciprocal and its poles where they are. Where an eigenvalue of Re K^ is negative, the smallest
 change of B is found that lifts it, to first order, and all other small eigenvalues are held above
 zero; so on until all are (Gustavsen 2008, fast residue perturbation, in other variables).
 

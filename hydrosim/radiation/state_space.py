@@ -33,7 +33,7 @@ from hydrosim.radiation.retardation import (
 TOLERANCE = 1e-3
 MAX_ORDER = 60  # poles in vector fitting
 BEYOND = 3.0  # the fit is made up to this multiple of the band
-TRIES = 12  # truncations that are made passive, one state after the other
+TRIES, FEW = 12, 3  # truncations that are made passive; of data that are too far from it
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def fit_group(
     compare the report's error with its tolerance, and its passivity margin with zero.
     """
     kernel = memory.kernel[:, dofs[:, None], dofs]
-    w, inside = _frequencies(memory.time[-1], band)
+    w, inside = frequencies(memory.time[-1], band)
     target = transfer_function(memory.time, kernel, w)
     scale = diagonal_scale(target[:inside])
     target = target / (scale[:, None] * scale)
@@ -157,8 +157,9 @@ def fit_group(
     return replace(result, report=replace(result.report, time_error=late))
 
 
-def _frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
-    """Twice as dense as a memory of this length needs (pi / T) in the band, coarse above it."""
+def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
+    """Where a fit is made [rad/s], and how many of these are in the band: twice as dense as a
+    memory of this length needs (pi / T), coarse above it."""
     inside = int(np.ceil(2.0 * band * length / np.pi)) + 1
     above = np.geomspace(band, BEYOND * band, inside // 3 + 2)[1:]
     return np.append(np.linspace(0.0, band, inside), above), inside
@@ -195,11 +196,12 @@ def _smallest(
 ) -> _Found:
     """The first balanced truncation that is within the tolerance once it is passive; else the best
     of the first few that were within it before, or of all if there are none."""
-    models = list(_truncations(*system))
+    models = list(truncations(*system))
     errors = [np.abs(model.transfer_function(1j * w) - target).max() for model in models]
     good = [model for model, error in zip(models, errors, strict=True) if error <= tolerance]
     found: list[_Found] = []
-    for model in good[:TRIES] or [models[int(np.argmin(errors))]]:
+    tries = TRIES if np.linalg.eigvalsh(target.real).min() >= -tolerance else FEW
+    for model in good[:tries] or [models[int(np.argmin(errors))]]:
         changed, before, after = passive(model, band)
         error = np.abs(changed.transfer_function(1j * w) - target).max()
         found.append(_Found(changed, float(error), before, after))
@@ -208,17 +210,17 @@ def _smallest(
     return min(found, key=lambda one: (one.after < -ROUNDING, one.error))
 
 
-def _truncations(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Iterator[Reciprocal]:
+def truncations(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Iterator[Reciprocal]:
     """The stable balanced truncations, the smallest first, in reciprocal form."""
     for k in range(1, len(A) + 1):
         candidate = modes(A[:k, :k], B[:k], C[:, :k])
         if np.all(candidate.poles.real < 0.0):
-            yield _reciprocal(candidate)
+            yield reciprocal(candidate)
 
 
-def _reciprocal(modes: Modes) -> Reciprocal:
+def reciprocal(modes: Modes) -> Reciprocal:
     """The modes with every residue c b as +-b^T b: b and c of a reciprocal system are parallel, so
-    that only their lengths and phases are free."""
+    that only their lengths and phases are free. A part that is not reciprocal is left out."""
     real, upper = modes.poles.imag == 0.0, modes.poles.imag > 0.0
     size = np.einsum("km,km->k", modes.b.conj(), modes.b).real
     ratio = np.einsum("km,mk->k", modes.b.conj(), modes.c) / size
