@@ -11,12 +11,12 @@ from hydrosim.database import needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.scene import DOFS, Body, Scene
-from hydrosim.waves import energy_outside, sea
+from hydrosim.scene import DOFS, Body, RecordedElevation, Scene
+from hydrosim.waves import components, energy_outside, sea
 from hydrosim.wet import WetBody
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
-OUTSIDE_WARNED, OUTSIDE_REFUSED = 0.01, 0.05  # shares of a sea's energy beyond a database's range
+OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.05  # shares of a sea's energy beyond a database's range
 
 
 @dataclass
@@ -71,7 +71,17 @@ def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
 
 
 def _records(scene: Scene) -> Iterator[str]:
-    """How well the splines through recorded forces are determined."""
+    """What is left out of recorded elevations, and how well the splines through recorded forces are
+    determined."""
+    for train in scene.environment.waves:
+        if isinstance(record := train.spectrum, RecordedElevation):
+            energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
+            left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
+            yield (
+                f"environment.waves: {record.time.size} recorded elevations; left out: their mean,"
+                f" {record.elevation.mean():.3g} m, and {left:.1%} of their energy, above"
+                f" {record.highest_frequency:g} rad/s"
+            )
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
