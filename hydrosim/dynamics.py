@@ -6,8 +6,9 @@
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency; F_gyroscopic =
-omega x (R I R^T omega). A_inf, the retardation functions and the wave loads belong to the mean
-position: they stay in axes parallel to the body's at rest and do not turn with yaw. (Cummins 1962;
+omega x (R I R^T omega). A_inf, the retardation functions and, unless asked
+otherwise, the wave loads belong to the mean position: they stay in axes parallel to the body's at
+rest and do not turn with yaw. (Cummins 1962;
 Ogilvie 1964.) Points that rigid friction holds add J q'' = c, with J^T lambda on the right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
@@ -33,10 +34,11 @@ from hydrosim.forces.contact.fender import (
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.kernels import assign, clear, kernel
+from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
-    ConvolutionKernel,
+    ConstantDamping,
     RadiationStates,
-    radiation_memory,
+    radiation_damping,
     radiation_states,
 )
 from hydrosim.rigid import (
@@ -53,7 +55,8 @@ from hydrosim.rigid import (
 )
 from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
 from hydrosim.rigid.vectors import cross, matvec, vector
-from hydrosim.waves.loads import WaveLoads, wave_loads
+from hydrosim.waves.following import FollowingLoads, following_loads
+from hydrosim.waves.loads import POINTS, WaveLoads, wave_loads
 
 
 class Model(NamedTuple):
@@ -63,11 +66,13 @@ class Model(NamedTuple):
     """
 
     bodies: Bodies
-    added_mass: np.ndarray  # (6 nb, 6 nb), A_inf
+    added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
+    damping: ConstantDamping
     waves: WaveLoads
+    following: FollowingLoads
     elements: Any
     rows: int
     radiation: int
@@ -85,6 +90,7 @@ class Work(NamedTuple):
     mass: np.ndarray  # (6 nb, 6 nb)
     inertia: np.ndarray  # (n, n)
     holds: Holds
+    following: np.ndarray  # of `following_loads`
 
 
 def new_work(model: Model) -> Work:
@@ -99,6 +105,7 @@ def new_work(model: Model) -> Work:
         np.zeros((m, m)),
         np.zeros((n, n)),
         new_holds(law.size, int(np.count_nonzero(law == COULOMB)), n),
+        np.zeros(POINTS + 6),
     )
 
 
@@ -184,7 +191,12 @@ def forces(t, y, modes, history, model, work, dy):
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     radiation_states(x, v, model.states, dx, wrench[RADIATION])
     radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+    if model.following.body.size > 0:
+        following_loads(
+            t, motion.coordinates, model.following, work.following, wrench[WAVE_FIRST_ORDER]
+        )
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
 
     rate[RADIATION] = -power(wrench[RADIATION], v)

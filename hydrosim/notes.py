@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from hydrosim.database import needed
+from hydrosim.database import HydroDatabase, needed
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.scene import DOFS, Body, RecordedElevation, Scene
-from hydrosim.waves import components, energy_outside, sea
-from hydrosim.wet import WetBody
+from hydrosim.scene import DOFS, Body, RecordedElevation, Scene, SecondOrder
+from hydrosim.waves import components, energy_outside, sea, separate_headings
+from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.05  # shares of a sea's energy beyond a database's range
@@ -27,7 +27,7 @@ class Notes:
     skipped: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     records: list[str] = field(default_factory=list)
-    wet: dict[str, WetBody] = field(default_factory=dict)
+    wet: list[WetGroup] = field(default_factory=list)
 
 
 def take_note(scene: Scene, model: Model, notes: Notes) -> None:
@@ -35,16 +35,18 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
 
     Raises InputError where a sea is mostly beyond a database's frequencies.
     """
-    notes.skipped.extend(_skipped(scene, model, notes.wet))
+    alone = each_alone(notes.wet)
+    notes.skipped.extend(_skipped(scene, model, alone))
     notes.records.extend(_records(scene))
     for body in scene.bodies:
-        if body.name in notes.wet:
-            notes.warnings.extend(_mass_warnings(body, notes.wet[body.name]))
-            notes.warnings.extend(_range_warnings(scene, body, notes.wet[body.name]))
+        if body.name in alone and body.dofs:
+            notes.warnings.extend(_mass_warnings(body, alone[body.name]))
+            notes.warnings.extend(_range_warnings(scene, body, alone[body.name]))
+            notes.warnings.extend(_heading_warnings(scene, body, alone[body.name]))
 
 
-def _mass_warnings(body: Body, wet: WetBody) -> Iterator[str]:
-    displaced = wet.database.water_density * float(needed(wet.database, "volume")[0])
+def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:
+    displaced = db.water_density * float(needed(db, "volume")[0])
     if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
         yield (
             f"bodies.{body.name}.mass {body.mass:.4g} kg is not the displaced mass of its database,"
@@ -52,9 +54,9 @@ def _mass_warnings(body: Body, wet: WetBody) -> Iterator[str]:
         )
 
 
-def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
+def _range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Energy of the seas beyond the database's frequencies, where first-order loads are zero."""
-    frequency = wet.database.frequency
+    frequency = db.frequency
     for waves in sea(scene.environment) if body.wave_forces.first_order else ():
         outside = sum(energy_outside(waves, frequency))
         text = (
@@ -68,6 +70,17 @@ def _range_warnings(scene: Scene, body: Body, wet: WetBody) -> Iterator[str]:
             )
         if outside > OUTSIDE_WARNED:
             yield f"{text}: no first-order loads there."
+
+
+def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
+    """QTFs without pairs of headings."""
+    second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
+    for waves in sea(scene.environment) if second else ():
+        if separate_headings(db, waves):
+            yield (
+                f"{db.source} has QTFs for pairs of waves of one heading only: waves of"
+                f" different headings give {body.name} no second-order load together."
+            )
 
 
 def _records(scene: Scene) -> Iterator[str]:
@@ -92,7 +105,7 @@ def _records(scene: Scene) -> Iterator[str]:
             )
 
 
-def _skipped(scene: Scene, model: Model, wet: dict[str, WetBody]) -> Iterator[str]:
+def _skipped(scene: Scene, model: Model, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
     for body in scene.bodies:
         locked = [dof for dof in DOFS if dof not in body.dofs]
         if locked:
@@ -102,7 +115,9 @@ def _skipped(scene: Scene, model: Model, wet: dict[str, WetBody]) -> Iterator[st
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
         for i in model.bodies.active
-        if scene.bodies[i // 6].name in wet and i not in model.waves.first_dof
+        if scene.bodies[i // 6].name in wet
+        and i not in model.waves.first_dof
+        and i // 6 not in model.following.body
     ]
     if scene.environment.waves and unloaded:
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)

@@ -75,6 +75,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
     "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
+    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", EARTH),
 }
 FLAGS = {"fender_mode": "open stick slip", "spring_mode": "slack taut"}
 HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
@@ -194,17 +195,19 @@ def _states(
 
 
 def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
-    """The velocities that a convolution remembers, the oldest first."""
+    """The velocities and accelerations that a convolution remembers, the oldest first."""
     if history.time.size == 0:
         return {}
     pushed, capacity = int(history.pushed[0]), history.time.size
     nodes = np.arange(max(pushed - capacity, 0), pushed) % capacity
-    velocity = history.velocity[np.ix_(nodes, np.unique(model.convolution.column))]
+    kept = np.ix_(nodes, np.unique(model.convolution.column))
     coords = {
         "memory_time": ("memory_time", history.time[nodes], {"units": "s", "long_name": "time"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
     }
-    return {"memory_velocity": xr.DataArray(velocity, coords, ("memory_time", "memory_dof"))}
+    both = {"velocity": history.velocity[kept], "acceleration": history.acceleration[kept]}
+    dims = ("memory_time", "memory_dof")
+    return {f"memory_{name}": xr.DataArray(values, coords, dims) for name, values in both.items()}
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:

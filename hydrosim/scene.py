@@ -23,11 +23,46 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 class RadiationModel(StrEnum):
-    """How the memory of the radiated waves is computed."""
+    """How the memory of the radiated waves is computed, with the defaults of each way."""
 
     STATE_SPACE = "state_space"
     CONVOLUTION = "convolution"
     NONE = "none"
+
+
+@dataclass(frozen=True)
+class StateSpaceRadiation:
+    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
+
+    The functions are tabulated to ``length`` [s], every ``step`` [s].
+    """
+
+    tolerance: float = 1e-3
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConvolutionRadiation:
+    """The memory integral itself over ``length`` [s]; the table's ``step`` [s] is not the run's."""
+
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConstantRadiation:
+    """No memory: added mass and damping of one ``period`` [s]."""
+
+    period: float
+
+
+Radiation = StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
+BY_NAME: Mapping[RadiationModel, Radiation | None] = {
+    RadiationModel.STATE_SPACE: StateSpaceRadiation(),
+    RadiationModel.CONVOLUTION: ConvolutionRadiation(),
+    RadiationModel.NONE: None,
+}
 
 
 class SecondOrder(StrEnum):
@@ -36,6 +71,8 @@ class SecondOrder(StrEnum):
     NONE = "none"
     MEAN_DRIFT = "mean_drift"
     NEWMAN = "newman"
+    NEWMAN_SQUARE_ROOT = "newman_square_root"
+    QTF = "qtf"
 
 
 class Method(StrEnum):
@@ -210,22 +247,40 @@ class Environment:
     waves: tuple[WaveTrain, ...] = ()
 
 
+class Place(StrEnum):
+    """Where the waves meet a body: at rest, or where it is at the time."""
+
+    MEAN = "mean"
+    INSTANTANEOUS = "instantaneous"
+
+
 @dataclass(frozen=True)
 class WaveForces:
-    """Which wave loads act on a body."""
+    """Which wave loads act on a body: of first order, slow ones of second order, and those at
+    the sums of the waves' frequencies.
+
+    ``headings`` and ``position`` say whether first-order loads are those of the body at rest, or
+    of its yaw, and of its place, at the time; second-order loads are those at rest.
+    """
 
     first_order: bool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: bool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
 
 
 @dataclass(frozen=True)
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file; None makes a dry body. ``centre_of_gravity`` (3,)
-    is in the database's frame and is the body frame's origin. ``location`` (2,) places the origin
-    of the database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial
-    offsets from the place at rest and their rates; ``dofs`` not named are locked.
+    ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
+    of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
+    with one ``radiation``, a model by name or with its settings. ``centre_of_gravity`` (3,) is in
+    the database's frame and is the body frame's origin. ``location`` (2,) places the origin of the
+    database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial offsets
+    from the place at rest and their rates; ``dofs`` not named are locked, and a body without any is
+    held.
     """
 
     name: str
@@ -234,10 +289,11 @@ class Body:
     hydrodynamics: HydroDatabase | Path | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
+    database_body: int = 1
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: RadiationModel | Radiation = RadiationModel.STATE_SPACE
     wave_forces: WaveForces = field(default_factory=WaveForces)
 
 

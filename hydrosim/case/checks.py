@@ -46,6 +46,9 @@ def _check_names(case: CaseFile) -> Iterator[Problem]:
 
 
 def _check_bodies(case: CaseFile) -> Iterator[Problem]:
+    if not any(body.dofs for body in case.bodies.values()):
+        text = "found no degree of freedom in any body; expected one or more; nothing would move"
+        yield Problem(("bodies",), text)
     for name, element in case.forces.items():
         yield from _check_body(case, ("forces", name, "body"), element.body)
         if isinstance(element, Fender):

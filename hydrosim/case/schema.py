@@ -7,11 +7,12 @@ in `hydrosim.case.checks`.
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -25,7 +26,7 @@ from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
 from hydrosim.case.waves import Waves
-from hydrosim.scene import DOFS, Kinematics, Method, RadiationModel, SecondOrder, Unstable
+from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -38,8 +39,8 @@ def _named(name: str) -> str:
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
-    if not dofs or len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
-        raise problem(f"[{', '.join(dofs)}]", f"one or more of {', '.join(DOFS)}, each once")
+    if len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once")
     return tuple(sorted(dofs, key=DOFS.index))
 
 
@@ -68,6 +69,60 @@ class WaveForces(Strict):
 
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
+    sum_frequency: StrictBool = False
+    headings: Place = Place.MEAN
+    position: Place = Place.MEAN
+
+
+class Tabulated(Strict):
+    """What all retardation functions have: how long they are, and the step of their tables."""
+
+    length: of.Period = 80.0
+    step: of.Period = 0.1
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if self.length < 2.0 * self.step:
+            found = f"length {self.length:g} s, step {self.step:g} s"
+            raise problem(found, "a length of two steps or more")
+        return self
+
+
+class StateSpaceRadiation(Tabulated):
+    """A rational fit of the retardation functions."""
+
+    model: Literal["state_space"]
+    tolerance: of.Tolerance = 1e-3
+
+
+class ConvolutionRadiation(Tabulated):
+    """The memory integral itself."""
+
+    model: Literal["convolution"]
+
+
+class ConstantRadiation(Strict):
+    """Added mass and damping of one period."""
+
+    model: Literal["constant"]
+    period: of.Period
+
+
+class NoRadiation(Strict):
+    """No radiation; the other keys may stay, so that one word turns it off."""
+
+    model_config = ConfigDict(extra="ignore")
+    model: Literal["none"]
+
+
+def _with_model(value: Any) -> Any:
+    return {"model": value} if isinstance(value, str) else value
+
+
+Radiation = Annotated[
+    StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation | NoRadiation,
+    Discriminator("model"),
+]
 
 
 class Body(Strict):
@@ -75,14 +130,17 @@ class Body(Strict):
 
     mass: of.Mass
     hydrodynamics: StrictStr | None = None
+    database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
-    location: of.Place = (0.0, 0.0)
+    location: of.Position = (0.0, 0.0)
     radii_of_gyration: of.Vector[of.Radius] | None = None
     inertia: of.InertiaMatrix | None = None
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS
     initial: Initial = Initial()
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = StateSpaceRadiation(
+        model="state_space"
+    )
     wave_forces: WaveForces = WaveForces()
 
     @model_validator(mode="after")
@@ -110,6 +168,8 @@ class Body(Strict):
     def _check_place(self) -> Self:
         if self.hydrodynamics is not None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
+        if self.hydrodynamics is None and "database_body" in self.model_fields_set:
+            raise problem("database_body and no hydrodynamics", "both, or none")
         return self
 
     @model_validator(mode="after")
@@ -122,22 +182,40 @@ class Body(Strict):
 
 
 class LinearMooring(Strict):
-    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices."""
+    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices; the
+    stiffness may be what gives a DOF a natural period."""
 
     type: Literal["linear_mooring"]
     body: StrictStr
-    stiffness: of.StiffnessMatrix
+    stiffness: of.StiffnessMatrix | None = None
+    natural_period: of.PerDof[of.Period, of.Period] | None = None
     damping: of.DampingMatrix | None = None
     damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+
+    @property
+    def diagonal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and natural period (6,) per DOF, 0 where none is given."""
+        stiffness = np.zeros(6) if self.stiffness is None else np.diag(as_matrix(self.stiffness))
+        period = np.zeros(6) if self.natural_period is None else self.natural_period.values()
+        return stiffness, np.array(period)
+
+    @model_validator(mode="after")
+    def _check_stiffness(self) -> Self:
+        if self.stiffness is None and self.natural_period is None:
+            raise problem("no stiffness", "stiffness, natural_period, or both")
+        twice = [dof for dof, k, t in zip(DOFS, *self.diagonal, strict=True) if k and t]
+        if twice:
+            found = f"both stiffness and natural_period in {', '.join(twice)}"
+            raise problem(found, "one of them in each DOF")
+        return self
 
     @model_validator(mode="after")
     def _check_damping(self) -> Self:
         if self.damping is not None and self.damping_ratio is not None:
             raise problem("damping and damping_ratio", "one of them, or none", "remove one")
         if self.damping_ratio is not None:
-            stiffness = np.diag(as_matrix(self.stiffness))
-            ratios = zip(DOFS, self.damping_ratio.values(), stiffness, strict=True)
-            without = [dof for dof, ratio, k in ratios if ratio and not k]
+            ratios = zip(DOFS, self.damping_ratio.values(), *self.diagonal, strict=True)
+            without = [dof for dof, ratio, k, period in ratios if ratio and not (k or period)]
             if without:
                 raise problem(
                     f"a damping_ratio in {', '.join(without)} where stiffness is 0",
@@ -379,7 +457,7 @@ class Output(Strict):
 
     step: of.Period | None = None
     states: StrictBool = False
-    wave_probes: dict[Name, of.Place] = Field(default_factory=dict)
+    wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
 
 
 class Start(Strict):

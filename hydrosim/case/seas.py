@@ -30,11 +30,11 @@ def _trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
             given = {name: value for name, value in dict(train).items() if name in KEYS}
-            yield scene.WaveTrain(_spectrum(train, water, Place(key, path)), **given)
+            yield scene.WaveTrain(_spectrum(train, water, Where(key, path)), **given)
 
 
 @dataclass(frozen=True)
-class Place:
+class Where:
     """Where a wave train is: its ``key`` in the case file ``path``."""
 
     key: str
@@ -45,7 +45,7 @@ class Place:
         return Source(self.path.parent / file, f"{self.path}: {self.key}")
 
 
-def _spectrum(train: waves.SomeWaves, water: schema.Environment, place: Place) -> scene.Spectrum:
+def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -> scene.Spectrum:
     match train:
         case waves.Jonswap():
             peak = train.significant_height, train.peak_period
@@ -63,23 +63,23 @@ def _spectrum(train: waves.SomeWaves, water: schema.Environment, place: Place) -
             band = train.lowest_frequency, train.highest_frequency
             return scene.WhiteNoise(train.significant_height, *band)
         case waves.Table():
-            return _table(train, place)
+            return _table(train, where)
         case waves.DirectionalTable():
-            return read_directional(place.source(train.file), train.select, train.x_axis)
+            return read_directional(where.source(train.file), train.select, train.x_axis)
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
             return _given(train)
         case waves.RecordedElevation():
-            series = read_record(train, place.key, place.path, "m")
+            series = read_record(train, where.key, where.path, "m")
             highest = train.highest_frequency or np.inf
             return scene.RecordedElevation(series.time, series.value, train.position, highest)
 
 
-def _table(table: waves.Table, place: Place) -> scene.SpectrumTable:
+def _table(table: waves.Table, where: Where) -> scene.SpectrumTable:
     if table.file is None:
         return scene.SpectrumTable(np.array(table.frequency), np.array(table.density))
-    source = place.source(table.file)
+    source = where.source(table.file)
     series = read_series(source, [table.column])
     if (least := min(series.value.min(), series.time[0])) < 0.0:
         source.wrong(f"found {least:g}; expected frequencies and densities that are not negative")

@@ -190,7 +190,7 @@ class RecordedElevation(Recorded, Directed):
     ``highest_frequency`` is left out."""
 
     spectrum: Literal["recorded"]
-    position: of.Place = (0.0, 0.0)
+    position: of.Position = (0.0, 0.0)
     highest_frequency: of.Frequency | None = None
 
 

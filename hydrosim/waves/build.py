@@ -1,69 +1,32 @@
 """From the sea and the databases to the arrays that the kernel in `loads` reads.
 
-Wave trains are treated separately: their loads are added, and the slow second-order loads from
-the interaction of one train with another are left out.
+The sea is one or several sets of waves, see `components.sea`; the sets' loads are added, and
+second-order loads from a wave of one set with a wave of another are left out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.scene import Environment, Jonswap, SecondOrder, WaveForces
+from hydrosim.scene import Environment, SecondOrder
+from hydrosim.waves.body import WaveBody
 from hydrosim.waves.components import Components, sea
+from hydrosim.waves.following import follows
 from hydrosim.waves.loads import WaveLoads
-from hydrosim.waves.synthesis import Grid, newman_sum, real_sum, time_grid
-from hydrosim.waves.transfer import TransferFunctions, excitation_at, mean_drift_at
-
-
-@dataclass(frozen=True, eq=False)
-class WaveBody:
-    """What the waves need to know of a body.
-
-    ``database``: transfer functions of n loads, about the centre of gravity, for all headings;
-    None for a dry body. ``location`` (2,): where the origin of the database's frame is at rest, in
-    the earth's x, y [m]. ``offset``: index of the body's first DOF among those of the scene.
-    ``active`` (n,): which DOFs are not locked.
-    """
-
-    database: TransferFunctions | None
-    location: tuple[float, ...]
-    wave_forces: WaveForces
-    offset: int
-    active: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class TrainLoads:
-    """Loads of one wave train on the n DOFs of a scene, component by component.
-
-    ``first`` (nw, n): complex amplitudes X a e^(i e) of the first-order loads [N, N m]; ``local``
-    (nw, n): those of the elevation at the body of each DOF [m]; ``drift`` (nw, n): mean drift
-    transfer functions [N/m^2, N m/m^2]; ``newman`` (n,): whether the drift load varies.
-    """
-
-    waves: Components
-    first: np.ndarray
-    local: np.ndarray
-    drift: np.ndarray
-    newman: np.ndarray
-
-    @property
-    def mean(self) -> np.ndarray:
-        """Mean second-order loads sum_i D_i a_i^2, (n,)."""
-        return self.waves.amplitude**2 @ self.drift
-
-
-class _Rows(NamedTuple):
-    """Rows of one wave train in `loads.WaveLoads`."""
-
-    start: float
-    step: float
-    values: np.ndarray
+from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
+from hydrosim.waves.second_order import (
+    Factors,
+    difference_loads,
+    mean_load,
+    newman,
+    newman_square_root,
+    sum_loads,
+)
+from hydrosim.waves.synthesis import Lines, summed, time_grid
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 
 def wave_loads_model(
@@ -73,89 +36,135 @@ def wave_loads_model(
 
     They are exact at the multiples of ``dt`` [s], the distance of the solver's stages, if the
     repeat period is one of them. Raises InputError if the sea would repeat itself within the run,
-    or if a database lacks the heading or the mean drift that the scene asks for.
+    or if a database lacks the heading, the mean drift or the QTF that the scene asks for.
     """
-    _check_repetition(environment, start + duration)
-    trains = [train_loads(waves, bodies) for waves in sea(environment)]
-    first_dof = _loaded([train.first for train in trains])
-    second_dof = _loaded([train.drift for train in trains])
-    parts = [
-        _regular(train, first_dof, second_dof)
-        if train.waves.spacing == 0.0
-        else _irregular(train, time_grid(train.waves, start, dt, duration), first_dof, second_dof)
-        for train in trains
-    ]
-    none = np.zeros((0, 1 + first_dof.size + second_dof.size))
+    seas = sea(environment)
+    _check_repetition(seas, start + duration)
+    first = [first_order(waves, bodies) for waves in seas]
+    second = [second_order(waves, bodies) for waves in seas]
+    first_dof, second_dof = _loaded(first), _loaded([line for lines in second for line in lines])
+    widths = (1, first_dof.size, second_dof.size)
+    tables, singles = [], []
+    for waves, one, two in zip(seas, first, second, strict=True):
+        columns = [
+            [Lines(waves.omega, waves.at(0.0, 0.0)[:, None])],
+            [Lines(one.omega, one.amplitude[:, first_dof])],
+            [Lines(line.omega, line.amplitude[:, second_dof]) for line in two],
+        ]
+        if waves.spacing > 0.0:
+            tables.append(_table(waves, columns, widths, start, dt, duration))
+        else:
+            singles.append(_lines(waves, columns, widths))
     return WaveLoads(
-        start=np.array([part.start for part in parts], dtype=float),
-        step=np.array([part.step for part in parts], dtype=float),
-        ramp=np.array([train.waves.ramp for train in trains], dtype=float),
-        regular=np.array([train.waves.spacing == 0.0 for train in trains], dtype=bool),
-        offset=np.cumsum([0, *(part.values.shape[0] for part in parts)]),
-        values=np.concatenate([none, *(part.values for part in parts)]),
+        start=np.array([at for at, _, _, _ in tables], dtype=float),
+        step=np.array([step for _, step, _, _ in tables], dtype=float),
+        ramp=np.array([ramp for _, _, ramp, _ in tables], dtype=float),
+        offset=np.cumsum([0, *(len(values) for *_, values in tables)]),
+        values=np.concatenate([np.zeros((0, sum(widths))), *(values for *_, values in tables)]),
+        omega=np.concatenate([np.zeros(0), *(omega for omega, _, _ in singles)]),
+        line_ramp=np.concatenate([np.zeros(0), *(ramp for _, ramp, _ in singles)]),
+        lines=np.concatenate([np.zeros((0, 2, sum(widths))), *(values for *_, values in singles)]),
         first_dof=first_dof,
         second_dof=second_dof,
     )
 
 
-def train_loads(waves: Components, bodies: Sequence[WaveBody]) -> TrainLoads:
-    """Loads of one wave train on all DOFs of the bodies; zero where locked or not wanted."""
-    size = max((body.offset + body.active.size for body in bodies), default=0)
-    shape = (waves.omega.size, size)
-    first, local, drift = np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape)
-    newman = np.zeros(size, dtype=bool)
+def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
+    """First-order loads X a exp(i e) of each wave on all DOFs of the bodies; zero where locked or
+    not wanted, or where the waves follow the body (`following`)."""
+    total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
-        dofs = slice(body.offset, body.offset + body.active.size)
-        local[:, dofs] = waves.at(*body.location)[:, None]
-        if body.database is None:
-            continue
-        if body.wave_forces.first_order:
+        if body.database is not None and body.wave_forces.first_order and not follows(body):
             transfer = excitation_at(body.database, waves.heading, waves.omega)
-            first[:, dofs] = local[:, dofs] * transfer * body.active
-        if body.wave_forces.second_order != SecondOrder.NONE:
-            transfer = mean_drift_at(body.database, waves.heading, waves.omega)
-            drift[:, dofs] = transfer * body.active
-            newman[dofs] = body.wave_forces.second_order == SecondOrder.NEWMAN
-    return TrainLoads(waves, first, local, drift, newman)
+            elevation = waves.at(*body.location)[:, None]
+            total[:, _dofs(body)] = elevation * transfer * body.active
+    return Lines(waves.omega, total)
 
 
-def _check_repetition(environment: Environment, end: float) -> None:
-    for train in environment.waves:
-        if isinstance(train.spectrum, Jonswap) and end > train.repeat_period * (1.0 + 1e-9):
+def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
+    """Second-order loads on all DOFs of the bodies; zero where locked or not wanted."""
+    found = []
+    for body in bodies:
+        if body.database is not None:
+            for own in _second_order(waves, body, body.database):
+                total = np.zeros((own.omega.size, _size(bodies)), dtype=complex)
+                total[:, _dofs(body)][:, body.active] = own.amplitude[:, body.active]
+                found.append(Lines(own.omega, total))
+    return found
+
+
+def _second_order(waves: Components, body: WaveBody, database: QuadraticFunctions) -> list[Lines]:
+    """Slow and fast loads on the DOFs of one body."""
+    elevation, wanted = waves.at(*body.location), body.wave_forces
+    slow: list[Lines] = []
+    match wanted.second_order:
+        case SecondOrder.MEAN_DRIFT:
+            slow = [mean_load(elevation, mean_drift_at(database, waves.heading, waves.omega))]
+        case SecondOrder.NEWMAN | SecondOrder.NEWMAN_SQUARE_ROOT | SecondOrder.QTF:
+            slow = [difference_loads(waves, elevation, _slow_factors(waves, body, database))]
+    if wanted.sum_frequency:
+        return [*slow, sum_loads(waves, elevation, sum_factors(database, waves))]
+    return slow
+
+
+def _slow_factors(waves: Components, body: WaveBody, database: QuadraticFunctions) -> Factors:
+    if body.wave_forces.second_order == SecondOrder.QTF:
+        return difference_factors(database, waves)
+    drift = mean_drift_at(database, waves.heading, waves.omega)
+    plain = body.wave_forces.second_order == SecondOrder.NEWMAN
+    return newman(drift) if plain else newman_square_root(drift)
+
+
+def _size(bodies: Sequence[WaveBody]) -> int:
+    return max((body.offset + body.active.size for body in bodies), default=0)
+
+
+def _dofs(body: WaveBody) -> slice:
+    return slice(body.offset, body.offset + body.active.size)
+
+
+def _check_repetition(seas: Sequence[Components], end: float) -> None:
+    for waves in seas:
+        repeat = 2.0 * np.pi / waves.spacing if waves.spacing else np.inf
+        if end > repeat * (1.0 + 1e-9):
             raise InputError(
-                f"environment.waves.repeat_period: {train.repeat_period:g} s is shorter than the"
-                f" run, which ends at {end:g} s, so that the sea would repeat itself; raise it to"
-                " that or more"
+                f"environment.waves.repeat_period: {repeat:g} s is shorter than the run, which ends"
+                f" at {end:g} s, so that the sea would repeat itself; raise it to that or more"
             )
 
 
-def _loaded(amplitudes: list[np.ndarray]) -> np.ndarray:
-    """DOFs (m,) on which any wave train has a load, out of the n of ``amplitudes`` (nw, n)."""
-    return np.flatnonzero(np.any([np.any(a != 0.0, axis=0) for a in amplitudes], axis=0))
+def _loaded(lines: Sequence[Lines]) -> np.ndarray:
+    """DOFs (m,) on which any of the lines has a load."""
+    return np.flatnonzero(np.any([np.any(x.amplitude != 0.0, axis=0) for x in lines], axis=0))
 
 
-def _irregular(
-    train: TrainLoads, grid: Grid, first_dof: np.ndarray, second_dof: np.ndarray
-) -> _Rows:
-    """A table on the grid."""
-    first = real_sum(grid, train.waves, _with_elevation(train, first_dof))
-    slow = np.tile(train.mean[second_dof], (grid.rows, 1))
-    varying = train.newman[second_dof]
-    dofs = second_dof[varying]
-    slow[:, varying] = newman_sum(grid, train.waves, train.local[:, dofs], train.drift[:, dofs])
-    return _Rows(grid.start, grid.step, np.hstack([first, slow]))
+def _table(
+    waves: Components,
+    columns: list[list[Lines]],
+    widths: tuple[int, ...],
+    start: float,
+    dt: float,
+    duration: float,
+) -> tuple[float, float, float, np.ndarray]:
+    """Start, step and ramp of a table, and its rows: the sums of the lines of every column."""
+    highest = max(line.highest for lines in columns for line in lines)
+    grid = time_grid(waves.spacing, highest, start, dt, duration)
+    values = [
+        sum((summed(grid, line) for line in lines), np.zeros((grid.rows, width)))
+        for lines, width in zip(columns, widths, strict=True)
+    ]
+    return grid.start, grid.step, waves.ramp, np.hstack(values)
 
 
-def _regular(train: TrainLoads, first_dof: np.ndarray, second_dof: np.ndarray) -> _Rows:
-    """One component: real part, imaginary part, and the drift load, which is constant."""
-    amplitude = _with_elevation(train, first_dof)[0]
-    values = np.zeros((3, amplitude.size + second_dof.size))
-    values[0, : amplitude.size] = amplitude.real
-    values[1, : amplitude.size] = amplitude.imag
-    values[2, amplitude.size :] = train.mean[second_dof]
-    return _Rows(0.0, 1.0 / train.waves.omega[0], values)
-
-
-def _with_elevation(train: TrainLoads, dofs: np.ndarray) -> np.ndarray:
-    """Complex amplitudes of the elevation at the earth's origin and of the loads on ``dofs``."""
-    return np.hstack([train.waves.at(0.0, 0.0)[:, None], train.first[:, dofs]])
+def _lines(
+    waves: Components, columns: list[list[Lines]], widths: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies, ramps and rows of the lines of all columns, those of one frequency together."""
+    omega = np.unique(np.concatenate([line.omega for lines in columns for line in lines]))
+    total = np.zeros((omega.size, sum(widths)), dtype=complex)
+    ends = np.cumsum((0, *widths))
+    for k, lines in enumerate(columns):
+        for line in lines:
+            rows = np.searchsorted(omega, line.omega)
+            np.add.at(total[:, ends[k] : ends[k + 1]], rows, line.amplitude)
+    return omega, np.full(omega.size, waves.ramp), np.stack([total.real, total.imag], axis=1)

@@ -1,9 +1,10 @@
 """Wave loads at a time: the arrays that `build` fills and the kernel that reads them.
 
-An irregular sea is a table on the solver's stage grid. A read at a node is exact; between the
+Waves on a grid are a table on the solver's stage grid. A read at a node is exact; between the
 nodes it is a 6-point Lagrange interpolation, whose error for a component of frequency w on a table
 of step h is at most 225/46080 (w h)^6 of its amplitude. The tables keep w h below 0.25, so this is
-below 1.2e-6 at the highest frequency and falls with the sixth power. A regular wave is exact.
+below 1.2e-6 at the highest frequency and falls with the sixth power. Waves off the grid are summed
+one by one, exactly.
 """
 
 from __future__ import annotations
@@ -22,21 +23,23 @@ _NODE = 1e-9  # of a step: closer than this to a node is at the node
 
 
 class WaveLoads(NamedTuple):
-    """Wave loads of a scene: those of each wave train are a weighted sum of rows of ``values``.
+    """Wave loads of a scene: weighted sums of rows of ``values`` and ``lines``.
 
     A row is the elevation at the earth's origin [m], the first-order loads on the DOFs
-    ``first_dof`` (n1,) and the second-order loads on ``second_dof`` (n2,). Train k has the rows
-    offset[k] to offset[k + 1] and grows over ``ramp`` (ntrain,) [s]. With x = (t - start) / step,
-    an irregular train has its loads at x = 0, 1, 2, ... in its rows; a ``regular`` one has step
-    1 / w, so that x is its angle, and three rows, with the weights cos x, -sin x and 1.
+    ``first_dof`` (n1,) and the second-order loads on ``second_dof`` (n2,). Table k has the rows
+    offset[k] to offset[k + 1], at the times start[k], start[k] + step[k], ... [s], and grows over
+    ``ramp[k]`` [s]. Line l, of frequency omega[l] [rad/s], has real and imaginary part of its
+    amplitudes in two rows of ``lines`` (nl, 2, 1 + n1 + n2), and grows over ``line_ramp[l]``.
     """
 
     start: np.ndarray
     step: np.ndarray
     ramp: np.ndarray
-    regular: np.ndarray
     offset: np.ndarray
     values: np.ndarray
+    omega: np.ndarray
+    line_ramp: np.ndarray
+    lines: np.ndarray
     first_dof: np.ndarray
     second_dof: np.ndarray
 
@@ -47,22 +50,30 @@ def wave_loads(t, p, first, second):
 
     Only for times of the run that `build.wave_loads_model` was given.
     """
-    n1, n2 = p.first_dof.size, p.second_dof.size
     elevation = 0.0
     for k in range(p.ramp.size):
-        ramp = rise(t, p.ramp[k])
         x = (t - p.start[k]) / p.step[k]
-        regular = p.regular[k]
-        row, points = _rows_at(x, p.offset[k + 1] - p.offset[k], regular)
+        row, points = _rows_at(x, p.offset[k + 1] - p.offset[k])
+        ramp = rise(t, p.ramp[k])
         for m in range(points):
-            weight = ramp * (_rotating(x, m) if regular else _lagrange(x - row, m, points))
-            i = p.offset[k] + row + m
-            elevation += weight * p.values[i, 0]
-            for j in range(n1):
-                first[p.first_dof[j]] += weight * p.values[i, 1 + j]
-            for j in range(n2):
-                second[p.second_dof[j]] += ramp * weight * p.values[i, 1 + n1 + j]
+            weight = ramp * lagrange(x - row, m, points)
+            elevation += _add_row(weight, ramp, p.values[p.offset[k] + row + m], p, first, second)
+    for k in range(p.omega.size):
+        ramp, angle = rise(t, p.line_ramp[k]), p.omega[k] * t
+        elevation += _add_row(ramp * cos(angle), ramp, p.lines[k, 0], p, first, second)
+        elevation += _add_row(-ramp * sin(angle), ramp, p.lines[k, 1], p, first, second)
     return elevation
+
+
+@kernel
+def _add_row(weight, ramp, row, p, first, second):
+    """Add weight times a row's loads, those of second order times the ramp once more."""
+    n1 = p.first_dof.size
+    for j in range(n1):
+        first[p.first_dof[j]] += weight * row[1 + j]
+    for j in range(p.second_dof.size):
+        second[p.second_dof[j]] += ramp * weight * row[1 + n1 + j]
+    return weight * row[0]
 
 
 @kernel
@@ -74,29 +85,19 @@ def rise(t, duration):
 
 
 @kernel
-def _rows_at(x, rows, regular):
+def _rows_at(x, rows):
     """First of the rows to read at x, and their number."""
     node = floor(x + 0.5)
-    if regular:
-        return 0, rows
     if abs(x - node) < _NODE and 0 <= node < rows:
         return node, 1
     return min(max(floor(x) - POINTS // 2 + 1, 0), rows - POINTS), POINTS
 
 
 @kernel
-def _lagrange(x, m, points):
+def lagrange(x, m, points):
     """Weight at x of the value at m, out of the values at 0, 1, ... points - 1."""
     weight = 1.0
     for j in range(points):
         if j != m:
             weight *= (x - j) / (m - j)
     return weight
-
-
-@kernel
-def _rotating(x, m):
-    """Weight of row m of a regular wave: real part, imaginary part, mean."""
-    if m == 0:
-        return cos(x)
-    return -sin(x) if m == 1 else 1.0

@@ -25,7 +25,8 @@ _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
 _NODE = 1e-9  # [rad] closer than this to a heading of the database is that heading
 _END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
-_NOISE = 1e-12  # of the largest force or moment: below it a transfer function is zero
+NOISE = 1e-12
+"""Of the largest force or moment: below it a transfer function is zero."""
 
 
 class TransferFunctions(Protocol):
@@ -116,7 +117,7 @@ def _at(
         at_nodes = CubicSpline(database.frequency, values)(inside)
         found = np.einsum("ch,chj->cj", weights[which], at_nodes)
     largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
-    loaded = np.abs(found).max(axis=0, initial=0.0) > _NOISE * np.repeat(largest, 3)
+    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * np.repeat(largest, 3)
     return np.where(loaded, found, 0.0)
 
 

@@ -44,6 +44,10 @@ class Box:
     excitation: np.ndarray
     mean_drift: np.ndarray | None
     source: str = "box.nc"
+    qtf_frequency: np.ndarray | None = None
+    qtf_heading: np.ndarray | None = None
+    qtf_difference: np.ndarray | None = None
+    qtf_sum: np.ndarray | None = None
 
 
 def box_at(omega: np.ndarray, degrees: np.ndarray) -> Box:

@@ -7,8 +7,9 @@ import pytest
 
 from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import Components, components
+from hydrosim.waves.second_order import difference_loads, newman
 from hydrosim.waves.spectra import density
-from hydrosim.waves.synthesis import complex_sum, newman_sum, real_sum, time_grid
+from hydrosim.waves.synthesis import Grid, Lines, summed, time_grid
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 
@@ -16,6 +17,18 @@ JONSWAP = Jonswap(1.5, 8.0, 3.3)
 def sea(repeat_period: float = 600.0, seed: int = 1) -> Components:
     train = WaveTrain(JONSWAP, seed=seed, repeat_period=repeat_period)
     return components(train, Environment())
+
+
+def grid_of(waves: Components, start: float, dt: float, duration: float) -> Grid:
+    return time_grid(waves.spacing, waves.omega.max(), start, dt, duration)
+
+
+def elevation(waves: Components, grid: Grid) -> np.ndarray:
+    return summed(grid, Lines(waves.omega, waves.at(0.0, 0.0)[:, None]))[:, 0]
+
+
+def slow_load(waves: Components, grid: Grid, drift: np.ndarray) -> np.ndarray:
+    return summed(grid, difference_loads(waves, waves.at(0.0, 0.0), newman(drift)))
 
 
 def some_amplitudes(waves: Components, columns: int) -> np.ndarray:
@@ -31,19 +44,29 @@ def some_amplitudes(waves: Components, columns: int) -> np.ndarray:
 def test_transform_is_the_direct_sum(start: float, dt: float, duration: float) -> None:
     waves = sea()
     amplitude = some_amplitudes(waves, 3)
-    grid = time_grid(waves, start, dt, duration)
+    grid = grid_of(waves, start, dt, duration)
     rows = np.linspace(0, grid.rows - 1, 50).astype(int)
     time = (grid.first + rows) * grid.step
     expected = np.exp(1j * np.outer(time, waves.omega)) @ amplitude
     # rounding: sqrt(components) x size x eps x the angle of up to 2500 rad at the end
     atol = 1e-12 * np.abs(amplitude).sum(axis=0).max()
-    np.testing.assert_allclose(real_sum(grid, waves, amplitude)[rows], expected.real, atol=atol)
-    np.testing.assert_allclose(complex_sum(grid, waves, amplitude)[rows], expected, atol=atol)
+    found = summed(grid, Lines(waves.omega, amplitude))
+    np.testing.assert_allclose(found[rows], expected.real, atol=atol)
+
+
+def test_lines_in_any_order_and_any_number_of_times() -> None:
+    waves = sea()
+    amplitude = some_amplitudes(waves, 2)
+    grid = grid_of(waves, 0.0, 0.5, 60.0)
+    order = np.random.default_rng(5).permutation(waves.omega.size)
+    shuffled = Lines(np.tile(waves.omega[order], 2), np.tile(0.5 * amplitude[order], (2, 1)))
+    expected = summed(grid, Lines(waves.omega, amplitude))
+    np.testing.assert_allclose(summed(grid, shuffled), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("dt", [0.05, 0.25, 0.5, 1.0 / 3.0])
 def test_stages_are_nodes(dt: float) -> None:
-    grid = time_grid(sea(), 30.0, dt, 100.0)
+    grid = grid_of(sea(), 30.0, dt, 100.0)
     index = np.arange(30.0, 130.0, dt) / grid.step
     np.testing.assert_allclose(index, np.round(index), atol=1e-9)
     assert grid.start <= 30.0 - 3 * grid.step + 1e-9
@@ -53,7 +76,7 @@ def test_stages_are_nodes(dt: float) -> None:
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.07, 0.3, 2.0])
 def test_grid_resolves_the_highest_component(dt: float) -> None:
     waves = sea()
-    grid = time_grid(waves, 0.0, dt, 10.0)
+    grid = grid_of(waves, 0.0, dt, 10.0)
     assert grid.step <= dt * (1 + 1e-12)
     assert waves.omega[-1] * grid.step <= 0.25
     assert grid.step * grid.period == pytest.approx(600.0, rel=1e-14)
@@ -62,10 +85,9 @@ def test_grid_resolves_the_highest_component(dt: float) -> None:
 def test_newman_is_the_double_sum() -> None:
     waves = sea(repeat_period=300.0)
     random = np.random.default_rng(3)
-    amplitude = waves.at(0.0, 0.0)
     drift = random.normal(size=(waves.omega.size, 2))
-    grid = time_grid(waves, 0.0, 0.5, 20.0)
-    found = newman_sum(grid, waves, np.repeat(amplitude[:, None], 2, axis=1), drift)
+    grid = grid_of(waves, 0.0, 0.5, 20.0)
+    found = slow_load(waves, grid, drift)
     for row in range(0, grid.rows, 7):
         t = (grid.first + row) * grid.step
         for column in range(2):
@@ -80,8 +102,8 @@ def test_newman_is_the_double_sum() -> None:
 def test_mean_of_the_slow_load_is_the_mean_drift() -> None:
     waves = sea()
     drift = np.cos(waves.omega)[:, None] + 0.3
-    grid = time_grid(waves, 0.0, 0.05, 600.0)
-    slow = newman_sum(grid, waves, waves.at(0.0, 0.0)[:, None], drift)[3 : 3 + grid.period]
+    grid = grid_of(waves, 0.0, 0.05, 600.0)
+    slow = slow_load(waves, grid, drift)[3 : 3 + grid.period]
     assert slow.mean() == pytest.approx(np.sum(waves.amplitude**2 * drift[:, 0]), rel=1e-12)
 
 
@@ -96,16 +118,16 @@ def test_slow_load_of_equal_drift_is_the_envelope_squared() -> None:
         wavenumber=np.zeros(2),
         heading=np.zeros(2),
     )
-    grid = time_grid(waves, 0.0, 0.05, 60.0)
-    slow = newman_sum(grid, waves, waves.at(0.0, 0.0)[:, None], np.full((2, 1), 5.0))
+    grid = grid_of(waves, 0.0, 0.05, 60.0)
+    slow = slow_load(waves, grid, np.full((2, 1), 5.0))
     assert slow.max() == pytest.approx(5.0 * 1.6**2, rel=1e-9)
     assert slow.min() == pytest.approx(5.0 * 0.4**2, rel=1e-6)
 
 
 def test_over_the_repeat_period_every_line_is_the_spectrum() -> None:
     waves = sea(repeat_period=10800.0)
-    grid = time_grid(waves, 0.0, 0.05, 10800.0)
-    record = real_sum(grid, waves, waves.at(0.0, 0.0)[:, None])[3 : 3 + grid.period, 0]
+    grid = grid_of(waves, 0.0, 0.05, 10800.0)
+    record = elevation(waves, grid)[3 : 3 + grid.period]
     lines = np.abs(np.fft.rfft(record) / grid.period * 2) ** 2 / 2
     expected = np.zeros(lines.size)
     expected[waves.index] = density(JONSWAP, waves.omega) * waves.spacing
@@ -124,8 +146,8 @@ def test_shorter_records_have_the_spectrum_within_sampling() -> None:
     energy = []
     for seed in range(1, seeds + 1):
         waves = sea(repeat_period=4 * duration, seed=seed)
-        grid = time_grid(waves, 5000.0, 0.1, duration)
-        record = real_sum(grid, waves, waves.at(0.0, 0.0)[:, None])[:, 0]
+        grid = grid_of(waves, 5000.0, 0.1, duration)
+        record = elevation(waves, grid)
         window = np.hanning(record.size)
         omega = 2 * np.pi * np.fft.rfftfreq(record.size, grid.step)
         power = 2 * np.abs(np.fft.rfft(window * record)) ** 2 / np.sum(window**2) / record.size

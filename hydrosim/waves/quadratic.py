@@ -1,0 +1,167 @@
+"""Quadratic transfer functions of a database at the frequencies and headings of a sea.
+
+In both frequencies by cubic splines that are exact at the nodes. Below and above its frequencies a
+QTF has its value at their end, and what the mean drift of the database changes beyond that end is
+added as Newman's approximation has it, so that the diagonal goes on as mean drift. In heading as
+first-order loads are, where the database has all pairs of its headings; of one that has pairs of
+one heading only, waves of different headings load nothing together.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from hydrosim.errors import InputError
+from hydrosim.waves.components import Components
+from hydrosim.waves.second_order import Factors, newman, together
+from hydrosim.waves.transfer import NOISE, TransferFunctions, heading_weights, mean_drift_at
+
+_SAME = 1e-6  # rad: headings closer than this are one
+MOST_HEADINGS = 8  # of a sea, where waves of different headings load nothing together
+
+
+class QuadraticFunctions(TransferFunctions, Protocol):
+    """What this module reads of a database besides: ``qtf_frequency`` (nq,) [rad/s], pairs
+    ``qtf_heading`` (np, 2) [rad], and ``qtf_difference`` and ``qtf_sum`` (np, nq, nq, n)."""
+
+    @property
+    def qtf_frequency(self) -> np.ndarray | None: ...
+    @property
+    def qtf_heading(self) -> np.ndarray | None: ...
+    @property
+    def qtf_difference(self) -> np.ndarray | None: ...
+    @property
+    def qtf_sum(self) -> np.ndarray | None: ...
+
+
+def difference_factors(database: QuadraticFunctions, waves: Components) -> Factors:
+    """T- of all loads for the waves; raises InputError if the database has none, or none for
+    their headings."""
+    found = _factors(database, waves, "qtf_difference")
+    if database.mean_drift is None:
+        return found
+    ends = np.clip(waves.omega, *_ends(database))
+    drift = [mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)]
+    beyond = drift[0] - drift[1]
+    return together(found, newman(beyond)) if np.any(beyond) else found
+
+
+def sum_factors(database: QuadraticFunctions, waves: Components) -> Factors:
+    """T+ of all loads for the waves; raises as `difference_factors` does."""
+    return _factors(database, waves, "qtf_sum")
+
+
+def separate_headings(database: QuadraticFunctions, waves: Components) -> bool:
+    """Whether waves of different headings load a body together at first order only."""
+    nodes = _unique(_pairs(database)).size
+    return _unique(waves.heading).size > 1 and len(_pairs(database)) < nodes * (nodes + 1) // 2
+
+
+def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
+    """Weights are products of those of frequency and heading nodes, heading by heading."""
+    table = getattr(database, name)
+    if table is None or database.qtf_frequency is None or database.qtf_heading is None:
+        raise InputError(
+            f"{database.source}: has no {name}, which wave_forces.second_order: qtf"
+            f"{' with sum_frequency' if name == 'qtf_sum' else ''} needs; choose newman, or a"
+            " database that has it (`hydrosim db info` tells)."
+        )
+    w = database.qtf_frequency
+    clipped = np.clip(waves.omega, *_ends(database))
+    splines = make_interp_spline(w, np.eye(w.size), k=min(3, w.size - 1))(clipped).T
+    headings, blocks = _blocks(database, waves, name)
+    weights = (headings[:, None] * splines).reshape(-1, waves.omega.size)
+    nh, nq, n = len(headings), w.size, table.shape[-1]
+    core = blocks.transpose(4, 0, 2, 1, 3).reshape(n, nh * nq, nh * nq)
+    return Factors(weights, core * _loaded(core, table)[:, None, None])
+
+
+def _loaded(core: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Which loads (n,) are more than the solver's noise."""
+    largest = np.abs(table).max(axis=(0, 1, 2)).reshape(-1, 3).max(axis=1)
+    return np.abs(core).max(axis=(1, 2)) > NOISE * np.repeat(largest, 3)
+
+
+def _ends(database: QuadraticFunctions) -> np.ndarray:
+    return np.asarray(database.qtf_frequency)[[0, -1]]
+
+
+def _pairs(database: QuadraticFunctions) -> np.ndarray:
+    return np.asarray(database.qtf_heading)
+
+
+def _blocks(
+    database: QuadraticFunctions, waves: Components, name: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these."""
+    pairs, table = _pairs(database), getattr(database, name)
+    blocks = _all_pairs(pairs, table, name == "qtf_difference")
+    if blocks is None:
+        return _each_heading(database, waves, table)
+    weights = heading_weights(_unique(pairs), waves.heading)
+    if weights is None:
+        raise InputError(_no_heading(database, waves.heading))
+    used = np.any(weights != 0.0, axis=0)
+    return weights[:, used].T, blocks[used][:, used]
+
+
+def _each_heading(
+    database: QuadraticFunctions, waves: Components, table: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The headings of the sea are the nodes, and nothing is known between two of them."""
+    headings = _unique(waves.heading)
+    if headings.size > MOST_HEADINGS:
+        raise InputError(
+            f"{database.source}: has QTFs for pairs of waves of one heading only, and the sea has"
+            f" {headings.size} headings; expected at most {MOST_HEADINGS}. Choose"
+            " wave_forces.second_order: newman, or a database with all pairs of headings."
+        )
+    pairs = _pairs(database)
+    own = np.flatnonzero(_apart(*pairs.T) < _SAME)
+    weights = heading_weights(pairs[own, 0], headings)
+    if weights is None:
+        raise InputError(_no_heading(database, headings))
+    shape = (headings.size, headings.size, *table.shape[1:])
+    blocks = np.zeros(shape, dtype=complex)
+    for k, row in enumerate(weights):
+        blocks[k, k] = np.tensordot(row, table[own], 1)
+    return (_apart(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
+
+
+def _all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
+    """T (nh, nh, nq, nq, n) between all headings; None if a pair is lacking in both orders."""
+    nodes = _unique(pairs)
+    number = np.argmin(_apart(pairs[:, :, None], nodes), axis=-1)
+    known = np.zeros((nodes.size, nodes.size), dtype=bool)
+    blocks = np.zeros((*known.shape, *table.shape[1:]), dtype=complex)
+    for (i, j), block in zip(number, table, strict=True):
+        swapped = block.swapaxes(0, 1)
+        blocks[j, i] = blocks[j, i] if known[j, i] else swapped.conj() if hermitian else swapped
+        blocks[i, j] = block
+        known[i, j] = known[j, i] = True
+    return blocks if known.all() else None
+
+
+def _unique(heading: np.ndarray) -> np.ndarray:
+    """The different headings among any, ascending."""
+    angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
+    different = _apart(angle, np.roll(angle, 1)) >= _SAME
+    return angle[different] if np.any(different) else angle[:1]
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Angle between two directions."""
+    return np.abs(np.mod(one - other + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def _no_heading(database: QuadraticFunctions, headings: np.ndarray) -> str:
+    have = ", ".join(f"{h:.4g}" for h in np.degrees(_unique(_pairs(database))))
+    wanted = ", ".join(f"{h:.4g}" for h in np.degrees(_unique(headings))[:5])
+    return (
+        f"{database.source}: QTFs for waves to {wanted} deg are needed, and there are some for"
+        f" {have} deg; expected nodes around each, at most 45 deg apart. Choose"
+        " wave_forces.second_order: newman, other waves, or a database with these headings."
+    )
