@@ -12,12 +12,12 @@ from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.names import dofs_of
-from hydrosim.scene import DOFS, Body, Scene, SecondOrder
-from hydrosim.waves import energy_outside, sea, separate_headings
+from hydrosim.scene import DOFS, Body, RecordedElevation, Scene, SecondOrder
+from hydrosim.waves import components, energy_outside, sea, separate_headings
 from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
-OUTSIDE_WARNED, OUTSIDE_REFUSED = 0.01, 0.05  # shares of a sea's energy beyond a database's range
+OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.05  # shares of a sea's energy beyond a database's range
 
 
 @dataclass
@@ -98,7 +98,17 @@ def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[s
 
 
 def _records(scene: Scene) -> Iterator[str]:
-    """How well the splines through recorded forces are determined."""
+    """What is left out of recorded elevations, and how well the splines through recorded forces are
+    determined."""
+    for train in scene.environment.waves:
+        if isinstance(record := train.spectrum, RecordedElevation):
+            energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
+            left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
+            yield (
+                f"environment.waves: {record.time.size} recorded elevations; left out: their mean,"
+                f" {record.elevation.mean():.3g} m, and {left:.1%} of their energy, above"
+                f" {record.highest_frequency:g} rad/s"
+            )
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)

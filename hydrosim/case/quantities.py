@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable
 from itertools import pairwise
@@ -18,8 +19,10 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.units import Quantity, problem
+from hydrosim.case.units import Cyclic, Quantity, problem
 from hydrosim.scene import DOFS
+
+_PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
 Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
@@ -29,6 +32,15 @@ Instant = Annotated[float, Quantity("time", "s", "500 s")]
 Span = Annotated[float, Quantity("time", "s", "200 s", at_least=0)]
 Period = Annotated[float, Quantity("time", "s", "8 s", above=0)]
 Height = Annotated[float, Quantity("wave height", "m", "1.5 m", at_least=0)]
+Frequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", above=0)]
+TableFrequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", at_least=0)]
+WaveDensity = Annotated[
+    float,
+    Cyclic(
+        "spectral density", "m^2*s/rad", "2 m^2/Hz", at_least=0, cycles="m^2/Hz", radians=_PER_HZ
+    ),
+]
+Sharpness = Annotated[float, Quantity("sharpness of a peak", "", "3", above=0)]
 Depth = Annotated[float, Quantity("depth", "m", "100 m", above=0, infinite=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "1.025 tonne/m^3", above=0)]
 Gravity = Annotated[float, Quantity("acceleration", "m/s^2", "9.81 m/s^2", above=0)]
@@ -169,6 +181,13 @@ def some(value: Any) -> Any:
     return value
 
 
+def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Refuses a list of less than two."""
+    if len(values) < 2:
+        raise problem(f"{len(values)} in the list", "two or more")
+    return values
+
+
 def listed(value: Any) -> Any:
     """A list of one, if it is none."""
     return value if isinstance(value, list | tuple) else [value]
@@ -202,6 +221,9 @@ Velocities = Six[Speed, TurnRate]
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
+Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(several), RISING]
+WaveDensities = tuple[WaveDensity, ...]
+Position = tuple[Length, Length]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]

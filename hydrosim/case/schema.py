@@ -25,6 +25,7 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
+from hydrosim.case.waves import Waves
 from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -43,60 +44,8 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(dofs, key=DOFS.index))
 
 
-def _listed(value: Any) -> Any:
-    return [value] if isinstance(value, dict) else value
-
-
 Name = Annotated[str, AfterValidator(_named)]
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
-
-
-class Directed(Strict):
-    """What all waves have: where they go to, and the time they take to grow."""
-
-    heading: of.Angle = 0.0
-    ramp: of.Span = 0.0
-
-
-class Irregular(Directed):
-    """What all random seas have."""
-
-    significant_height: of.Height
-    peak_period: of.Period
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
-    repeat_period: of.Period = 10800.0
-
-
-class Jonswap(Irregular):
-    """JONSWAP spectrum, scaled to the significant height."""
-
-    spectrum: Literal["jonswap"]
-    peak_enhancement: of.Peak = 3.3
-
-
-class PiersonMoskowitz(Irregular):
-    """JONSWAP without peak enhancement."""
-
-    spectrum: Literal["pierson_moskowitz"]
-
-
-class Regular(Directed):
-    """One regular wave."""
-
-    spectrum: Literal["regular"]
-    amplitude: of.Height
-    period: of.Period
-    phase: of.Angle = 0.0
-
-
-class NoWaves(Strict):
-    """No waves; the other keys may stay, so that one word turns the waves of a case off."""
-
-    model_config = ConfigDict(extra="ignore")
-    spectrum: Literal["none"]
-
-
-Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | NoWaves, Discriminator("spectrum")]
 
 
 class Environment(Strict):
@@ -105,7 +54,7 @@ class Environment(Strict):
     water_depth: of.Depth = np.inf
     water_density: of.Density = 1025.0
     gravity: of.Gravity = 9.81
-    waves: Annotated[tuple[Waves, ...], BeforeValidator(_listed)] = ()
+    waves: Waves = ()
 
 
 class Initial(Strict):
@@ -183,7 +132,7 @@ class Body(Strict):
     hydrodynamics: StrictStr | None = None
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
-    location: tuple[of.Length, of.Length] = (0.0, 0.0)
+    location: of.Position = (0.0, 0.0)
     radii_of_gyration: of.Vector[of.Radius] | None = None
     inertia: of.InertiaMatrix | None = None
     mass_matrix: of.MassMatrix | None = None
@@ -504,10 +453,11 @@ class Solver(Strict):
 
 class Output(Strict):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there."""
+    another run needs to start from there; the elevation at ``wave_probes``, x and y by name."""
 
     step: of.Period | None = None
     states: StrictBool = False
+    wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
 
 
 class Start(Strict):
