@@ -18,17 +18,33 @@ from hydrosim.forces.contact.modes import MODE, OPEN, STICK
 from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.forces.signal import corners
 from hydrosim.forces.spring import stretch
-from hydrosim.integrate import Control
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock
-from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene, Stream
+from hydrosim.scene import (
+    ADAPTIVE,
+    DOFS,
+    Body,
+    ConvolutionRadiation,
+    Kinematics,
+    Method,
+    Scene,
+    Stream,
+)
 from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
-from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetGroup, each_alone, resonance, wet_groups
+from hydrosim.wet import WetGroup, each_alone, resonance, wet_groups
 
+METHODS: dict[Method, Tableau] = {
+    Method.RK2: RK2,
+    Method.HEUN: HEUN,
+    Method.RK4: RK4,
+    Method.DOPRI5: DOPRI5,
+    Method.ESDIRK4: ESDIRK4,
+}
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 
@@ -50,13 +66,16 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
-    in_waves = [_wave_body(i, b, alone) for i, b in enumerate(scene.bodies)]
+    in_waves = wave_bodies(scene, notes.wet)
     model = Model(
         bodies=bodies,
-        added_mass=_whole(scene, [(w.dofs, w.memory.added_mass_infinite) for w in notes.wet]),
+        added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
         stiffness=_stiffness(scene, alone),
         states=states,
         convolution=_convolution(scene, notes.wet),
+        damping=radiation.constant_damping(
+            _whole(scene, [(wet.dofs, wet.damping) for wet in notes.wet])
+        ),
         waves=wave_loads_model(
             scene.environment,
             in_waves,
@@ -253,11 +272,27 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
 
 
 def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.ConvolutionKernel:
-    chosen = [wet for wet in groups if wet.radiation == RadiationModel.CONVOLUTION]
-    if not chosen:
-        return radiation.convolution_model(MEMORY_STEP, np.zeros((2, 0, 0)))
-    kernels = [(wet.dofs, wet.memory.kernel) for wet in chosen]
-    return radiation.convolution_model(MEMORY_STEP, _whole(scene, kernels))
+    chosen = [wet for wet in groups if isinstance(wet.radiation, ConvolutionRadiation)]
+    settings = list({wet.radiation: wet.memory.time[1] for wet in chosen}.values())
+    if not settings:
+        return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
+    if len(settings) > 1:
+        names = ", ".join(name for wet in chosen for name in wet.names)
+        raise InputError(
+            f"bodies.{names}.radiation: found convolutions with different tables; expected one"
+            " length and one step for all of them."
+        )
+    kernels = _whole(scene, [(wet.dofs, wet.memory.kernel) for wet in chosen])
+    if scene.solver.method in ADAPTIVE:
+        return radiation.convolution_model(settings[0], kernels)
+    stages = METHODS[scene.solver.method].c.tolist()
+    return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
+
+
+def wave_bodies(scene: Scene, groups: Sequence[WetGroup]) -> list[WaveBody]:
+    """All bodies of a scene in waves, with their own parts of the databases."""
+    alone = each_alone(groups)
+    return [_wave_body(i, body, alone) for i, body in enumerate(scene.bodies)]
 
 
 def _wave_body(index: int, body: Body, alone: Mapping[str, HydroDatabase]) -> WaveBody:
@@ -297,7 +332,7 @@ def _first_state(scene: Scene, model: Model) -> State:
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements)
-    return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
+    return State(y, modes, _history(scene, model))
 
 
 def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -310,8 +345,9 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
     return rates[bodies.active]
 
 
-def _nodes(scene: Scene, model: Model) -> int:
-    """Room for the velocities that a convolution remembers, with as many events as steps."""
-    if model.convolution.row.size == 0:
-        return 0
-    return 2 * ceil(MEMORY_LENGTH / scene.solver.step) + 1000
+def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
+    """Room for what a convolution remembers, with as many events as steps."""
+    kernel = model.convolution
+    length = (len(kernel.K) - 1) * kernel.step
+    capacity = 2 * ceil(length / scene.solver.step) + 1000
+    return radiation.history_for(kernel, 6 * model.bodies.each.size, capacity)

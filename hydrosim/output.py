@@ -35,6 +35,7 @@ from hydrosim.names import (
     state_names,
     supplies,
 )
+from hydrosim.phases import Phase, contact_phases
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
@@ -58,6 +59,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
     "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
     "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
+    "contact_phase": ("phase of the operation", "1", "none"),
     "spring_tension": ("tension", "N", "from the point to the anchor"),
     "spring_length": ("distance from the point to the anchor", "m", "none"),
     "spring_mode": ("slack (no tension) or taut", "1", "none"),
@@ -73,8 +75,13 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
     "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
+    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", EARTH),
 }
-FLAGS = {"fender_mode": "open stick slip", "spring_mode": "slack taut"}
+FLAGS = {
+    "fender_mode": "open stick slip",
+    "spring_mode": "slack taut",
+    "contact_phase": " ".join(phase.name.lower() for phase in Phase),
+}
 HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
@@ -101,7 +108,7 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    data.update(_fenders(values["contact"], modes[:, : points.shape[1]], points))
+    data.update(_fenders(time, values["contact"], modes[:, : points.shape[1]], points))
     data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
@@ -191,17 +198,19 @@ def _states(
 
 
 def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
-    """The velocities that a convolution remembers, the oldest first."""
+    """The velocities and accelerations that a convolution remembers, the oldest first."""
     if history.time.size == 0:
         return {}
     pushed, capacity = int(history.pushed[0]), history.time.size
     nodes = np.arange(max(pushed - capacity, 0), pushed) % capacity
-    velocity = history.velocity[np.ix_(nodes, np.unique(model.convolution.column))]
+    kept = np.ix_(nodes, np.unique(model.convolution.column))
     coords = {
         "memory_time": ("memory_time", history.time[nodes], {"units": "s", "long_name": "time"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
     }
-    return {"memory_velocity": xr.DataArray(velocity, coords, ("memory_time", "memory_dof"))}
+    both = {"velocity": history.velocity[kept], "acceleration": history.acceleration[kept]}
+    dims = ("memory_time", "memory_dof")
+    return {f"memory_{name}": xr.DataArray(values, coords, dims) for name, values in both.items()}
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
@@ -211,7 +220,7 @@ def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
 
 
 def _fenders(
-    contact: np.ndarray, modes: np.ndarray, points: np.ndarray
+    time: np.ndarray, contact: np.ndarray, modes: np.ndarray, points: np.ndarray
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     if modes.shape[1] == 0:
         return {}
@@ -220,6 +229,7 @@ def _fenders(
         "fender_compression": (POINT[:2], contact[:, :, 0]),
         "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, 1])),
         "fender_mode": (POINT[:2], modes[:, :, 0].astype(np.int8)),
+        "contact_phase": (POINT[:1], contact_phases(time, modes[:, :, 0])),
         "fender_friction": (POINT, contact[:, :, 2:5]),
         "fender_node": (POINT, contact[:, :, 5:8]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),

@@ -23,11 +23,46 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 class RadiationModel(StrEnum):
-    """How the memory of the radiated waves is computed."""
+    """How the memory of the radiated waves is computed, with the defaults of each way."""
 
     STATE_SPACE = "state_space"
     CONVOLUTION = "convolution"
     NONE = "none"
+
+
+@dataclass(frozen=True)
+class StateSpaceRadiation:
+    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
+
+    The functions are tabulated to ``length`` [s], every ``step`` [s].
+    """
+
+    tolerance: float = 1e-3
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConvolutionRadiation:
+    """The memory integral itself over ``length`` [s]; the table's ``step`` [s] is not the run's."""
+
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConstantRadiation:
+    """No memory: added mass and damping of one ``period`` [s]."""
+
+    period: float
+
+
+Radiation = StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
+BY_NAME: Mapping[RadiationModel, Radiation | None] = {
+    RadiationModel.STATE_SPACE: StateSpaceRadiation(),
+    RadiationModel.CONVOLUTION: ConvolutionRadiation(),
+    RadiationModel.NONE: None,
+}
 
 
 class SecondOrder(StrEnum):
@@ -149,10 +184,11 @@ class Body:
 
     ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
     of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
-    with one ``radiation``. ``centre_of_gravity`` (3,) is in the database's frame and is the body
-    frame's origin. ``location`` (2,) places the origin of the database's frame in the earth's x, y.
-    ``position`` and ``velocity`` (6,) are the initial offsets from the place at rest and their
-    rates; ``dofs`` not named are locked, and a body without any is held.
+    with one ``radiation``, a model by name or with its settings. ``centre_of_gravity`` (3,) is in
+    the database's frame and is the body frame's origin. ``location`` (2,) places the origin of the
+    database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial offsets
+    from the place at rest and their rates; ``dofs`` not named are locked, and a body without any is
+    held.
     """
 
     name: str
@@ -165,7 +201,7 @@ class Body:
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: RadiationModel | Radiation = RadiationModel.STATE_SPACE
     wave_forces: WaveForces = field(default_factory=WaveForces)
 
 

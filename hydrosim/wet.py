@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
@@ -15,10 +15,19 @@ from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
 from hydrosim.names import dofs_of
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.scene import Body, Environment, RadiationModel, Scene
+from hydrosim.scene import (
+    BY_NAME,
+    Body,
+    ConstantRadiation,
+    ConvolutionRadiation,
+    Environment,
+    Radiation,
+    RadiationModel,
+    Scene,
+    StateSpaceRadiation,
+)
 
-MEMORY_LENGTH = 80.0  # s: of the retardation functions
-MEMORY_STEP = 0.1  # s: of their tables
+Memory = StateSpaceRadiation | ConvolutionRadiation
 
 
 @dataclass(frozen=True)
@@ -27,21 +36,20 @@ class WetGroup:
     the scene's.
 
     ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
-    one that was read. Radiation in the time domain, all couplings included: retardation functions
-    and, for a state-space model, their fits.
+    one that was read. Radiation in the time domain, all couplings included: the model of all its
+    bodies, retardation functions, their fits for a state-space model, and the constant part,
+    ``added_mass`` and ``damping`` (n, n), which are A_inf and zero but for constant radiation.
     """
 
     bodies: tuple[Body, ...]
     dofs: np.ndarray
     database: HydroDatabase
     checksum: str
+    radiation: Radiation | None
     memory: Retardation
+    added_mass: np.ndarray
+    damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
-
-    @property
-    def radiation(self) -> RadiationModel:
-        """How the memory of all its bodies is computed."""
-        return self.bodies[0].radiation
 
     @property
     def names(self) -> list[str]:
@@ -50,21 +58,24 @@ class WetGroup:
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
-        report, db = self.memory.report, self.database
-        fits = [
-            f"{group.B.shape[0]} states for {dofs_of(group.dofs, self.names)},"
-            f" error {group.report.frequency_error:.1e} in frequency,"
-            f" {group.report.time_error:.1e} in time, passivity {group.report.passivity_margin:.1e}"
-            for group in self.fits
-        ]
         return {
-            "database": db.source,
+            "database": self.database.source,
             "database_checksum": self.checksum,
-            "radiation": "; ".join(fits) or "no state space",
-            "retardation": f"|K(T)|/max|K| {report.end_ratio:.1e}, B(w_max)/max B"
-            f" {report.band_ratio:.1e}, Ogilvie residual {report.ogilvie_residual:.1e}, smallest"
-            f" eigenvalue of B {report.smallest_eigenvalue:.1e}",
+            "radiation": self._described(),
+            "retardation": str(self.memory.report),
         }
+
+    def _described(self) -> str:
+        match self.radiation:
+            case ConvolutionRadiation(length, step):
+                return f"convolution over {length:g} s, table every {step:g} s"
+            case ConstantRadiation(period):
+                return f"constant added mass and damping of {period:g} s"
+            case StateSpaceRadiation():
+                groups = ((dofs_of(fit.dofs, self.names), fit) for fit in self.fits)
+                texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
+                return "; ".join(texts) or "no states"
+        return "none"
 
 
 def wet_groups(scene: Scene) -> list[WetGroup]:
@@ -95,15 +106,64 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     _check_members(db, bodies)
     dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
     checksum = db.checksum
+    chosen = radiation_of(bodies[0])
+    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
+        *(db.frequency, db.added_mass, db.radiation_damping), length=table.length, step=table.step
     )
-    if bodies[0].radiation != RadiationModel.STATE_SPACE:
-        return WetGroup(bodies, dofs, db, checksum, memory)
-    fits = radiation.fit(db.checksum, memory, db.frequency)
-    return WetGroup(bodies, dofs, db, checksum, memory, fits)
+    wet = WetGroup(
+        bodies,
+        dofs,
+        db,
+        checksum,
+        chosen,
+        memory,
+        memory.added_mass_infinite,
+        np.zeros_like(memory.added_mass_infinite),
+    )
+    match chosen:
+        case ConstantRadiation(period):
+            added_mass, damping = _at_period(db, bodies[0], period)
+            return replace(wet, added_mass=added_mass, damping=damping)
+        case StateSpaceRadiation(tolerance):
+            fits = radiation.fit(db.checksum, db.source, memory, db.frequency, tolerance)
+            return replace(wet, fits=fits)
+    return wet
+
+
+def radiation_of(body: Body) -> Radiation | None:
+    """The body's radiation model with its settings."""
+    if isinstance(body.radiation, RadiationModel):
+        return BY_NAME[body.radiation]
+    return body.radiation
+
+
+def with_states(body: Body, tolerance: float) -> Body:
+    """The body with states instead of a convolution, whose memory cannot be linearised."""
+    chosen = radiation_of(body)
+    if not isinstance(chosen, ConvolutionRadiation):
+        return body
+    states = StateSpaceRadiation(tolerance, chosen.length, chosen.step)
+    return replace(body, radiation=states)
+
+
+def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
+    w, at = db.frequency, 2.0 * np.pi / period
+    if not w[0] <= at <= w[-1]:
+        raise InputError(
+            f"bodies.{body.name}.radiation.period: found {period:g} s; expected one in the range of"
+            f" {db.source}, {2.0 * np.pi / w[-1]:.3g} to {2.0 * np.pi / w[0]:.3g} s."
+        )
+    k = min(int(np.searchsorted(w, at, side="right")) - 1, w.size - 2)
+    part = (at - w[k]) / (w[k + 1] - w[k])
+    A, B = (
+        (1.0 - part) * matrices[k] + part * matrices[k + 1]
+        for matrices in (db.added_mass, db.radiation_damping)
+    )
+    return 0.5 * (A + A.T), 0.5 * (B + B.T)
 
 
 def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
@@ -118,10 +178,11 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
             " once, at one location, which is that of the database's frame. Give a body that is"
             " held `dofs: []`."
         )
-    models = {body.radiation for body in bodies}
+    models = {radiation_of(body): body.radiation for body in bodies}
     if len(models) > 1:
+        found = " and ".join(sorted(map(str, models.values())))
         raise InputError(
-            f"bodies.{first.name}.radiation: found {' and '.join(sorted(models))} for bodies of one"
+            f"bodies.{first.name}.radiation: found {found} for bodies of one"
             f" database, {db.source}, whose radiated waves are coupled; expected one for all."
         )
 

@@ -75,9 +75,21 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         dofs=body.dofs,
         position=body.initial.position,
         velocity=body.initial.velocity,
-        radiation=body.radiation,
+        radiation=_radiation(body.radiation),
         wave_forces=scene.WaveForces(**dict(body.wave_forces)),
     )
+
+
+def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
+    match form:
+        case schema.StateSpaceRadiation():
+            return scene.StateSpaceRadiation(form.tolerance, form.length, form.step)
+        case schema.ConvolutionRadiation():
+            return scene.ConvolutionRadiation(form.length, form.step)
+        case schema.ConstantRadiation():
+            return scene.ConstantRadiation(form.period)
+        case schema.NoRadiation():
+            return scene.RadiationModel.NONE
 
 
 def _inertia(body: schema.Body) -> np.ndarray:
@@ -110,10 +122,11 @@ def _element(name: str, element: schema.Element, path: Path) -> scene.ForceEleme
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
-    damping, ratio = element.damping, element.damping_ratio
+    stiffness, damping, ratio = element.stiffness, element.damping, element.damping_ratio
     return forces.LinearMooring(
         element.body,
-        stiffness=as_matrix(element.stiffness),
+        stiffness=np.zeros((6, 6)) if stiffness is None else as_matrix(stiffness),
+        natural_period=element.diagonal[1],
         damping=None if damping is None else as_matrix(damping),
         damping_ratio=None if ratio is None else np.array(ratio.values()),
     )

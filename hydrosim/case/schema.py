@@ -25,15 +25,7 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
-from hydrosim.scene import (
-    DOFS,
-    Kinematics,
-    Method,
-    Place,
-    RadiationModel,
-    SecondOrder,
-    Unstable,
-)
+from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -142,6 +134,57 @@ class WaveForces(Strict):
     position: Place = Place.MEAN
 
 
+class Tabulated(Strict):
+    """What all retardation functions have: how long they are, and the step of their tables."""
+
+    length: of.Period = 80.0
+    step: of.Period = 0.1
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if self.length < 2.0 * self.step:
+            found = f"length {self.length:g} s, step {self.step:g} s"
+            raise problem(found, "a length of two steps or more")
+        return self
+
+
+class StateSpaceRadiation(Tabulated):
+    """A rational fit of the retardation functions."""
+
+    model: Literal["state_space"]
+    tolerance: of.Tolerance = 1e-3
+
+
+class ConvolutionRadiation(Tabulated):
+    """The memory integral itself."""
+
+    model: Literal["convolution"]
+
+
+class ConstantRadiation(Strict):
+    """Added mass and damping of one period."""
+
+    model: Literal["constant"]
+    period: of.Period
+
+
+class NoRadiation(Strict):
+    """No radiation; the other keys may stay, so that one word turns it off."""
+
+    model_config = ConfigDict(extra="ignore")
+    model: Literal["none"]
+
+
+def _with_model(value: Any) -> Any:
+    return {"model": value} if isinstance(value, str) else value
+
+
+Radiation = Annotated[
+    StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation | NoRadiation,
+    Discriminator("model"),
+]
+
+
 class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
@@ -155,7 +198,9 @@ class Body(Strict):
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS
     initial: Initial = Initial()
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = StateSpaceRadiation(
+        model="state_space"
+    )
     wave_forces: WaveForces = WaveForces()
 
     @model_validator(mode="after")
@@ -197,22 +242,40 @@ class Body(Strict):
 
 
 class LinearMooring(Strict):
-    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices."""
+    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices; the
+    stiffness may be what gives a DOF a natural period."""
 
     type: Literal["linear_mooring"]
     body: StrictStr
-    stiffness: of.StiffnessMatrix
+    stiffness: of.StiffnessMatrix | None = None
+    natural_period: of.PerDof[of.Period, of.Period] | None = None
     damping: of.DampingMatrix | None = None
     damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+
+    @property
+    def diagonal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and natural period (6,) per DOF, 0 where none is given."""
+        stiffness = np.zeros(6) if self.stiffness is None else np.diag(as_matrix(self.stiffness))
+        period = np.zeros(6) if self.natural_period is None else self.natural_period.values()
+        return stiffness, np.array(period)
+
+    @model_validator(mode="after")
+    def _check_stiffness(self) -> Self:
+        if self.stiffness is None and self.natural_period is None:
+            raise problem("no stiffness", "stiffness, natural_period, or both")
+        twice = [dof for dof, k, t in zip(DOFS, *self.diagonal, strict=True) if k and t]
+        if twice:
+            found = f"both stiffness and natural_period in {', '.join(twice)}"
+            raise problem(found, "one of them in each DOF")
+        return self
 
     @model_validator(mode="after")
     def _check_damping(self) -> Self:
         if self.damping is not None and self.damping_ratio is not None:
             raise problem("damping and damping_ratio", "one of them, or none", "remove one")
         if self.damping_ratio is not None:
-            stiffness = np.diag(as_matrix(self.stiffness))
-            ratios = zip(DOFS, self.damping_ratio.values(), stiffness, strict=True)
-            without = [dof for dof, ratio, k in ratios if ratio and not k]
+            ratios = zip(DOFS, self.damping_ratio.values(), *self.diagonal, strict=True)
+            without = [dof for dof, ratio, k, period in ratios if ratio and not (k or period)]
             if without:
                 raise problem(
                     f"a damping_ratio in {', '.join(without)} where stiffness is 0",

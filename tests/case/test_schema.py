@@ -130,9 +130,9 @@ class TestBody:
             ("mass: 1, inertia: [[1,.5,0],[0,1,0],[0,0,1]]", "block.inertia", "0.5 in row 1"),
             ("mass: 1, dofs: [surge], radiation: fft", "block.radiation", '"fft"'),
             (
-                "mass: 1, dofs: [surge], wave_forces: {second_order: qtf}",
+                "mass: 1, dofs: [surge], wave_forces: {second_order: full}",
                 "block.wave_forces.second_order",
-                '"qtf"',
+                '"full"',
             ),
             (
                 "mass: 1, dofs: [surge], initial: {velocity: [1, 0, 1, 0, 0, 0]}",
