@@ -238,13 +238,25 @@ class WaveTrain:
 
 
 @dataclass(frozen=True)
+class Stream:
+    """Steady and uniform current or wind: ``speed`` [m/s], and the ``heading`` [rad] it goes to,
+    counter-clockwise from +x."""
+
+    speed: float = 0.0
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
 class Environment:
-    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``."""
+    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
+    and ``wind`` act through force elements alone: the waves do not know of them."""
 
     water_depth: float = np.inf
     water_density: float = 1025.0
     gravity: float = 9.81
     waves: tuple[WaveTrain, ...] = ()
+    current: Stream = field(default_factory=Stream)
+    wind: Stream = field(default_factory=Stream)
 
 
 class Place(StrEnum):

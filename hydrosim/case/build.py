@@ -44,8 +44,12 @@ def _solver(solver: schema.Solver) -> scene.Solver:
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:
-    trains = wave_trains(water, path)
-    return scene.Environment(water.water_depth, water.water_density, water.gravity, trains)
+    current, wind = (scene.Stream(**dict(s or {})) for s in (water.current, water.wind))
+    return scene.Environment(
+        *(water.water_depth, water.water_density, water.gravity, wave_trains(water, path)),
+        current=current,
+        wind=wind,
+    )
 
 
 def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
@@ -96,6 +100,14 @@ def _element(name: str, element: schema.Element, path: Path) -> scene.ForceEleme
             return _fender(name, element, path)
         case schema.Spring():
             return _spring(element)
+        case schema.LinearDamping():
+            return _linear_damping(element)
+        case schema.QuadraticDamping():
+            return forces.QuadraticDamping(element.body, damping=as_matrix(element.damping))
+        case schema.CurrentLoad():
+            return forces.CurrentLoad(element.body, element.point, *_all_round(element))
+        case schema.WindLoad():
+            return forces.WindLoad(element.body, element.point, *_all_round(element))
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
@@ -107,6 +119,29 @@ def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
         damping=None if damping is None else as_matrix(damping),
         damping_ratio=None if ratio is None else np.array(ratio.values()),
     )
+
+
+def _linear_damping(element: schema.LinearDamping) -> forces.LinearDamping:
+    damping, ratio = element.damping, element.damping_ratio
+    return forces.LinearDamping(
+        element.body,
+        damping=None if damping is None else as_matrix(damping),
+        damping_ratio=None if ratio is None else np.array(ratio.values()),
+        relative_to_current=element.relative_to_current,
+    )
+
+
+def _all_round(element: schema.StreamLoad) -> tuple[np.ndarray, ...]:
+    """Headings, and coefficients in surge, sway and yaw, of the whole circle."""
+    headings = np.array(element.headings)
+    zero = (0.0,) * headings.size
+    values = [np.array(x or zero) for x in (element.surge, element.sway, element.yaw)]
+    if not element.is_half:
+        return headings, *values
+    image = slice(-2, 0, -1)  # without 0 and 180 deg, which are their own
+    mirrored = [sign * x[image] for sign, x in zip((1.0, -1.0, -1.0), values, strict=True)]
+    both = [np.append(x, more) for x, more in zip(values, mirrored, strict=True)]
+    return np.append(headings, 2.0 * np.pi - headings[image]), *both
 
 
 def _applied_force(name: str, element: schema.AppliedForce, path: Path) -> forces.AppliedForce:

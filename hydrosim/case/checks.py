@@ -18,6 +18,7 @@ from hydrosim.scene import ADAPTIVE, DOFS
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
 
+STREAMS = {"current_load": "current", "wind_load": "wind"}
 Keys = tuple[str | int, ...]
 
 
@@ -33,6 +34,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     yield from _check_names(case)
     yield from _check_bodies(case)
     yield from _check_waves(case)
+    yield from _check_streams(case)
     yield from _check_files(case, folder)
     yield from _check_records(case, folder)
     yield from _check_steps(case)
@@ -89,6 +91,15 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")
+
+
+def _check_streams(case: CaseFile) -> Iterator[Problem]:
+    """A load, and nothing that makes it."""
+    for name, element in case.forces.items():
+        stream = STREAMS.get(element.type)
+        if stream and (case.environment is None or getattr(case.environment, stream) is None):
+            text = f"found a {element.type} and no environment.{stream}; expected its speed and"
+            yield Problem(("forces", name), f"{text} heading; a speed of 0 leaves the drag alone")
 
 
 def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:

@@ -27,6 +27,7 @@ _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
 Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
 Speed = Annotated[float, Quantity("velocity", "m/s", "0.5 m/s")]
+FlowSpeed = Annotated[float, Quantity("velocity", "m/s", "1 knot", at_least=0)]
 TurnRate = Annotated[float, Quantity("angular velocity", "rad/s", "1 deg/s")]
 Instant = Annotated[float, Quantity("time", "s", "500 s")]
 Span = Annotated[float, Quantity("time", "s", "200 s", at_least=0)]
@@ -70,6 +71,13 @@ _TurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1
 _Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m")]
 _CrossDamping = Annotated[float, Quantity("damping coefficient", "N*s/rad", "100 kN*s/rad")]
 _TurnDamping = Annotated[float, Quantity("damping coefficient", "N*m*s/rad", "1 MN*m*s/rad")]
+
+_Drag = Annotated[float, Quantity("quadratic damping", "N*s^2/m^2", "100 kN*s^2/m^2")]
+_CrossDrag = Annotated[float, Quantity("quadratic damping", "N*s^2/rad^2", "1 kN*s^2/rad^2")]
+_DragMoment = Annotated[float, Quantity("quadratic damping", "N*m*s^2/m^2", "1 kN*s^2/m")]
+_TurnDrag = Annotated[float, Quantity("quadratic damping", "N*m*s^2/rad^2", "1 MN*m*s^2/rad^2")]
+_StreamForce = Annotated[float, Quantity("force per squared speed", "N*s^2/m^2", "2 kN*s^2/m^2")]
+_StreamMoment = Annotated[float, Quantity("moment per squared speed", "N*m*s^2/m^2", "50 kN*s^2/m")]
 
 T = TypeVar("T")  # of surge, sway, heave
 C = TypeVar("C")  # of couplings between them
@@ -139,11 +147,16 @@ def _symmetric(value: Any) -> Any:
     return value
 
 
-def _semidefinite(value: Any) -> Any:
-    matrix = as_matrix(value)
-    negative = [f"{x:g} for {dof}" for x, dof in zip(np.diag(matrix), DOFS, strict=True) if x < 0.0]
+def _not_driving(value: Any) -> Any:
+    diagonal = np.diag(as_matrix(value))
+    negative = [f"{x:g} for {dof}" for x, dof in zip(diagonal, DOFS, strict=True) if x < 0.0]
     if negative:
         raise problem(", ".join(negative), "0 or more")
+    return value
+
+
+def _semidefinite(value: Any) -> Any:
+    matrix = as_matrix(_not_driving(value))
     if np.linalg.eigvalsh(_scaled(matrix))[0] < -1e-9:
         raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
     return value
@@ -171,6 +184,22 @@ def _from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     if len(values) < 2 or values[0] != 0.0:
         found = "[" + ", ".join(f"{x:g}" for x in values) + "]"
         raise problem(found, "a table of at least two points, the first at 0")
+    return values
+
+
+def _round(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Refuses headings that are neither 0 to 180 deg nor all round the circle."""
+    found = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
+    if values[-1] <= np.pi * (1.0 + 1e-9):
+        if values[0] != 0.0 or values[-1] < np.pi * (1.0 - 1e-9):
+            raise problem(found, "0 to 180 deg for half a circle, or more than that")
+        gap = np.diff(values).max()
+    else:
+        gap = np.diff([*values, values[0] + 2.0 * np.pi]).max()
+        if values[-1] - values[0] > 2.0 * np.pi - 1e-6:
+            raise problem(found, "each direction once; leave 360 deg out where there is 0")
+    if gap > 0.5 * np.pi * (1.0 + 1e-9):
+        raise problem(f"a gap of {np.degrees(gap):g} deg", "headings at most 90 deg apart")
     return values
 
 
@@ -210,6 +239,15 @@ DampingMatrix = Annotated[
     AfterValidator(_symmetric),
     AfterValidator(_semidefinite),
 ]
+QuadraticMatrix = Annotated[
+    Annotated[PerDof[_Drag, _TurnDrag], Tag("diagonal")]
+    | Annotated[
+        Six[Six[_Drag, _CrossDrag], Six[_DragMoment, _TurnDrag]],
+        Tag("matrix"),
+    ],
+    Discriminator(_form),
+    AfterValidator(_not_driving),
+]
 MassMatrix = Annotated[
     SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
 ]
@@ -224,6 +262,9 @@ Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
 Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(several), RISING]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
+Headings = Annotated[tuple[Angle, ...], AfterValidator(some), RISING, AfterValidator(_round)]
+StreamForces = tuple[_StreamForce, ...]
+StreamMoments = tuple[_StreamMoment, ...]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]

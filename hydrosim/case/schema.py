@@ -48,13 +48,22 @@ Name = Annotated[str, AfterValidator(_named)]
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
 
 
+class Stream(Strict):
+    """Steady current or wind, and where it goes to."""
+
+    speed: of.FlowSpeed
+    heading: of.Angle = 0.0
+
+
 class Environment(Strict):
-    """Water, and the waves on it: one mapping, or a list of them."""
+    """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     water_depth: of.Depth = np.inf
     water_density: of.Density = 1025.0
     gravity: of.Gravity = 9.81
     waves: Waves = ()
+    current: Stream | None = None
+    wind: Stream | None = None
 
 
 class Initial(Strict):
@@ -223,6 +232,82 @@ class LinearMooring(Strict):
                     "give damping instead",
                 )
         return self
+
+
+class LinearDamping(Strict):
+    """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
+
+    type: Literal["linear_damping"]
+    body: StrictStr
+    damping: of.DampingMatrix | None = None
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    relative_to_current: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        given = self.given("damping", "damping_ratio")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
+        return self
+
+
+class QuadraticDamping(Strict):
+    """Damping with the squared velocity, in the body's axes: per DOF, or a full 6 x 6 matrix."""
+
+    type: Literal["quadratic_damping"]
+    body: StrictStr
+    damping: of.QuadraticMatrix
+
+
+class StreamLoad(Strict):
+    """Load by coefficients over the heading of a stream: all round, or from 0 to 180 deg for a body
+    that is its own mirror image."""
+
+    body: StrictStr
+    point: of.Point = (0.0, 0.0, 0.0)
+    headings: of.Headings
+    surge: of.StreamForces | None = None
+    sway: of.StreamForces | None = None
+    yaw: of.StreamMoments | None = None
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        given = self.given("surge", "sway", "yaw")
+        if not given:
+            raise problem("no coefficients", "those of one or more of surge, sway, yaw")
+        for dof in given:
+            if len(getattr(self, dof)) != len(self.headings):
+                found = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
+                raise problem(f"{found} in headings", "a value for each heading")
+        self._check_ends()
+        return self
+
+    def _check_ends(self) -> None:
+        if not self.is_half:
+            return
+        for dof in self.given("sway", "yaw"):
+            first, *_, last = getattr(self, dof)
+            if first or last:
+                found = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
+                expected = "0 at both, as for a body that is its own mirror image"
+                raise problem(found, expected, "give the headings of the whole circle")
+
+    @property
+    def is_half(self) -> bool:
+        """True if the headings are those of half a circle."""
+        return self.headings[-1] <= np.pi * (1.0 + 1e-9)
+
+
+class CurrentLoad(StreamLoad):
+    """Load of the current."""
+
+    type: Literal["current_load"]
+
+
+class WindLoad(StreamLoad):
+    """Load of the wind."""
+
+    type: Literal["wind_load"]
 
 
 class AppliedForce(Strict):
@@ -429,7 +514,17 @@ class Spring(Strict):
         return self
 
 
-Element = Annotated[LinearMooring | AppliedForce | Fender | Spring, Discriminator("type")]
+Element = Annotated[
+    LinearMooring
+    | AppliedForce
+    | Fender
+    | Spring
+    | LinearDamping
+    | QuadraticDamping
+    | CurrentLoad
+    | WindLoad,
+    Discriminator("type"),
+]
 
 
 class Tolerance(Strict):
