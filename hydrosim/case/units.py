@@ -102,7 +102,7 @@ class Quantity:
 @dataclass(frozen=True)
 class Cyclic(Quantity):
     """Annotation of a `Quantity` over angular frequency that may also be given over frequency in
-    cycles: ``cycles`` is its unit then, with Hz, and ``radians`` of it are one in ``unit``."""
+    cycles: in the unit ``cycles``, with Hz, and multiplied by ``radians`` to be in ``unit``."""
 
     cycles: str = "Hz"
     radians: float = 2.0 * pi
