@@ -112,7 +112,7 @@ def test_energy_and_reciprocity_over_both(validated: Validated) -> None:
     kernel = retardation_function(db.frequency, B, time)
     infinite, _ = infinite_added_mass(db.frequency, db.added_mass, time, kernel)
     added = needed(db, "added_mass_infinite")
-    size = diagonal_scale(added[None])
+    size = diagonal_scale(db.added_mass)
     gap = float((np.abs(infinite - added) / (size[:, None] * size)).max())
     validated("two barges, added mass at infinite frequency", "Ogilvie from A(w) and B(w)", gap)
     assert gap < 0.1
