@@ -31,7 +31,8 @@ def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
     for axis in (axis for row in axes for axis in row):
         axis.set(xlabel="wave frequency [rad/s]", xlim=(0, db.frequency[-1]))
         axis.grid(alpha=0.3)
-        axis.legend(fontsize="small", loc="center right" if axis is axes[2][1] else "best")
+        axis.legend(fontsize="small")
+    axes[2][1].legend(fontsize="small", loc="center right", bbox_to_anchor=(1, 0.6))  # in between
     figure.suptitle(db.attributes["title"])
     figure.savefig(path, dpi=100)
 
