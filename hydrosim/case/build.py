@@ -9,7 +9,8 @@ import numpy as np
 from hydrosim import forces, scene
 from hydrosim.case import schema, signals
 from hydrosim.case.quantities import as_matrix
-from hydrosim.case.series import Series, Source, read_series
+from hydrosim.case.series import Series, read_series
+from hydrosim.case.text import Source
 from hydrosim.case.units import same_dimension
 from hydrosim.forces.signal import scaled
 
