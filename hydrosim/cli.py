@@ -19,6 +19,7 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands import db
+from hydrosim.commands.compare import compare, record
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 from hydrosim.kernels import compiled_before, kernel_cache
 
@@ -34,6 +35,8 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 app.add_typer(db.app, name="db")
+app.command()(compare)
+app.command()(record)
 out, err = Console(), Console(stderr=True)
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
