@@ -209,15 +209,16 @@ def _same_kind(place: Place, unit: str) -> float:
 def precision_of(values: np.ndarray) -> float:
     """Half a unit of the last digit that the values were printed with; or their rounding error, if
     they were not printed or are too few to tell."""
-    largest = float(np.abs(values).max())
-    if np.unique(values).size >= LEAST:
-        exponent = np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values))))
-        for digits in range(1, EXACT):
-            unit = 10.0 ** (exponent - digits + 1)
-            if np.allclose(np.round(values / unit) * unit, values, rtol=4e-16, atol=0.0):
-                return float(0.5 * unit.max())
+    largest, eps = float(np.abs(values).max()), float(np.finfo(float).eps)
+    if np.unique(values).size < LEAST:
+        return largest * eps / 2.0
+    exponent = np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values))))
+    for digits in range(1, EXACT):
+        unit = 10.0 ** (exponent - digits + 1)
+        if np.allclose(np.round(values / unit) * unit, values, rtol=4e-16, atol=0.0):
+            return float(0.5 * unit.max())
     single = np.array_equal(values.astype(np.float32), values)
-    return largest * float(np.finfo(np.float32 if single else np.float64).eps) / 2.0
+    return largest * (float(np.finfo(np.float32).eps) if single else eps) / 2.0
 
 
 def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]:

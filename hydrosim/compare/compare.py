@@ -18,7 +18,7 @@ from hydrosim.compare.figures import EDGES, Contact, Figures, contact, figures
 from hydrosim.compare.guess import guess
 from hydrosim.compare.mapping import Mapping as MappingFile
 from hydrosim.compare.mapping import Place, TimeColumn
-from hydrosim.compare.signals import fit
+from hydrosim.compare.signals import Fit, fit
 from hydrosim.recordings import Recording
 
 SHARE, MOST = 0.1, 60.0  # of the time, and s: the largest lag that is looked for
@@ -31,6 +31,7 @@ class Result(NamedTuple):
 
     pair: Pair
     figures: Figures
+    fit: Fit
     contact: Contact | None
     verdict: str
 
@@ -44,7 +45,8 @@ class Result(NamedTuple):
 class Comparison:
     """Results by channel over their common ``overlap``. ``zero`` are channels that are zero in
     both; ``unused`` are columns that are compared with nothing; ``guessed`` is true if there was no
-    mapping; ``shift`` [s] was estimated and added to the recorded times."""
+    mapping; ``shift`` [s] was estimated and added to the recorded times, NaN if it
+    could not be told."""
 
     results: Mapping[str, Result]
     overlap: Overlap
@@ -83,7 +85,7 @@ def compare(
     align_at = (run, recording, wanted, time, between)
     overlap, pairs = align(*align_at)
     moved = _shift(overlap.time, pairs) if shift or time.shift else None
-    if moved:
+    if moved is not None and np.isfinite(moved):
         overlap, pairs = align(*align_at, moved)
     moving = [pair for pair in pairs if pair.ours.any() or pair.recorded.any()]
     return Comparison(
@@ -113,14 +115,17 @@ def beyond(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, floa
 def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
     found = figures(time, pair, edges)
     most = min(SHARE * float(np.ptp(time)), MOST)
-    return Result(pair, found, contact(time, pair), diagnose(time, pair, found, edges, most))
+    fitted = fit(time, pair.ours, pair.recorded, most)
+    verdict = diagnose(time, pair, found, fitted, edges, most)
+    return Result(pair, found, fitted, contact(time, pair), verdict)
 
 
 def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
-    """What to add to the recorded times [s]: the median over the channels that then correlate."""
+    """What to add to the recorded times [s]: the median over the channels that correlate then; NaN
+    if none does."""
     fits = [fit(time, pair.ours, pair.recorded, SHIFT * float(np.ptp(time))) for pair in pairs]
     lags = [-found.lag for found in fits if abs(found.correlation) > ALIKE]
-    return float(np.median(lags)) if lags else 0.0
+    return float(np.median(lags)) if lags else float("nan")
 
 
 def _unused(recording: Recording, places: Mapping[str, Place], time: TimeColumn) -> list[str]:

@@ -25,6 +25,11 @@ PER_CHANNEL = {
     "drift": "difference of drifts, from the first tenth of the time to the last",
     "correlation": "correlation",
 }
+OF_FIT = {
+    "gain": "of recorded(t) = gain ours(t - lag) + offset",
+    "lag": "of it [s]",
+    "offset": "of it",
+}
 PER_BAND = {
     "band_rms": "rms of the residual, without its mean",
     "band_ours": "standard deviation of the run",
@@ -46,6 +51,7 @@ def to_dataset(found: Comparison, attributes: Mapping[str, object]) -> xr.Datase
     dataset = xr.Dataset(
         {name: (("time", "channel"), values) for name, values in data.items()}
         | {name: ("channel", [getattr(r.figures, name) for r in results]) for name in PER_CHANNEL}
+        | {name: ("channel", [getattr(r.fit, name) for r in results]) for name in OF_FIT}
         | {
             name: (("channel", "band"), [getattr(r.figures, name) for r in results])
             for name in PER_BAND
@@ -60,7 +66,7 @@ def to_dataset(found: Comparison, attributes: Mapping[str, object]) -> xr.Datase
             "band": ("band", list(BANDS)),
         },
     )
-    for name, text in (OVER_TIME | PER_CHANNEL | PER_BAND | CONTACT).items():
+    for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
         dataset[name].attrs["long_name"] = text
     dataset.attrs.update(attributes, compared=found.overlap.method, band_edges=found.edges)
     if found.shift is not None:

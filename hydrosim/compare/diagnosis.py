@@ -22,7 +22,7 @@ ALIKE = 0.8  # correlation: what is less is no gain, lag or offset
 UNLIKE = 0.5  # correlation in the wave band: what is less is of other waves
 SPECTRUM = 1.5  # ratio of std in the wave band: what is more is another spectrum
 WAVES = 0.05  # of the std: what is less in the wave band is none
-CLEAR = 0.2  # of the rms: an effect that is named
+CLEAR = 0.3  # of the rms: an effect that is named
 MOSTLY = 0.7  # of the mean square
 NEAR = 0.03  # of a gain, to be that of units
 ROUNDING = 1e-12  # of the largest value
@@ -39,9 +39,15 @@ WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
 
 
 def diagnose(
-    time: np.ndarray, pair: Pair, found: Figures, edges: tuple[float, float], most: float
+    time: np.ndarray,
+    pair: Pair,
+    found: Figures,
+    fitted: Fit,
+    edges: tuple[float, float],
+    most: float,
 ) -> str:
-    """One line about a pair; lags up to ``most`` [s] are looked for."""
+    """One line about a pair, of which the figures and the fit are known; lags up to ``most`` [s]
+    are looked for."""
     ours, recorded = pair.ours, pair.recorded
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
@@ -51,8 +57,7 @@ def diagnose(
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))
     if found.relative < EQUAL:
-        return f"equal within {found.relative:.2g} of the std"
-    fitted = fit(time, ours, recorded, most)
+        return f"equal within {100.0 * found.relative:.2g} % of the std"
     if _other_waves(time, pair, edges, most):
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < ALIKE:
@@ -97,9 +102,9 @@ def _named(time: np.ndarray, pair: Pair, found: Figures, fitted: Fit, most: floa
     yield from causes
     std = found.std / size
     if causes and fitted.rest > max(EQUAL * std, CLEAR * before):
-        yield f"{fitted.rest / std:.2%} of the std left"
+        yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
     if not causes and before > EQUAL * std:
-        yield f"apart by {before / std:.2%} of the std{_where(found)}"
+        yield f"apart by {100.0 * before / std:.3g} % of the std{_where(found)}"
 
 
 def _causes(fitted: Fit, unit: str, before: float) -> Iterator[str]:

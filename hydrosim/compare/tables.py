@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import isnan
 
 from rich.markup import escape
 from rich.table import Table
@@ -18,7 +19,8 @@ def lines(found: Comparison) -> Iterator[str]:
     time = found.overlap.time
     yield f"compared  {found.overlap.method}, {time[0]:g} s to {time[-1]:g} s, {time.size} times"
     if found.shift is not None:
-        yield f"shift     {found.shift:+.3f} s added to the recorded times (estimated)"
+        shift = f"{found.shift:+.3f} s added to the recorded times (estimated)"
+        yield f"shift     {'none: no channel correlates' if isnan(found.shift) else shift}"
     if found.zero:
         yield f"zero      in both: {_listed(found.zero)}"
     if found.unused:
@@ -59,16 +61,17 @@ def verdicts(found: Comparison, beyond: Mapping[str, float]) -> Table:
 
 
 def details(found: Comparison) -> Table:
-    """Means, drifts, and bands of frequency."""
+    """Means, drifts, the fit, and bands of frequency."""
     low, high = found.edges
     title = (
-        "Ours minus recorded: means, drifts, and rms/std in bands of frequency (std of ours over"
+        "Ours minus recorded: means, drifts; gain and lag of the recording; rms/std in bands of frequency (std of ours over"
         f" recorded): slow below {low:g} rad/s, waves, fast above {high:g} rad/s"
     )
-    table = _figures(title, ("mean", "drift", *BANDS))
+    table = _figures(title, ("mean", "drift", "gain", "lag \\[s]", *BANDS))
     for result in found.results.values():
         f = result.figures
-        table.add_row(_named(result), f"{f.mean:.3g}", f"{f.drift:.3g}", *_bands(result))
+        fit = (f"{result.fit.gain:.4g}", f"{result.fit.lag:.3f}")
+        table.add_row(_named(result), f"{f.mean:.3g}", f"{f.drift:.3g}", *fit, *_bands(result))
     return table
 
 
@@ -76,10 +79,13 @@ def contacts(found: Comparison) -> Iterator[str]:
     """First contact and share of contact of each fender."""
     for name, result in found.results.items():
         if c := result.contact:
-            yield (
-                f"contact   {name}: first {c.first_ours:.1f} s, recorded {c.first_recorded:.1f} s;"
-                f" {c.share_ours:.1%} of the time, recorded {c.share_recorded:.1%}"
-            )
+            first = f"first {_instant(c.first_ours)}, recorded {_instant(c.first_recorded)}"
+            share = f"{c.share_ours:.1%} of the time, recorded {c.share_recorded:.1%}"
+            yield f"contact   {name}: {first}; {share}"
+
+
+def _instant(time: float) -> str:
+    return "none" if isnan(time) else f"{time:.1f} s"
 
 
 def _bands(result: Result) -> Iterator[str]:
