@@ -87,12 +87,13 @@ def compare(
     moved = _shift(overlap.time, pairs) if shift or time.shift else None
     if moved is not None and np.isfinite(moved):
         overlap, pairs = align(*align_at, moved)
-    moving = [pair for pair in pairs if pair.ours.any() or pair.recorded.any()]
+    moving = [pair for pair in pairs if pair.ours.any() or pair.recorded.any()] or pairs
+    results = {pair.channel: _result(overlap.time, pair, edges) for pair in moving}
     return Comparison(
-        {pair.channel: _result(overlap.time, pair, edges) for pair in moving},
+        results,
         overlap,
         edges,
-        [pair.channel for pair in pairs if not (pair.ours.any() or pair.recorded.any())],
+        [name for name in wanted if name not in results],
         _unused(recording, places, time),
         mapping is None,
         moved,

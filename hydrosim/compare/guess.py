@@ -64,7 +64,8 @@ def _fitting(column: Column, channels: Sequence[Channel]) -> str | None:
 def _fits(words: frozenset[str], channel: str) -> bool:
     own = _words(channel)
     tells = {word for word in own if word in DOFS or word.isdigit()}
-    return bool(words) and tells <= words <= own
+    spoken = any(not word.isdigit() for word in words)
+    return spoken and tells <= words <= own
 
 
 def _words(name: str) -> frozenset[str]:

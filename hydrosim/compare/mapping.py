@@ -15,7 +15,7 @@ with ``shift`` a shift of them is estimated on top.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, StrictBool, StrictInt, StrictStr
 
@@ -32,6 +32,12 @@ def _unit(text: str) -> str:
     if unit is None:
         raise problem(shown(text), "a known unit, such as m, deg, kN or kN*m")
     return unit
+
+
+def _sign(value: int) -> int:
+    if value not in (1, -1):
+        raise problem(shown(value), "1 or -1")
+    return value
 
 
 def _short(value: Any) -> Any:
@@ -56,7 +62,7 @@ class Place(Strict):
 
     column: Column
     unit: Unit | None = None
-    sign: Literal[1, -1] = 1
+    sign: Annotated[StrictInt, AfterValidator(_sign)] = 1
     offset: Annotated[Scale, AnyQuantity("offset", "5 cm")] = Scale(0.0)
     point: of.Point | None = None
 

@@ -64,8 +64,8 @@ def details(found: Comparison) -> Table:
     """Means, drifts, the fit, and bands of frequency."""
     low, high = found.edges
     title = (
-        "Ours minus recorded: means, drifts; gain and lag of the recording; rms/std in bands of frequency (std of ours over"
-        f" recorded): slow below {low:g} rad/s, waves, fast above {high:g} rad/s"
+        "Ours minus recorded; gain and lag of the recording; rms/std in bands of frequency (std of"
+        f" ours over recorded): slow below {low:g} rad/s, waves, fast above {high:g} rad/s"
     )
     table = _figures(title, ("mean", "drift", "gain", "lag \\[s]", *BANDS))
     for result in found.results.values():
