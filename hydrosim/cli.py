@@ -1,7 +1,7 @@
 """The command line: thin commands over `load_case`, `simulate` and `plot`.
 
-Exit codes: 0 done, 1 a strict check failed, 2 the input is wrong, 3 the simulation failed, 130
-interrupted.
+Exit codes: 0 done, 1 a strict check failed or a comparison is out of tolerance, 2 the input is
+wrong, 3 the simulation failed, 130 interrupted.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def compare(
     """
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
-    from hydrosim.compare.compare import beyond
+    from hydrosim.compare.comparison import beyond
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
     from hydrosim.output import write

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.compare import Comparison, Result
+from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS, Contact
 
 OVER_TIME = {

@@ -8,7 +8,7 @@ from math import isnan
 from rich.markup import escape
 from rich.table import Table
 
-from hydrosim.compare.compare import Comparison, Result
+from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS
 
 LISTED = 12  # names in a line

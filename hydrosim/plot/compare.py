@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from hydrosim.compare.compare import Comparison, Result
+from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.plot.panels import COLOURS, DPI, thinned
 
 CHANNELS = 8  # in a picture

@@ -13,7 +13,7 @@ from recorded_runs import SIZE, made_run, position, sea, write_csv
 
 from hydrosim.compare import Comparison, Mapping, compare
 from hydrosim.compare.align import precision_of
-from hydrosim.compare.compare import beyond
+from hydrosim.compare.comparison import beyond
 from hydrosim.compare.dataset import to_dataset
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
