@@ -12,7 +12,10 @@ from importlib import import_module
 
 from benchmarks.report import machine, save
 
-QUESTIONS = ("steps_per_second", "error_against_step", "stability_map", "reading")
+QUESTIONS = (
+    *("steps_per_second", "error_against_step", "stability_map", "reading"),
+    *("radiation_fits", "validation"),
+)
 
 
 def main(asked: list[str]) -> None:

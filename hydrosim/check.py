@@ -14,15 +14,17 @@ from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
-from hydrosim.scene import RadiationModel, Scene
+from hydrosim.scene import Scene
 from hydrosim.simulation import scene_step_limits
+from hydrosim.wet import with_states
+
+CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     notes, scene = Notes(), opened(scene)
-    states = tuple(_with_states(body.radiation) for body in scene.bodies)
-    bodies = tuple(replace(b, radiation=r) for b, r in zip(scene.bodies, states, strict=True))
+    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in scene.bodies)
     model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
     if scene.initial is not None:
         compile_scene(scene)  # refuses what does not fit
@@ -31,6 +33,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     yield scene.title
     for key, value in started_from(scene).items():
         yield f"{key.replace('_', ' ')}: {value}"
+    if bodies != scene.bodies:
+        yield "radiation by convolution; states are for step limits and natural periods alone"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
@@ -40,8 +44,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
-    for name, wet in notes.wet.items():
-        yield f"{name}:"
+    for wet in notes.wet:
+        yield f"{', '.join(wet.names)}:"
         for key, value in wet.provenance().items():
             yield f"  {key.replace('_', ' ')}: {value}"
         for finding in check_database(wet.database):
@@ -60,13 +64,6 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     if not limits:
         yield f"no step is too large for {scene.solver.method} to be stable"
     yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
-
-
-def _with_states(radiation: RadiationModel) -> RadiationModel:
-    """A convolution's memory cannot be linearised; its state-space model can."""
-    if radiation == RadiationModel.CONVOLUTION:
-        return RadiationModel.STATE_SPACE
-    return radiation
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

@@ -11,7 +11,6 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
 from enum import StrEnum
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +19,9 @@ from rich.console import Console
 
 from hydrosim.commands import db
 from hydrosim.commands.compare import compare, record
+from hydrosim.commands.linear import linear
+from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
+from hydrosim.commands.statistics import statistics
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 from hydrosim.kernels import compiled_before, kernel_cache
 
@@ -37,12 +39,9 @@ app = typer.Typer(
 app.add_typer(db.app, name="db")
 app.command()(compare)
 app.command()(record)
+app.command()(linear)
+app.command()(statistics)
 out, err = Console(), Console(stderr=True)
-
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
-Settings = Annotated[
-    list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
-]
 
 
 @app.command()
@@ -58,7 +57,7 @@ def run(
     from hydrosim.case import load_case
 
     case = load_case(case_file, settings)
-    path = _result_path(output, case_file)
+    path = result_path(output, case_file)
     _complete(case)
     try:
         dataset = _simulate_with_progress(case)
@@ -114,15 +113,15 @@ def converge(
     from hydrosim.scene import Method
     from hydrosim.summary import convergence
 
-    path = _result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
+    path = result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
     chosen = [_one_of(Method, name, "--methods") for name in methods.split(",")]
-    numbers = _numbers(steps, "--steps"), _numbers(tolerances, "--tolerances")
+    all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
     case = load_case(case_file, settings)
     _complete(case)
     scene = case.scene()
     _announce_compile()
     with err.status("running") as status:
-        study = study_of(scene, chosen, *numbers, status.update)
+        study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
     dataset = to_dataset(study, scene.title)
     write(dataset, path)
     draw_work_precision(dataset, path.with_suffix(".png"))
@@ -148,36 +147,10 @@ def plot(
         _say(f"picture   {picture}")
 
 
-def _result_path(output: Path | None, case_file: Path) -> Path:
-    """Where the result goes; raises InputError before anything is computed if it cannot."""
-    path = Path(f"{case_file.stem}.nc") if output is None else output
-    if path.is_dir():
-        raise InputError(f"--output: {path} is a directory; expected a file such as {path}/run.nc.")
-    if path.suffix in (".yaml", ".yml"):
-        name = f"expected netCDF, such as {case_file.stem}.nc"
-        raise InputError(f"--output: {path} has the name of a case file; {name}.")
-    if not path.parent.is_dir():
-        raise InputError(f"--output: there is no folder {path.parent}; make it first.")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"--output: the folder {path.parent} cannot be written to.")
-    return path
-
-
 def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
     if name.strip() in set(kind):
         return kind(name.strip())
     raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
-
-
-def _numbers(text: str, option: str) -> list[float]:
-    """Positive numbers separated by commas."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if not numbers or not all(0.0 < number < inf for number in numbers):
-        raise InputError(f"{option}: found {text!r}; expected positive numbers, as in 0.1,0.05.")
-    return numbers
 
 
 def _announce_compile() -> None:

@@ -34,10 +34,11 @@ from hydrosim.forces.contact.fender import (
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.kernels import assign, clear, kernel
+from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
-    ConvolutionKernel,
+    ConstantDamping,
     RadiationStates,
-    radiation_memory,
+    radiation_damping,
     radiation_states,
 )
 from hydrosim.rigid import (
@@ -65,10 +66,11 @@ class Model(NamedTuple):
     """
 
     bodies: Bodies
-    added_mass: np.ndarray  # (6 nb, 6 nb), A_inf
+    added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
+    damping: ConstantDamping
     waves: WaveLoads
     following: FollowingLoads
     elements: Any
@@ -189,6 +191,7 @@ def forces(t, y, modes, history, model, work, dy):
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     radiation_states(x, v, model.states, dx, wrench[RADIATION])
     radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     if model.following.body.size > 0:
         following_loads(

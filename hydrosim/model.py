@@ -2,32 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import ceil
+from math import ceil, cos, sin
 
 import numpy as np
 
 from hydrosim import forces, radiation, restart
-from hydrosim.database import needed
+from hydrosim.database import HydroDatabase, needed
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING, Recorded, Spring, new_modes, settle, signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.modes import MODE, OPEN, STICK
-from hydrosim.forces.layout import ROWS, Layout
+from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.forces.signal import corners
 from hydrosim.forces.spring import stretch
-from hydrosim.integrate import Control
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
 from hydrosim.run import Clock
-from hydrosim.scene import ADAPTIVE, DOFS, Body, Kinematics, RadiationModel, Scene
+from hydrosim.scene import (
+    ADAPTIVE,
+    DOFS,
+    Body,
+    ConvolutionRadiation,
+    Kinematics,
+    Method,
+    Scene,
+    Stream,
+)
 from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
-from hydrosim.wet import MEMORY_LENGTH, MEMORY_STEP, WetBody, critical_damping, wet_body
+from hydrosim.wet import WetGroup, each_alone, resonance, wet_groups
 
+METHODS: dict[Method, Tableau] = {
+    Method.RK2: RK2,
+    Method.HEUN: HEUN,
+    Method.RK4: RK4,
+    Method.DOPRI5: DOPRI5,
+    Method.ESDIRK4: ESDIRK4,
+}
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 
@@ -40,22 +57,25 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     notes = Notes() if notes is None else notes
     _check(scene)
     scene = restart.opened(scene)
-    notes.wet.update({b.name: w for b in scene.bodies if (w := wet_body(b, scene.environment))})
-    bodies = _bodies(scene)
-    groups = [group for i, b in enumerate(scene.bodies) for group in _groups(i, b, notes.wet)]
+    notes.wet.extend(wet_groups(scene))
+    bodies, alone = _bodies(scene), each_alone(notes.wet)
+    groups = [group for wet in notes.wet for group in _groups(wet, bodies.active)]
     states = radiation.state_space_model(groups)
     first = 2 * bodies.active.size
-    layout = _layout(scene, first + states.decay.size, notes.wet)
+    layout = _layout(scene, first + states.decay.size, alone)
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
-    in_waves = [_wave_body(i, b, notes.wet) for i, b in enumerate(scene.bodies)]
+    in_waves = wave_bodies(scene, notes.wet)
     model = Model(
         bodies=bodies,
-        added_mass=_blocks(scene, {n: w.memory.added_mass_infinite for n, w in notes.wet.items()}),
-        stiffness=_stiffness(scene, notes.wet),
+        added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
+        stiffness=_stiffness(scene, alone),
         states=states,
         convolution=_convolution(scene, notes.wet),
+        damping=radiation.constant_damping(
+            _whole(scene, [(wet.dofs, wet.damping) for wet in notes.wet])
+        ),
         waves=wave_loads_model(
             scene.environment,
             in_waves,
@@ -86,7 +106,7 @@ def _check(scene: Scene) -> None:
     whole = scene.solver.method in ADAPTIVE or abs(steps - round(steps)) <= 1e-9 * steps
     problems = {
         "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
-        "bodies: one has no degrees of freedom": not all(body.dofs for body in scene.bodies),
+        "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),
         "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
@@ -227,48 +247,57 @@ def _bodies(scene: Scene) -> Bodies:
     )
 
 
-def _groups(index: int, body: Body, wet: dict[str, WetBody]) -> list[StateSpace]:
-    """State-space models of a body, on the scene's DOFs; not those of locked DOFs alone."""
-    if body.name not in wet:
-        return []
-    free = np.array([dof in body.dofs for dof in DOFS])
-    return [
-        replace(fit, dofs=6 * index + fit.dofs)
-        for fit in wet[body.name].fits
-        if free[fit.dofs].any()
-    ]
+def _groups(wet: WetGroup, active: np.ndarray) -> list[StateSpace]:
+    """State-space models of a database, on the scene's DOFs; not those of locked DOFs alone."""
+    placed = [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in wet.fits]
+    return [fit for fit in placed if np.isin(fit.dofs, active).any()]
 
 
-def _blocks(scene: Scene, blocks: dict[str, np.ndarray]) -> np.ndarray:
-    """Block-diagonal (..., 6 nb, 6 nb) array of the bodies' (..., 6, 6) blocks."""
-    leading = next((b.shape[:-2] for b in blocks.values()), ())
+def _whole(scene: Scene, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """(..., 6 nb, 6 nb) array of blocks (..., m, m), each on its own DOFs (m,) of the scene."""
+    leading = next((block.shape[:-2] for _, block in blocks), ())
     whole = np.zeros((*leading, 6 * len(scene.bodies), 6 * len(scene.bodies)))
-    for i, body in enumerate(scene.bodies):
-        if body.name in blocks:
-            whole[..., 6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = blocks[body.name]
+    for dofs, block in blocks:
+        whole[..., dofs[:, None], dofs] = block
     return whole
 
 
-def _stiffness(scene: Scene, wet: dict[str, WetBody]) -> np.ndarray:
+def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     dry = np.zeros((6, 6))
     rows = [
-        needed(wet[b.name].database, "hydrostatic_stiffness") if b.name in wet else dry
+        needed(alone[b.name], "hydrostatic_stiffness") if b.name in alone else dry
         for b in scene.bodies
     ]
     return np.array(rows)
 
 
-def _convolution(scene: Scene, wet: dict[str, WetBody]) -> radiation.ConvolutionKernel:
-    chosen = [b.name for b in scene.bodies if b.radiation == RadiationModel.CONVOLUTION]
-    kernels = {name: wet[name].memory.kernel for name in chosen if name in wet}
-    if not kernels:
-        return radiation.convolution_model(MEMORY_STEP, np.zeros((2, 0, 0)))
-    return radiation.convolution_model(MEMORY_STEP, _blocks(scene, kernels))
+def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.ConvolutionKernel:
+    chosen = [wet for wet in groups if isinstance(wet.radiation, ConvolutionRadiation)]
+    settings = list({wet.radiation: wet.memory.time[1] for wet in chosen}.values())
+    if not settings:
+        return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
+    if len(settings) > 1:
+        names = ", ".join(name for wet in chosen for name in wet.names)
+        raise InputError(
+            f"bodies.{names}.radiation: found convolutions with different tables; expected one"
+            " length and one step for all of them."
+        )
+    kernels = _whole(scene, [(wet.dofs, wet.memory.kernel) for wet in chosen])
+    if scene.solver.method in ADAPTIVE:
+        return radiation.convolution_model(settings[0], kernels)
+    stages = METHODS[scene.solver.method].c.tolist()
+    return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
 
 
-def _wave_body(index: int, body: Body, wet: dict[str, WetBody]) -> WaveBody:
+def wave_bodies(scene: Scene, groups: Sequence[WetGroup]) -> list[WaveBody]:
+    """All bodies of a scene in waves, with their own parts of the databases."""
+    alone = each_alone(groups)
+    return [_wave_body(i, body, alone) for i, body in enumerate(scene.bodies)]
+
+
+def _wave_body(index: int, body: Body, alone: Mapping[str, HydroDatabase]) -> WaveBody:
     return WaveBody(
-        wet[body.name].database if body.name in wet else None,
+        alone.get(body.name),
         body.location,
         body.wave_forces,
         6 * index,
@@ -277,16 +306,21 @@ def _wave_body(index: int, body: Body, wet: dict[str, WetBody]) -> WaveBody:
     )
 
 
-def _layout(scene: Scene, state: int, wet: dict[str, WetBody]) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> np.ndarray:
-        return critical_damping(scene.bodies[body], stiffness, wet.get(scene.bodies[body].name))
+def _layout(scene: Scene, state: int, alone: Mapping[str, HydroDatabase]) -> Layout:
+    def of_body(body: int, stiffness: np.ndarray) -> Resonance:
+        return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
         {name: len(ROWS) + i for i, name in enumerate(scene.forces)},
         state,
+        *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
     )
+
+
+def _velocity(stream: Stream) -> tuple[float, float]:
+    return stream.speed * cos(stream.heading), stream.speed * sin(stream.heading)
 
 
 def _first_state(scene: Scene, model: Model) -> State:
@@ -298,7 +332,7 @@ def _first_state(scene: Scene, model: Model) -> State:
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements)
-    return State(y, modes, radiation.velocity_history(6 * bodies.each.size, _nodes(scene, model)))
+    return State(y, modes, _history(scene, model))
 
 
 def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -311,8 +345,9 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
     return rates[bodies.active]
 
 
-def _nodes(scene: Scene, model: Model) -> int:
-    """Room for the velocities that a convolution remembers, with as many events as steps."""
-    if model.convolution.row.size == 0:
-        return 0
-    return 2 * ceil(MEMORY_LENGTH / scene.solver.step) + 1000
+def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
+    """Room for what a convolution remembers, with as many events as steps."""
+    kernel = model.convolution
+    length = (len(kernel.K) - 1) * kernel.step
+    capacity = 2 * ceil(length / scene.solver.step) + 1000
+    return radiation.history_for(kernel, 6 * model.bodies.each.size, capacity)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -26,6 +26,16 @@ def supplies(scene: Scene, row: int) -> bool:
     if row < len(ROWS):
         return row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
     return list(scene.forces.values())[row - len(ROWS)].supplies
+
+
+def dofs_of(dofs: Sequence[int] | np.ndarray, bodies: Sequence[str]) -> str:
+    """Names of DOFs, six for each of the ``bodies``: "sway, roll of a and sway, roll of b"."""
+    parts = [
+        f"{', '.join(DOFS[dof % 6] for dof in dofs if dof // 6 == b)} of {name}"
+        for b, name in enumerate(bodies)
+        if any(dof // 6 == b for dof in dofs)
+    ]
+    return " and ".join(parts)
 
 
 def coordinate_names(scene: Scene) -> list[str]:
@@ -74,9 +84,9 @@ def _radiation_names(scene: Scene, model: Model) -> Iterator[str]:
     states = model.states
     for g, count in enumerate(np.diff(states.state)):
         dofs = states.dof[states.member[g] : states.member[g + 1]]
-        group = ", ".join(DOFS[dof % 6] for dof in dofs)
+        group = dofs_of(dofs, [body.name for body in scene.bodies])
         for k in range(count):
-            yield f"radiation {k + 1} of {group} of {scene.bodies[dofs[0] // 6].name}"
+            yield f"radiation {k + 1} of {group}"
 
 
 def _coordinate(scene: Scene, dof: int) -> str:

@@ -1,11 +1,11 @@
 """From the record of a run to an xarray dataset, and to netCDF.
 
-Dimensions: time, body, dof, fender (contact points), spring, axis. Wrenches are (force, moment
-about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*`
-are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all
-since the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the
-error of the time integration. A run that starts from another counts on from there; its residual is
-its own, zero where it begins.
+Dimensions: time, body, dof, fender (contact points), spring, probe, axis. Wrenches are (force,
+moment about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and
+`energy_stored_*` are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*`
+what was lost, all since the start; `energy_residual` is holdings minus start minus work plus
+losses, zero but for the error of the time integration. A run that starts from another counts on
+from there; its residual is its own, zero where it begins.
 
 The whole state y is in `state_value` (state_time, state) by name, for a start from there
 (`hydrosim.restart`): at the end, or at every output time if the scene says so.
@@ -35,9 +35,11 @@ from hydrosim.names import (
     state_names,
     supplies,
 )
+from hydrosim.phases import Phase, contact_phases
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
+from hydrosim.waves import elevations, sea
 
 LOST = -1  # the last of what `observe` says of a point
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
@@ -48,6 +50,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "velocity": ("velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH),
     "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
     "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
+    "wave_elevation_at_probe": ("undisturbed wave elevation at a probe", "m", EARTH),
     "force_": ("force; moment about the centre of gravity", "N or N m", EARTH),
     "fender_compression": ("compression, negative when open", "m", "normal of the plane"),
     "fender_normal_force": ("normal force", "N", "normal of the plane"),
@@ -58,6 +61,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
     "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
     "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
+    "contact_phase": ("phase of the operation", "1", "none"),
     "spring_tension": ("tension", "N", "from the point to the anchor"),
     "spring_length": ("distance from the point to the anchor", "m", "none"),
     "spring_mode": ("slack (no tension) or taut", "1", "none"),
@@ -73,8 +77,13 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
     "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
+    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", EARTH),
 }
-FLAGS = {"fender_mode": "open stick slip", "spring_mode": "slack taut"}
+FLAGS = {
+    "fender_mode": "open stick slip",
+    "spring_mode": "slack taut",
+    "contact_phase": " ".join(phase.name.lower() for phase in Phase),
+}
 HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
@@ -101,8 +110,9 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    data.update(_fenders(values["contact"], modes[:, : points.shape[1]], points))
+    data.update(_fenders(time, values["contact"], modes[:, : points.shape[1]], points))
     data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
+    data.update(_probes(scene, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, modes))
@@ -191,17 +201,19 @@ def _states(
 
 
 def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
-    """The velocities that a convolution remembers, the oldest first."""
+    """The velocities and accelerations that a convolution remembers, the oldest first."""
     if history.time.size == 0:
         return {}
     pushed, capacity = int(history.pushed[0]), history.time.size
     nodes = np.arange(max(pushed - capacity, 0), pushed) % capacity
-    velocity = history.velocity[np.ix_(nodes, np.unique(model.convolution.column))]
+    kept = np.ix_(nodes, np.unique(model.convolution.column))
     coords = {
         "memory_time": ("memory_time", history.time[nodes], {"units": "s", "long_name": "time"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
     }
-    return {"memory_velocity": xr.DataArray(velocity, coords, ("memory_time", "memory_dof"))}
+    both = {"velocity": history.velocity[kept], "acceleration": history.acceleration[kept]}
+    dims = ("memory_time", "memory_dof")
+    return {f"memory_{name}": xr.DataArray(values, coords, dims) for name, values in both.items()}
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
@@ -211,7 +223,7 @@ def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
 
 
 def _fenders(
-    contact: np.ndarray, modes: np.ndarray, points: np.ndarray
+    time: np.ndarray, contact: np.ndarray, modes: np.ndarray, points: np.ndarray
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     if modes.shape[1] == 0:
         return {}
@@ -220,6 +232,7 @@ def _fenders(
         "fender_compression": (POINT[:2], contact[:, :, 0]),
         "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, 1])),
         "fender_mode": (POINT[:2], modes[:, :, 0].astype(np.int8)),
+        "contact_phase": (POINT[:1], contact_phases(time, modes[:, :, 0])),
         "fender_friction": (POINT, contact[:, :, 2:5]),
         "fender_node": (POINT, contact[:, :, 5:8]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
@@ -238,6 +251,15 @@ def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str,
         "spring_length": (each, pulls[:, :, 1]),
         "spring_mode": (each, modes[:, :, MODE].astype(np.int8)),
     }
+
+
+def _probes(scene: Scene, time: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Elevation at the probes: a sum over the components, for nothing in a run depends on it."""
+    if not scene.wave_probes:
+        return {}
+    points = np.array(list(scene.wave_probes.values()))
+    found = elevations(sea(scene.environment), points, time)
+    return {"wave_elevation_at_probe": (("time", "probe"), found)}
 
 
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -280,6 +302,17 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **({"fender": ("fender", names)} if (names := fender_names(scene)) else {}),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
+        **(_probe_places(scene) if scene.wave_probes else {}),
+    }
+
+
+def _probe_places(scene: Scene) -> dict[str, object]:
+    x, y = np.array(list(scene.wave_probes.values())).T
+    place = {"units": "m", "long_name": "place of the probe", "frame": EARTH}
+    return {
+        "probe": ("probe", list(scene.wave_probes)),
+        "probe_x": ("probe", x, place),
+        "probe_y": ("probe", y, place),
     }
 
 

@@ -31,6 +31,7 @@ from hydrosim.forces.contact.modes import (
 from hydrosim.names import MOVING, fender_names, memory_names, spring_names, state_names
 from hydrosim.output import read
 from hydrosim.radiation import VelocityHistory
+from hydrosim.radiation.history import push
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Scene, Start
 from hydrosim.stepper import State
@@ -118,7 +119,7 @@ def check_fit(scene: Scene, model: Model) -> None:
     run = _run(scene)
     names = state_names(scene, model)[: model.elements[FENDER].state]
     stored = [str(name) for name in run.state.values if name.startswith(MOVING)]
-    if "memory_velocity" in run:
+    if "memory_acceleration" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     names += [f"memory of {name}" for name in memory_names(scene, model)]
     problems = {
@@ -214,13 +215,15 @@ def _history(model: Model, run: xr.Dataset, time: float, fresh: VelocityHistory)
             f" on, and a convolution needs {length:g} s of them; start at {t[0] + length:g} s or"
             " later."
         )
-    first = max(int(np.searchsorted(t, time - length, side="right")) - 1, 0)
-    count = int(np.searchsorted(t, time, side="right")) - 1 - first  # the run adds that at `time`
-    full = radiation.velocity_history(fresh.velocity.shape[1], fresh.time.size + count)
-    full.time[:count] = t[first:][:count]
-    columns = np.unique(kernel.column)
-    full.velocity[:count, columns] = run.memory_velocity.values[first:][:count]
-    full.pushed[0] = count
+    # the run adds the node at `time`; two steps more, so that its sums begin at the same node
+    reach = time - length - 2.0 * kernel.even_step
+    first = max(int(np.searchsorted(t, reach, side="right")) - 1, 0)
+    nodes = range(first, int(np.searchsorted(t, time)))
+    full = radiation.history_for(kernel, fresh.velocity.shape[1], fresh.time.size + len(nodes))
+    columns, (v, a) = np.unique(kernel.column), np.zeros((2, fresh.velocity.shape[1]))
+    for i in nodes:
+        v[columns], a[columns] = run.memory_velocity.values[i], run.memory_acceleration.values[i]
+        push(full, t[i], v, a)
     return full
 
 

@@ -18,12 +18,13 @@ from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
 from hydrosim.kernels import assign, kernel
-from hydrosim.radiation.memory import push
-from hydrosim.rigid import place_bodies
+from hydrosim.radiation.history import push
+from hydrosim.rigid import accelerations
 from hydrosim.stepper import (
     CAPSIZED,
     CHATTERING,
     END,
+    EVALUATIONS,
     EVENTS,
     NOT_FINITE,
     RECORDS,
@@ -108,7 +109,7 @@ def advance(first, count, clock, model, method, state, work, scratch, record, co
     t = grid_time(first, clock)
     if counters[RECORDS] == 0:
         make_consistent(t, model, state, work, scratch)
-        remember(t, state, model.bodies, work.motion)
+        remember(t, model, state, work, scratch, counters)
         keep(t, model, state, work, scratch, record, counters)
     for n in range(first + 1, min(first + count, clock.points) + 1):
         t = _cross(t, grid_time(n, clock), clock, model, method, state, work, scratch, counters)
@@ -144,11 +145,12 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         _renew(left, work, scratch)
         if left:
             events += 1
+            remember(t, model, state, work, scratch, counters)  # as it was before the event
             switch_modes(clock.events, clock.step, t, model, state, work, scratch)
         elif work.holds.point.size > 0:
             still(state.y, state.modes, model, work)
         _check(state.y, model.bodies, counters)
-        remember(t, state, model.bodies, work.motion)
+        remember(t, model, state, work, scratch, counters)
     if events > limit:
         counters[STATUS] = CHATTERING
     counters[EVENTS] += events
@@ -189,12 +191,18 @@ def _accepted(t, h, clock, method, state, scratch, counters):
 
 
 @kernel
-def remember(t, state, bodies, motion):
-    """Add the velocities at ``t`` to the history, if a convolution needs one."""
-    if state.history.time.size > 0:
-        n = bodies.active.size
-        place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
-        push(state.history, t, motion.velocity)
+def remember(t, model, state, work, scratch, counters):
+    """Add velocities and accelerations at ``t`` to the history, if a convolution needs them; the
+    slope found for that begins the next step."""
+    if state.history.time.size == 0:
+        return
+    bodies, slope = model.bodies, scratch.k[0]
+    n = bodies.active.size
+    rhs(t, state.y, state.modes, state.history, model, work, slope)
+    counters[EVALUATIONS] += 1
+    scratch.fresh[0] = 1
+    accelerations(slope[n : 2 * n], bodies, work.motion, work.total)
+    push(state.history, t, work.motion.velocity, work.total)
 
 
 @kernel

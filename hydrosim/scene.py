@@ -23,11 +23,46 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 class RadiationModel(StrEnum):
-    """How the memory of the radiated waves is computed."""
+    """How the memory of the radiated waves is computed, with the defaults of each way."""
 
     STATE_SPACE = "state_space"
     CONVOLUTION = "convolution"
     NONE = "none"
+
+
+@dataclass(frozen=True)
+class StateSpaceRadiation:
+    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
+
+    The functions are tabulated to ``length`` [s], every ``step`` [s].
+    """
+
+    tolerance: float = 1e-3
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConvolutionRadiation:
+    """The memory integral itself over ``length`` [s]; the table's ``step`` [s] is not the run's."""
+
+    length: float = 80.0
+    step: float = 0.1
+
+
+@dataclass(frozen=True)
+class ConstantRadiation:
+    """No memory: added mass and damping of one ``period`` [s]."""
+
+    period: float
+
+
+Radiation = StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
+BY_NAME: Mapping[RadiationModel, Radiation | None] = {
+    RadiationModel.STATE_SPACE: StateSpaceRadiation(),
+    RadiationModel.CONVOLUTION: ConvolutionRadiation(),
+    RadiationModel.NONE: None,
+}
 
 
 class SecondOrder(StrEnum):
@@ -71,6 +106,74 @@ class Jonswap:
 
 
 @dataclass(frozen=True)
+class Tma:
+    """JONSWAP spectrum limited by a ``water_depth`` [m] (Bouws et al. 1985), scaled to the
+    significant height; ``gravity`` [m/s^2]."""
+
+    significant_height: float
+    peak_period: float
+    water_depth: float
+    peak_enhancement: float = 3.3
+    gravity: float = 9.81
+
+
+@dataclass(frozen=True)
+class OchiHubblePeak:
+    """One of the peaks of `OchiHubble`: significant height [m], peak period [s], and ``shape``
+    lambda, the sharpness of the peak."""
+
+    significant_height: float
+    peak_period: float
+    shape: float = 1.0
+
+
+@dataclass(frozen=True)
+class OchiHubble:
+    """Sum of peaks of chosen sharpness (Ochi and Hubble 1976), who have two: swell, wind sea."""
+
+    peaks: tuple[OchiHubblePeak, ...]
+
+
+@dataclass(frozen=True)
+class Torsethaugen:
+    """Wind sea and swell of a significant height [m] and peak period [s] (Torsethaugen and Haver
+    2004, the simplified form), for the North Sea; ``gravity`` [m/s^2]."""
+
+    significant_height: float
+    peak_period: float
+    gravity: float = 9.81
+
+
+@dataclass(frozen=True)
+class WhiteNoise:
+    """Constant density between two frequencies [rad/s], of a significant height [m]."""
+
+    significant_height: float
+    lowest_frequency: float
+    highest_frequency: float
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumTable:
+    """``density`` (nf,) [m^2 s/rad] at rising ``frequency`` (nf,) [rad/s]: straight lines between
+    them, nothing outside."""
+
+    frequency: np.ndarray
+    density: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionalTable:
+    """``density`` (nf, nh) [m^2 s/rad^2] at rising ``frequency`` (nf,) [rad/s] and rising, equally
+    spaced ``heading`` (nh,) [rad], where waves go to: straight lines between the frequencies,
+    constant over the sector around each heading."""
+
+    frequency: np.ndarray
+    heading: np.ndarray
+    density: np.ndarray
+
+
+@dataclass(frozen=True)
 class RegularWave:
     """One Airy wave: amplitude * cos(2 pi t / period + phase) at the earth's origin."""
 
@@ -79,16 +182,50 @@ class RegularWave:
     phase: float = 0.0
 
 
-Spectrum = Jonswap | RegularWave
+@dataclass(frozen=True, eq=False)
+class GivenComponents:
+    """Airy waves amplitude * cos(omega t + phase) at the earth's origin: ``omega`` [rad/s],
+    ``amplitude`` [m], ``phase`` [rad] and ``heading`` [rad] are (n,) each."""
+
+    omega: np.ndarray
+    amplitude: np.ndarray
+    phase: np.ndarray
+    heading: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedElevation:
+    """``elevation`` (n,) [m] at equally spaced ``time`` (n,) [s] of the run, measured at
+    ``position`` x, y [m]; its mean is left out, and what is above ``highest_frequency`` [rad/s]."""
+
+    time: np.ndarray
+    elevation: np.ndarray
+    position: tuple[float, float] = (0.0, 0.0)
+    highest_frequency: float = np.inf
+
+
+Density = Jonswap | Tma | OchiHubble | Torsethaugen | WhiteNoise | SpectrumTable | DirectionalTable
+"""Spectra from which a random sea is drawn."""
+Spectrum = Density | RegularWave | GivenComponents | RecordedElevation
+
+
+class Amplitudes(StrEnum):
+    """Of the components of a random sea: sqrt(2 S dw), or Rayleigh distributed about that, which
+    makes the sea Gaussian."""
+
+    DETERMINISTIC = "deterministic"
+    RAYLEIGH = "rayleigh"
 
 
 @dataclass(frozen=True)
 class WaveTrain:
-    """Waves from one direction.
+    """Waves of one spectrum and one mean direction.
 
-    ``heading`` [rad] is where they go to, counter-clockwise from +x; ``ramp`` [s] is the time over
-    which the elevation grows from zero; ``repeat_period`` [s] sets the spacing of the components
-    of an irregular sea, 2 pi / repeat_period, so that the sea does not depend on the duration.
+    ``heading`` [rad] is where they go to, counter-clockwise from +x (`GivenComponents` and
+    `DirectionalTable` have their own); ``ramp`` [s] is the time over which the elevation grows from
+    zero; ``repeat_period`` [s] sets the spacing of the components of a random sea, 2 pi /
+    repeat_period, so that the sea does not depend on the duration. ``spreading`` is the exponent s
+    of directions distributed as cos^2s of half the angle to the heading; None: long crests.
     """
 
     spectrum: Spectrum
@@ -96,16 +233,30 @@ class WaveTrain:
     seed: int = 1
     ramp: float = 0.0
     repeat_period: float = 10800.0
+    amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
+    spreading: float | None = None
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Steady and uniform current or wind: ``speed`` [m/s], and the ``heading`` [rad] it goes to,
+    counter-clockwise from +x."""
+
+    speed: float = 0.0
+    heading: float = 0.0
 
 
 @dataclass(frozen=True)
 class Environment:
-    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``."""
+    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
+    and ``wind`` act through force elements alone: the waves do not know of them."""
 
     water_depth: float = np.inf
     water_density: float = 1025.0
     gravity: float = 9.81
     waves: tuple[WaveTrain, ...] = ()
+    current: Stream = field(default_factory=Stream)
+    wind: Stream = field(default_factory=Stream)
 
 
 class Place(StrEnum):
@@ -135,10 +286,13 @@ class WaveForces:
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file; None makes a dry body. ``centre_of_gravity`` (3,)
-    is in the database's frame and is the body frame's origin. ``location`` (2,) places the origin
-    of the database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial
-    offsets from the place at rest and their rates; ``dofs`` not named are locked.
+    ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
+    of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
+    with one ``radiation``, a model by name or with its settings. ``centre_of_gravity`` (3,) is in
+    the database's frame and is the body frame's origin. ``location`` (2,) places the origin of the
+    database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial offsets
+    from the place at rest and their rates; ``dofs`` not named are locked, and a body without any is
+    held.
     """
 
     name: str
@@ -147,10 +301,11 @@ class Body:
     hydrodynamics: HydroDatabase | Path | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
+    database_body: int = 1
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6
-    radiation: RadiationModel = RadiationModel.STATE_SPACE
+    radiation: RadiationModel | Radiation = RadiationModel.STATE_SPACE
     wave_forces: WaveForces = field(default_factory=WaveForces)
 
 
@@ -219,6 +374,7 @@ class Scene:
 
     ``initial`` is the state of another run to start from; ``output_states`` keeps the whole state
     at every output time, so that other runs can start from each, not only from the end.
+    ``wave_probes`` are points x, y [m] by name where the elevation is wanted.
     """
 
     title: str
@@ -229,5 +385,6 @@ class Scene:
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
     output_states: bool = False
+    wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     initial: Start | None = None
     source: Mapping[str, Any] = field(default_factory=dict)

@@ -14,8 +14,8 @@ from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
-from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
-from hydrosim.model import compile_clock, compile_scene
+from hydrosim.integrate import Tableau
+from hydrosim.model import METHODS, compile_clock, compile_scene
 from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
@@ -44,13 +44,6 @@ from hydrosim.stepper import (
 if TYPE_CHECKING:
     from hydrosim.case import Case
 
-METHODS: dict[Method, Tableau] = {
-    Method.RK2: RK2,
-    Method.HEUN: HEUN,
-    Method.RK4: RK4,
-    Method.DOPRI5: DOPRI5,
-    Method.ESDIRK4: ESDIRK4,
-}
 UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "stable at any step"}
 """Methods that no step is too large for, and why."""
 CHUNK = 0.1  # s of wall time between reports of progress
@@ -217,7 +210,8 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value
-            for name, wet in notes.wet.items()
+            for wet in notes.wet
+            for name in wet.names
             for key, value in wet.provenance().items()
         },
     }

@@ -25,7 +25,7 @@ from hydrosim.integrate import (
 )
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
 from hydrosim.kernels import assign, kernel
-from hydrosim.radiation.memory import VelocityHistory
+from hydrosim.radiation.history import VelocityHistory
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)

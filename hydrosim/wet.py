@@ -1,71 +1,190 @@
-"""What a body's database means for the body: about its own centre of gravity, in time."""
+"""What a database means for its bodies: about their centres of gravity, in time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import inf
+from pathlib import Path
 
 import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
+from hydrosim.forces.layout import Resonance
+from hydrosim.names import dofs_of
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.scene import DOFS, Body, Environment, RadiationModel
+from hydrosim.scene import (
+    BY_NAME,
+    Body,
+    ConstantRadiation,
+    ConvolutionRadiation,
+    Environment,
+    Radiation,
+    RadiationModel,
+    Scene,
+    StateSpaceRadiation,
+)
 
-MEMORY_LENGTH = 80.0  # s: of the retardation functions
-MEMORY_STEP = 0.1  # s: of their tables
+Memory = StateSpaceRadiation | ConvolutionRadiation
 
 
 @dataclass(frozen=True)
-class WetBody:
-    """A body's database about its own centre of gravity, for all headings, with the ``checksum``
-    of the one that was read; and its radiation in the time domain: retardation functions and, for
-    a state-space model, their fits."""
+class WetGroup:
+    """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
+    the scene's.
 
+    ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
+    one that was read. Radiation in the time domain, all couplings included: the model of all its
+    bodies, retardation functions, their fits for a state-space model, and the constant part,
+    ``added_mass`` and ``damping`` (n, n), which are A_inf and zero but for constant radiation.
+    """
+
+    bodies: tuple[Body, ...]
+    dofs: np.ndarray
     database: HydroDatabase
     checksum: str
+    radiation: Radiation | None
     memory: Retardation
+    added_mass: np.ndarray
+    damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the bodies."""
+        return [body.name for body in self.bodies]
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
-        report, db = self.memory.report, self.database
-        fits = [
-            f"{group.B.shape[0]} states for {', '.join(DOFS[i] for i in group.dofs)},"
-            f" error {group.report.frequency_error:.1e} in frequency,"
-            f" {group.report.time_error:.1e} in time, passivity {group.report.passivity_margin:.1e}"
-            for group in self.fits
-        ]
         return {
-            "database": db.source,
+            "database": self.database.source,
             "database_checksum": self.checksum,
-            "radiation": "; ".join(fits) or "no state space",
-            "retardation": f"|K(T)|/max|K| {report.end_ratio:.1e}, B(w_max)/max B"
-            f" {report.band_ratio:.1e}, Ogilvie residual {report.ogilvie_residual:.1e}, smallest"
-            f" eigenvalue of B {report.smallest_eigenvalue:.1e}",
+            "radiation": self._described(),
+            "retardation": str(self.memory.report),
         }
 
+    def _described(self) -> str:
+        match self.radiation:
+            case ConvolutionRadiation(length, step):
+                return f"convolution over {length:g} s, table every {step:g} s"
+            case ConstantRadiation(period):
+                return f"constant added mass and damping of {period:g} s"
+            case StateSpaceRadiation():
+                groups = ((dofs_of(fit.dofs, self.names), fit) for fit in self.fits)
+                texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
+                return "; ".join(texts) or "no states"
+        return "none"
 
-def wet_body(body: Body, water: Environment) -> WetBody | None:
-    """The body's hydrodynamics about its centre of gravity; None for a dry body."""
-    if body.hydrodynamics is None:
-        return None
-    db = body.hydrodynamics
-    db = db if isinstance(db, HydroDatabase) else database.load(db)
-    if db.bodies != 1:
-        raise InputError(
-            f"{db.source}: has {db.bodies} bodies, but bodies.{body.name} needs a database of one."
-        )
-    _check_environment(db, body, water)
+
+def wet_groups(scene: Scene) -> list[WetGroup]:
+    """The hydrodynamics of all wet bodies, a database of several bodies once for all of them.
+
+    Raises InputError where a database cannot be read or does not fit the scene.
+    """
+    opened: dict[HydroDatabase | Path, HydroDatabase] = {}
+    groups: dict[tuple[object, ...], tuple[HydroDatabase, list[int]]] = {}
+    for i, body in enumerate(scene.bodies):
+        source = body.hydrodynamics
+        if source is None:
+            continue
+        if source not in opened:
+            opened[source] = source if isinstance(source, HydroDatabase) else database.load(source)
+        db = opened[source]
+        _check_environment(db, body, scene.environment)
+        # several bodies may be copies of the one in a database, far from each other
+        key = (source, i) if db.bodies == 1 else (source, *body.location)
+        groups.setdefault(key, (db, []))[1].append(i)
+    return [_group(db, members, scene) for db, members in groups.values()]
+
+
+def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
+    """The group of the bodies ``members`` of the scene."""
+    members = sorted(members, key=lambda i: scene.bodies[i].database_body)
+    bodies = tuple(scene.bodies[i] for i in members)
+    _check_members(db, bodies)
+    dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
     checksum = db.checksum
-    db = database.all_headings(database.move_reference(db, body.centre_of_gravity))
+    chosen = radiation_of(bodies[0])
+    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
+    centres = [body.centre_of_gravity for body in bodies]
+    db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping), length=MEMORY_LENGTH, step=MEMORY_STEP
+        *(db.frequency, db.added_mass, db.radiation_damping), length=table.length, step=table.step
     )
-    if body.radiation != RadiationModel.STATE_SPACE:
-        return WetBody(db, checksum, memory)
-    return WetBody(db, checksum, memory, radiation.fit(db.checksum, memory, db.frequency))
+    wet = WetGroup(
+        bodies,
+        dofs,
+        db,
+        checksum,
+        chosen,
+        memory,
+        memory.added_mass_infinite,
+        np.zeros_like(memory.added_mass_infinite),
+    )
+    match chosen:
+        case ConstantRadiation(period):
+            added_mass, damping = _at_period(db, bodies[0], period)
+            return replace(wet, added_mass=added_mass, damping=damping)
+        case StateSpaceRadiation(tolerance):
+            fits = radiation.fit(db.checksum, db.source, memory, db.frequency, tolerance)
+            return replace(wet, fits=fits)
+    return wet
+
+
+def radiation_of(body: Body) -> Radiation | None:
+    """The body's radiation model with its settings."""
+    if isinstance(body.radiation, RadiationModel):
+        return BY_NAME[body.radiation]
+    return body.radiation
+
+
+def with_states(body: Body, tolerance: float) -> Body:
+    """The body with states instead of a convolution, whose memory cannot be linearised."""
+    chosen = radiation_of(body)
+    if not isinstance(chosen, ConvolutionRadiation):
+        return body
+    states = StateSpaceRadiation(tolerance, chosen.length, chosen.step)
+    return replace(body, radiation=states)
+
+
+def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
+    w, at = db.frequency, 2.0 * np.pi / period
+    if not w[0] <= at <= w[-1]:
+        raise InputError(
+            f"bodies.{body.name}.radiation.period: found {period:g} s; expected one in the range of"
+            f" {db.source}, {2.0 * np.pi / w[-1]:.3g} to {2.0 * np.pi / w[0]:.3g} s."
+        )
+    k = min(int(np.searchsorted(w, at, side="right")) - 1, w.size - 2)
+    part = (at - w[k]) / (w[k + 1] - w[k])
+    A, B = (
+        (1.0 - part) * matrices[k] + part * matrices[k + 1]
+        for matrices in (db.added_mass, db.radiation_damping)
+    )
+    return 0.5 * (A + A.T), 0.5 * (B + B.T)
+
+
+def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
+    """Refuse a group that is not all bodies of the database, or not of one radiation model."""
+    first = bodies[0]
+    if [body.database_body for body in bodies] != list(range(1, db.bodies + 1)):
+        found = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
+        x, y = first.location
+        raise InputError(
+            f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
+            f" the scene at location [{x:g}, {y:g}] are {found}; expected each of 1 to {db.bodies}"
+            " once, at one location, which is that of the database's frame. Give a body that is"
+            " held `dofs: []`."
+        )
+    models = {radiation_of(body): body.radiation for body in bodies}
+    if len(models) > 1:
+        found = " and ".join(sorted(map(str, models.values())))
+        raise InputError(
+            f"bodies.{first.name}.radiation: found {found} for bodies of one"
+            f" database, {db.source}, whose radiated waves are coupled; expected one for all."
+        )
 
 
 def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:
@@ -78,17 +197,27 @@ def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> Non
             )
 
 
-def critical_damping(body: Body, stiffness: np.ndarray, wet: WetBody | None) -> np.ndarray:
-    """2 sqrt(k (m + a(w_n))) per DOF (6,), w_n the natural frequency with hydrostatics."""
+def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
+    """By the names of all wet bodies, each one's own part of its database: the others are held."""
+    return {
+        name: database.body_of(wet.database, k)
+        for wet in groups
+        for k, name in enumerate(wet.names)
+    }
+
+
+def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
+    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics;
+    ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
-    if wet is None:
-        return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * mass)
-    db = wet.database
-    total = np.maximum(stiffness + np.diag(database.needed(db, "hydrostatic_stiffness")), 0.0)
-    heavy = mass + [
-        _added_mass_in_resonance(db, i, m, k) for i, m, k in zip(range(6), mass, total, strict=True)
+    if db is None:
+        return Resonance(stiffness, mass)
+    total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    added = [
+        _added_mass_in_resonance(db, i, m, k)
+        for i, m, k in zip(range(6), mass, np.maximum(total, 0.0), strict=True)
     ]
-    return 2.0 * np.sqrt(np.maximum(stiffness, 0.0) * heavy)
+    return Resonance(total, mass + added)
 
 
 def _added_mass_in_resonance(db: HydroDatabase, dof: int, mass: float, stiffness: float) -> float:

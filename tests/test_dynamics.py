@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import SEA, hull, in_contact, in_waves, motion, scene_of, with_body
+from moored_barge import SEA, hull, in_contact, in_waves, motion, scene_of
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Table
-from hydrosim.scene import RadiationModel, Scene, Solver, WaveTrain
+from hydrosim.scene import WaveTrain
 
 Figure = Callable[[str, float], None]
 LIFT = 119.9e6  # N, when the deck is just below the topside
@@ -106,30 +106,3 @@ def test_lift_fixed_to_the_earth_does_not(x: float, figure: Figure) -> None:
     figure(f"mean surge [m], lifted at x = {x:g} m", q[SURGE])
     assert q[PITCH] == pytest.approx(static_pitch(x), rel=1e-2)
     assert abs(q[SURGE]) < 1e-5
-
-
-def oblique(radiation: RadiationModel, step: float) -> Scene:
-    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
-    scene = with_body(in_waves(scene_of("free_floating"), sea), radiation=radiation)
-    return replace(scene, duration=200.0, solver=Solver(step=step), output_step=0.4)
-
-
-def test_state_space_agrees_with_direct_convolution(figure: Figure) -> None:
-    """All six motions in an irregular sea. The convolution is of order 2 in the step, and at 0.1 s
-    its error is about that of the fit: 1e-2 of the standard deviation, which is yaw (it has no
-    stiffness, so that its error adds up), and 2e-3 for the others. Doubling the step doubles the
-    difference at least where the fit's error is not the larger part."""
-    difference = []
-    for step in (0.2, 0.1):
-        fitted, direct = (
-            motion(hs.simulate(oblique(model, step)))
-            for model in (RadiationModel.STATE_SPACE, RadiationModel.CONVOLUTION)
-        )
-        difference.append((direct - fitted).std(axis=0) / fitted.std(axis=0))
-    coarse, fine = difference
-    for i, dof in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw")):
-        figure(f"{dof}, difference over standard deviation", fine[i])
-    assert fine.max() < 1e-2
-    assert fine[:5].max() < 2e-3
-    assert (fine < coarse).all()
-    assert fine.max() < coarse.max() / 2

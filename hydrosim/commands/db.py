@@ -52,19 +52,21 @@ def check(
     """
     from hydrosim.database.checks import check as findings_of
     from hydrosim.database.load import read
-    from hydrosim.database.summary import remarks, verdicts
+    from hydrosim.database.summary import memory, remarks, verdicts
 
     if output is not None:
         _drawable(output)
     db = read(file, given)
     findings = findings_of(db)
-    _show(verdicts(findings), *remarks(findings), *_not_used(db, given))
+    refused = any(finding.refused for finding in findings)
+    told = [] if refused else [memory(db)]
+    _show(verdicts(findings), *remarks(findings), *told, *_not_used(db, given))
     if output is not None:
         from hydrosim.plot.database import draw_database
 
         draw_database(db, output)
         _show(f"picture   {output}")
-    if any(finding.refused for finding in findings):
+    if refused:
         raise typer.Exit(2)
     if strict and not all(finding.passed for finding in findings):
         raise typer.Exit(1)

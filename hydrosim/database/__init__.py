@@ -3,4 +3,4 @@
 from hydrosim.database.checks import Finding, check
 from hydrosim.database.database import HydroDatabase, all_headings, needed
 from hydrosim.database.load import load
-from hydrosim.database.transfer import move_reference
+from hydrosim.database.transfer import body_of, move_reference

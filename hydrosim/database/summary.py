@@ -10,6 +10,7 @@ from rich.text import Text
 
 from hydrosim.database.checks import Finding
 from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.radiation import retardation
 
 _OPTIONAL = (
     "hydrostatic_stiffness",
@@ -59,6 +60,12 @@ def remarks(findings: Sequence[Finding]) -> Iterator[str]:
     for finding in findings:
         if not finding.passed or finding.left_out:
             yield f"{finding.name}: {finding.advice}"
+
+
+def memory(db: HydroDatabase) -> str:
+    """How much of the memory of the radiated waves the data hold, of all bodies together."""
+    found = retardation(db.frequency, db.added_mass, db.radiation_damping)
+    return f"retardation functions to {found.time[-1]:g} s: {found.report}"
 
 
 def _verdict(finding: Finding) -> str:

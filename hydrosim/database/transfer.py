@@ -1,4 +1,4 @@
-"""Moving a database to other centres of gravity."""
+"""Moving a database to other centres of gravity; one body out of several."""
 
 from __future__ import annotations
 
@@ -9,6 +9,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+
+MATRICES = (
+    "added_mass",
+    "radiation_damping",
+    "added_mass_zero",
+    "added_mass_infinite",
+    "hydrostatic_stiffness",
+    "inertia_matrix",
+)
+LOADS = (
+    "excitation",
+    "froude_krylov",
+    "mean_drift",
+    "mean_drift_held",
+    "qtf_difference",
+    "qtf_sum",
+)
+POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
 
 
 def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
@@ -54,6 +72,29 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
         mean_drift_held=_loads(db.mean_drift_held, T),
         qtf_difference=_loads(db.qtf_difference, T),
         qtf_sum=_loads(db.qtf_sum, T),
+    )
+
+
+def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
+    """The database of one body, counted from 0, of several; the others are held.
+
+    ``drift_imbalance`` is dropped, since it is that of all bodies. Returns ``db`` itself if it has
+    one body only.
+    """
+    if db.bodies == 1:
+        return db
+    row, own = slice(index, index + 1), slice(6 * index, 6 * index + 6)
+
+    def part(value: Any, *axes: slice) -> Any:
+        return None if value is None else value[(..., *axes)]
+
+    return replace(
+        db,
+        **{name: part(getattr(db, name), own, own) for name in MATRICES},
+        **{name: part(getattr(db, name), own) for name in LOADS},
+        **{name: part(getattr(db, name), row, slice(None)) for name in POINTS},
+        volume=part(db.volume, row),
+        drift_imbalance=None,
     )
 
 

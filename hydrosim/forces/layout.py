@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,14 +12,26 @@ HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
 
+class Resonance(NamedTuple):
+    """Per DOF (6,), with w_n^2 = k / (m + a(w_n)) and no coupling: the ``stiffness`` k,
+    hydrostatics included, and the ``mass`` m + a(w_n)."""
+
+    stiffness: np.ndarray
+    mass: np.ndarray
+
+
 @dataclass(frozen=True)
 class Layout:
     """Indices of bodies by name, rows of forces by element name, the first free entry of y.
 
-    ``critical_damping`` (body, stiffness (6,)) -> (6,) is 2 sqrt(k (m + a(w_n))) per DOF.
+    ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
+    ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
+    hydrostatics.
     """
 
     body: dict[str, int]
     row: dict[str, int]
     state: int
-    critical_damping: Callable[[int, np.ndarray], np.ndarray]
+    current: tuple[float, float]
+    wind: tuple[float, float]
+    resonance: Callable[[int, np.ndarray], Resonance]

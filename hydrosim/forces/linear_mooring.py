@@ -14,20 +14,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.forces.layout import Layout
 from hydrosim.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
-from hydrosim.scene import ForceElement
+from hydrosim.scene import DOFS, ForceElement
+
+TUNING = 100  # iterations, each of which takes off most of the error
 
 
 @dataclass(frozen=True)
 class LinearMooring(ForceElement):
-    """``stiffness`` (6, 6) [N/m ... N m/rad]; ``damping`` (6, 6) or ``damping_ratio`` (6,) of
-    critical per DOF, with the added mass at that DOF's natural frequency; or neither."""
+    """``stiffness`` (6, 6) [N/m ... N m/rad]; besides, in DOFs where ``natural_period`` (6,) [s] is
+    not 0, what gives the body that period, by itself and with hydrostatics,
+
+        k = (2 pi / T)^2 (m + a(2 pi / T)) - k_hydrostatic;
+
+    ``damping`` (6, 6) or ``damping_ratio`` (6,) of critical per DOF, 2 sqrt(k (m + a)) with the
+    added mass at that DOF's natural frequency; or neither."""
 
     stiffness: np.ndarray
     damping: np.ndarray | None = None
     damping_ratio: np.ndarray | None = None
+    natural_period: np.ndarray | None = None
 
 
 MOORING = np.dtype(
@@ -41,17 +50,38 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
     for name, element in elements.items():
         if isinstance(element, LinearMooring):
             body = layout.body[element.body]
-            damping = _damping(element, body, layout)
-            rows.append((body, layout.row[name], element.stiffness, damping))
+            stiffness = element.stiffness + np.diag(_tuned(name, element, body, layout))
+            damping = _damping(element, np.diag(stiffness), body, layout)
+            rows.append((body, layout.row[name], stiffness, damping))
     return np.array(rows, dtype=MOORING)
 
 
-def _damping(element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
+def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
+    """Stiffness (6,) for the natural periods wanted, by fixed-point iteration."""
+    wanted = np.zeros(6) if element.natural_period is None else element.natural_period
+    omega = np.divide(2.0 * np.pi, wanted, out=np.zeros(6), where=wanted > 0.0)
+    k = np.zeros(6)
+    for _ in range(TUNING):
+        total, mass = layout.resonance(body, k)
+        k = np.where(omega > 0.0, omega**2 * mass - (total - k), 0.0)
+    for dof, period, own in zip(DOFS, wanted, k, strict=True):
+        if own < 0.0:
+            raise InputError(
+                f"forces.{name}.natural_period: {period:g} s in {dof} is longer than that of the"
+                " body on its hydrostatics alone; expected a shorter one, or none."
+            )
+    return k
+
+
+def _damping(
+    element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
+) -> np.ndarray:
     if element.damping is not None:
         return element.damping
     if element.damping_ratio is None:
         return np.zeros((6, 6))
-    critical = layout.critical_damping(body, np.diag(element.stiffness))
+    own = np.maximum(stiffness, 0.0)
+    critical = 2.0 * np.sqrt(own * layout.resonance(body, own).mass)
     return np.diag(element.damping_ratio * critical)
 
 

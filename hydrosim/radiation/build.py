@@ -1,4 +1,4 @@
-"""From fits and tables of K to the arrays that the kernels in `memory` read."""
+"""From fits and coefficients to the arrays that the kernels in `memory` read."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrosim.radiation.memory import ConvolutionKernel, RadiationStates, VelocityHistory
-from hydrosim.radiation.state_space import StateSpace, coupled_groups
+from hydrosim.radiation.memory import ConstantDamping, RadiationStates
+from hydrosim.radiation.state_space import StateSpace
 
 
 def _offsets(sizes: Sequence[int]) -> np.ndarray:
@@ -48,32 +48,9 @@ def input_rates(states: RadiationStates) -> np.ndarray:
     return _joined([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
 
 
-def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel:
-    """Table for the direct convolution from K (nt, n, n) at the lags 0, step, 2 step, ...
-
-    n are all DOFs of the scene, six per body. The entries kept are those that a state-space model
-    fits too, see `coupled_groups`; K = 0 throughout gives an empty table, which costs nothing.
-    """
-    kept = np.zeros(retardation.shape[1:], dtype=bool)
-    for dofs in coupled_groups(retardation):
-        kept[dofs[:, None], dofs] = True
-    row, column = np.nonzero(kept)
-    return ConvolutionKernel(
-        step=float(step),
-        K=np.ascontiguousarray(retardation[:, row, column], dtype=np.float64),
-        row=row.astype(np.int64),
-        column=column.astype(np.int64),
-    )
-
-
-def velocity_history(dofs: int, capacity: int) -> VelocityHistory:
-    """An empty history of ``dofs`` velocities with room for ``capacity`` nodes.
-
-    The memory is complete if ``capacity`` exceeds the kernel's length divided by the step, plus
-    the nodes at events within that length.
-    """
-    return VelocityHistory(
-        time=np.zeros(capacity),
-        velocity=np.zeros((capacity, dofs)),
-        pushed=np.zeros(1, dtype=np.int64),
+def constant_damping(damping: np.ndarray) -> ConstantDamping:
+    """B (n, n) on all DOFs of the scene for `radiation_damping`; B = 0 costs nothing."""
+    row, column = np.nonzero(damping)
+    return ConstantDamping(
+        damping[row, column].astype(np.float64), row.astype(np.int64), column.astype(np.int64)
     )

@@ -15,7 +15,9 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.kernels import cache_root
+from hydrosim.radiation.passivity import ROUNDING
 from hydrosim.radiation.retardation import Retardation
 from hydrosim.radiation.state_space import (
     TOLERANCE,
@@ -24,14 +26,25 @@ from hydrosim.radiation.state_space import (
     coupled_groups,
     fit_group,
 )
+from hydrosim.scene import DOFS
 
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 
 
+REFUSED = 10.0  # times the tolerance: a larger error of a passive fit is refused
+
+
 def fit(
-    checksum: str, memory: Retardation, frequency: np.ndarray, tolerance: float = TOLERANCE
+    checksum: str,
+    source: str,
+    memory: Retardation,
+    frequency: np.ndarray,
+    tolerance: float = TOLERANCE,
 ) -> tuple[StateSpace, ...]:
     """State-space models of all coupled groups of DOFs of a database, see `fit_group`.
+
+    Raises InputError, which names the database's ``source``, where no passive fit has an error
+    below ten times the tolerance.
 
     They are kept in the cache folder by the database's ``checksum``, the table of K, the band of
     ``frequency`` [rad/s], the tolerance and this package's sources. A file that cannot be read is
@@ -41,13 +54,41 @@ def fit(
     settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance, _version())
     key = hashlib.sha256(repr(settings).encode()).hexdigest()[:24]
     path = cache_root() / "fits" / f"{key}.npz"
-    with suppress(OSError, ValueError, KeyError, EOFError, BadZipFile):
-        return _read(path)
-    groups = coupled_groups(memory.kernel, tolerance)
-    models = tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
-    with suppress(OSError):
-        _write(path, models)
+    models = _cached(path)
+    if models is None:
+        groups = coupled_groups(memory.kernel, tolerance)
+        models = tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
+        with suppress(OSError):
+            _write(path, models)
+    for model in models:
+        _check(model, source)
     return models
+
+
+def _check(model: StateSpace, source: str) -> None:
+    report = model.report
+    if (
+        report.passivity_margin >= -ROUNDING
+        and report.frequency_error <= REFUSED * report.tolerance
+    ):
+        return
+    dofs = ", ".join(
+        DOFS[dof % 6] + (f" of body {dof // 6 + 1}" if dof > 5 else "") for dof in model.dofs
+    )
+    raise InputError(
+        f"{source}: found no state-space model of the radiation in {dofs} that is passive within"
+        f" {REFUSED:g} times the tolerance {report.tolerance:g}: the nearest, of {model.order}"
+        f" states, is {report.frequency_error:.1e} off (passivity {report.passivity_margin:.1e},"
+        f" {report.passivity_before:.1e} before); expected damping that is nowhere negative and"
+        " smooth. Run `hydrosim db check`; set radiation: {model: state_space, tolerance:"
+        f" {_rounded_up(report.frequency_error):g}}} or radiation: convolution."
+    )
+
+
+def _rounded_up(error: float) -> float:
+    """A tolerance of one digit that this error is within."""
+    size = 10.0 ** np.floor(np.log10(error))
+    return float(np.ceil(error / size) * size)
 
 
 @lru_cache
@@ -57,6 +98,12 @@ def _version() -> str:
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _cached(path: Path) -> tuple[StateSpace, ...] | None:
+    with suppress(OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile):
+        return _read(path)
+    return None
 
 
 def _read(path: Path) -> tuple[StateSpace, ...]:

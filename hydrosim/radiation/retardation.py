@@ -34,6 +34,13 @@ class KernelReport:
     smallest_eigenvalue: float  # of B(w), see `smallest_eigenvalue`; negative feeds energy in
     tail_exponent: np.ndarray  # (n, n), q of the tail
 
+    def __str__(self) -> str:
+        return (
+            f"|K(T)|/max|K| {self.end_ratio:.1e}, B(w_max)/max B {self.band_ratio:.1e}, Ogilvie"
+            f" residual {self.ogilvie_residual:.1e}, smallest eigenvalue of B"
+            f" {self.smallest_eigenvalue:.1e}"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Retardation:
@@ -55,10 +62,14 @@ def retardation(
 ) -> Retardation:
     """K up to ``length`` [s] and A_inf, from added mass and damping (nw, n, n) at ``frequency``.
 
+    Radiation is reciprocal, so only the symmetric parts are used; what else there is are errors of
+    the panels, which a database's checks report.
+
     Raises `InputError` for data that cannot be transformed, see `retardation_function`.
     """
     _check(frequency, damping)
     _check(frequency, added_mass)
+    added_mass, damping = (0.5 * (M + np.swapaxes(M, 1, 2)) for M in (added_mass, damping))
     time = np.linspace(0.0, length, round(length / step) + 1)
     kernel = retardation_function(frequency, damping, time)
     infinite, residual = infinite_added_mass(frequency, added_mass, time, kernel)

@@ -1,15 +1,19 @@
 """Retardation functions as the impulse response of a linear system: K(t) = C exp(Lambda t) B.
 
-The fit is made in the frequency domain, on K^(i w) = B(w) + i w (A(w) - A_inf), by `rational`.
+The fit is made in the frequency domain, on K^(i w) = B(w) + i w (A(w) - A_inf), by `rational`. It
+is stable and reciprocal by construction, and then made passive, see `passivity`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from hydrosim.radiation.passivity import ROUNDING, Reciprocal, passive
 from hydrosim.radiation.rational import (
     Modes,
     balanced,
@@ -23,13 +27,13 @@ from hydrosim.radiation.retardation import (
     diagonal_scale,
     radiating,
     relative_size,
-    smallest_eigenvalue,
     transfer_function,
 )
 
 TOLERANCE = 1e-3
 MAX_ORDER = 60  # poles in vector fitting
-BEYOND = 3.0  # the fit and its passivity are looked at up to this multiple of the band
+BEYOND = 3.0  # the fit is made up to this multiple of the band
+TRIES, FEW = 12, 3  # truncations that are made passive; of data that are too far from it
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,14 @@ class FitReport:
     tolerance: float  # asked of `frequency_error`
     frequency_error: float  # of K^(i w) over the database's band
     time_error: float  # of K(t) over its table
-    passivity_margin: float  # smallest over largest eigenvalue of Re K^(i w), to 3 w_max
+    passivity_before: float  # see `passivity.passive`: negative for a fit that had to be changed
+    passivity_margin: float  # the same of the model
+
+    def __str__(self) -> str:
+        return (
+            f"error {self.frequency_error:.1e} in frequency, {self.time_error:.1e} in time,"
+            f" passivity {self.passivity_margin:.1e} ({self.passivity_before:.1e} as fitted)"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +72,11 @@ class StateSpace:
     B: np.ndarray  # (states, m)
     C: np.ndarray  # (m, states)
     report: FitReport
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return self.B.shape[0]
 
     @property
     def real(self) -> int:
@@ -116,24 +132,34 @@ def fit_group(
     """State-space model of K between the ``dofs`` (m,), with few states.
 
     Poles are added until vector fitting is within half the tolerance; then the smallest balanced
-    truncation is taken whose `FitReport.frequency_error` is within ``tolerance``. ``band`` [rad/s]
-    is the database's highest frequency. All poles are stable by construction; passivity is
-    reported, not enforced. If 60 poles do not reach the tolerance, the fit with 60 is returned:
-    compare the report's error with its tolerance.
+    truncation is taken that can be made passive and whose `FitReport.frequency_error` is then
+    within ``tolerance``. ``band`` [rad/s] is the database's highest frequency. All poles are stable
+    by construction. Where the tolerance cannot be reached, the model nearest to it is returned:
+    compare the report's error with its tolerance, and its passivity margin with zero.
     """
     kernel = memory.kernel[:, dofs[:, None], dofs]
-    w, inside = _frequencies(memory.time[-1], band)
+    w, inside = frequencies(memory.time[-1], band)
     target = transfer_function(memory.time, kernel, w)
     scale = diagonal_scale(target[:inside])
     target = target / (scale[:, None] * scale)
     system = balanced(*_vector_fit(1j * w, target, inside, 0.5 * tolerance))
-    found = _smallest(system, 1j * w[:inside], target[:inside], tolerance)
-    found = Modes(found.poles, scale[:, None] * found.c, found.b * scale)
-    return _real_form(dofs, found, _report(found, memory.time, kernel, band, tolerance))
+    found = _smallest(system, band, w[:inside], target[:inside], tolerance)
+    model = replace(found.model, B=found.model.B * scale)
+    result = StateSpace(
+        dofs=np.asarray(dofs, dtype=np.int64),
+        decay=model.decay[: model.decay.size - model.rotation.size],
+        frequency=np.append(np.zeros(model.decay.size - 2 * model.rotation.size), model.rotation),
+        B=model.B,
+        C=model.B.T * model.sign,
+        report=FitReport(tolerance, found.error, 0.0, found.before, found.after),
+    )
+    late = relative_size(result.modes.impulse_response(memory.time) - kernel, kernel)
+    return replace(result, report=replace(result.report, time_error=late))
 
 
-def _frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
-    """Twice as dense as a memory of this length needs (pi / T) in the band, coarse above it."""
+def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
+    """Where a fit is made [rad/s], and how many of these are in the band: twice as dense as a
+    memory of this length needs (pi / T), coarse above it."""
     inside = int(np.ceil(2.0 * band * length / np.pi)) + 1
     above = np.geomspace(band, BEYOND * band, inside // 3 + 2)[1:]
     return np.append(np.linspace(0.0, band, inside), above), inside
@@ -152,47 +178,58 @@ def _vector_fit(
     return realisation(poles, residues.reshape(-1, m, m))
 
 
+class _Found(NamedTuple):
+    """A passive model, its largest error, and the passivity before and after the change."""
+
+    model: Reciprocal
+    error: float
+    before: float
+    after: float
+
+
 def _smallest(
     system: tuple[np.ndarray, np.ndarray, np.ndarray],
-    s: np.ndarray,
+    band: float,
+    w: np.ndarray,
     target: np.ndarray,
     tolerance: float,
-) -> Modes:
-    """The first stable balanced truncation within the tolerance; the largest if there is none."""
-    A, B, C = system
-    best = modes(A, B, C)
+) -> _Found:
+    """The first balanced truncation that is within the tolerance once it is passive; else the best
+    of the first few that were within it before, or of all if there are none."""
+    models = list(truncations(*system))
+    errors = [np.abs(model.transfer_function(1j * w) - target).max() for model in models]
+    good = [model for model, error in zip(models, errors, strict=True) if error <= tolerance]
+    found: list[_Found] = []
+    tries = TRIES if np.linalg.eigvalsh(target.real).min() >= -tolerance else FEW
+    for model in good[:tries] or [models[int(np.argmin(errors))]]:
+        changed, before, after = passive(model, band)
+        error = np.abs(changed.transfer_function(1j * w) - target).max()
+        found.append(_Found(changed, float(error), before, after))
+        if error <= tolerance and after >= -ROUNDING:
+            break
+    return min(found, key=lambda one: (one.after < -ROUNDING, one.error))
+
+
+def truncations(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Iterator[Reciprocal]:
+    """The stable balanced truncations, the smallest first, in reciprocal form."""
     for k in range(1, len(A) + 1):
         candidate = modes(A[:k, :k], B[:k], C[:, :k])
-        if np.any(candidate.poles.real >= 0.0):
-            continue
-        best = candidate
-        if np.abs(best.transfer_function(s) - target).max() <= tolerance:
-            break
-    return best
+        if np.all(candidate.poles.real < 0.0):
+            yield reciprocal(candidate)
 
 
-def _real_form(dofs: np.ndarray, modes: Modes, report: FitReport) -> StateSpace:
+def reciprocal(modes: Modes) -> Reciprocal:
+    """The modes with every residue c b as +-b^T b: b and c of a reciprocal system are parallel, so
+    that only their lengths and phases are free. A part that is not reciprocal is left out."""
     real, upper = modes.poles.imag == 0.0, modes.poles.imag > 0.0
-    poles = np.append(modes.poles[real], modes.poles[upper])
-    b, c = np.sqrt(2.0) * modes.b[upper], np.sqrt(2.0) * modes.c[:, upper]
-    return StateSpace(
-        dofs=np.asarray(dofs, dtype=np.int64),
-        decay=poles.real,
-        frequency=poles.imag,
-        B=np.vstack([modes.b[real].real, b.real, -b.imag]),
-        C=np.hstack([modes.c[:, real].real, c.real, c.imag]),
-        report=report,
-    )
-
-
-def _report(
-    modes: Modes, time: np.ndarray, kernel: np.ndarray, band: float, tolerance: float
-) -> FitReport:
-    w, inside = _frequencies(time[-1], band)
-    target, found = transfer_function(time, kernel, w), modes.transfer_function(1j * w)
-    return FitReport(
-        tolerance=tolerance,
-        frequency_error=relative_size((found - target)[:inside], target[:inside]),
-        time_error=relative_size(modes.impulse_response(time) - kernel, kernel),
-        passivity_margin=smallest_eigenvalue(found.real),
+    size = np.einsum("km,km->k", modes.b.conj(), modes.b).real
+    ratio = np.einsum("km,mk->k", modes.b.conj(), modes.c) / size
+    b = np.sqrt(np.where(real, np.abs(ratio), ratio))[:, None] * modes.b
+    first, pairs = np.sqrt(2.0) * b[upper], int(np.count_nonzero(upper))
+    poles = modes.poles[upper]
+    return Reciprocal(
+        decay=np.concatenate([modes.poles[real].real, poles.real, poles.real]),
+        rotation=poles.imag,
+        sign=np.concatenate([np.sign(ratio[real].real), np.ones(pairs), -np.ones(pairs)]),
+        B=np.vstack([b[real].real, first.real, -first.imag]),
     )

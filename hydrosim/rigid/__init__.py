@@ -5,6 +5,7 @@ from hydrosim.rigid.kinematics import (
     Bodies,
     Motion,
     acceleration_map,
+    accelerations,
     add_wrench,
     attachment,
     generalised_force,

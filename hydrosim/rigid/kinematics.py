@@ -77,6 +77,21 @@ def place_bodies(q, u, bodies, motion):
 
 
 @kernel
+def accelerations(x, bodies, motion, a):
+    """Fill ``a`` (6 nb,) = v' = S q'' + S' q' from accelerations ``x`` (n,) of the free
+    coordinates, where ``motion`` is placed."""
+    assign(a, motion.bias)
+    for j in range(bodies.active.size):
+        i = bodies.active[j]
+        if i % 6 < 3 or not bodies.exact:
+            a[i] += x[j]
+        else:
+            E, k = motion.rate_map[i // 6], 6 * (i // 6) + 3
+            for axis in range(3):
+                a[k + axis] += E[axis, i - k] * x[j]
+
+
+@kernel
 def _turn(b, angles, motion):
     """Angular velocity E a' and its bias E' a' of body b from the rates a' of its angles."""
     rate = vector(motion.rate, 6 * b + 3)

@@ -1,0 +1,147 @@
+"""Where a scene is at rest, without stepping it there.
+
+Zero velocities, no first-order waves and no friction: with friction there is a continuum of places
+at rest, and which of them a run ends in is decided by its history. The free coordinates q are those
+where the generalised loads vanish,
+
+    Q(q) = S^T F(q, q' = 0) = 0,
+
+found by Newton's method with K = -dQ/dq by central differences. Contacts and slack lines are looked
+at anew in every iteration; directions without stiffness stay where they are (least norm).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrosim.dynamics import Model, Work, forces, new_work, total_force
+from hydrosim.errors import InputError
+from hydrosim.forces import Fender, Frictionless, settle
+from hydrosim.model import compile_scene
+from hydrosim.rigid import generalised_force, place_bodies
+from hydrosim.scene import Scene, SecondOrder, WaveForces
+from hydrosim.stepper import State
+
+ITERATIONS = 100
+SMALL = 1e-5  # m, rad: of the central differences
+FLAT = 1e-12  # of the largest singular value of K: there is no stiffness
+ENOUGH = 1e-9  # of the weight: a residual that counts as rest
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A ``state`` at rest of the frictionless ``model`` at ``time`` [s], and the largest load
+    there over the ``weight`` [N] (moments: over weight times 1 m)."""
+
+    model: Model
+    state: State
+    time: float
+    residual: float
+
+    @property
+    def position(self) -> np.ndarray:
+        """Displacements of all bodies, (nb, 6)."""
+        bodies = self.model.bodies
+        found = bodies.locked.copy()
+        found[bodies.active] = self.state.y[: bodies.active.size]
+        return found.reshape(-1, 6)
+
+
+def equilibrium(scene: Scene, time: float = 0.0, mean_drift: bool = False) -> Rest:
+    """The place at rest near that of the scene's start, with applied forces as at ``time`` [s].
+
+    ``mean_drift``: with the mean second-order loads of the sea, of bodies that have any. Raises
+    InputError if there is none, with the loads that are left.
+    """
+    model, state = compile_scene(_calm(scene, time, mean_drift))
+    work, n = new_work(model), model.bodies.active.size
+    weight = model.bodies.each["mass"].sum() * scene.environment.gravity
+    q = state.y[:n].copy()
+    load = _load(q, time, model, state, work)
+    for _ in range(ITERATIONS):
+        if np.abs(load).max() <= 1e-3 * ENOUGH * weight:
+            break
+        step = np.linalg.lstsq(_stiffness(q, time, model, state, work), load, rcond=FLAT)[0]
+        q, load = _shortened(q, step, load, time, model, state, work)
+    residual = float(np.abs(load).max() / weight)
+    if not residual <= ENOUGH:
+        raise InputError(
+            f"equilibrium at {time:g} s: none found; at the best place the loads left are"
+            f" {residual:.1e} of the weight. Look for a force that nothing balances, or start"
+            " nearer to rest (initial.position)."
+        )
+    return Rest(model, state._replace(y=_at(q, state)), time, residual)
+
+
+def _calm(scene: Scene, time: float, mean_drift: bool) -> Scene:
+    """The scene without friction and first-order waves, long enough for ``time``."""
+    drift = [
+        SecondOrder.MEAN_DRIFT
+        if mean_drift and body.wave_forces.second_order != SecondOrder.NONE
+        else SecondOrder.NONE
+        for body in scene.bodies
+    ]
+    bodies = [
+        replace(body, wave_forces=WaveForces(first_order=False, second_order=load))
+        for body, load in zip(scene.bodies, drift, strict=True)
+    ]
+    smooth = {
+        name: replace(element, friction=Frictionless()) if isinstance(element, Fender) else element
+        for name, element in scene.forces.items()
+    }
+    waves = tuple(replace(train, ramp=0.0) for train in scene.environment.waves)
+    return replace(
+        scene,
+        bodies=tuple(bodies),
+        forces=smooth,
+        environment=replace(scene.environment, waves=waves if mean_drift else ()),
+        duration=max(scene.duration, time),
+        initial=None,
+    )
+
+
+def _at(q: np.ndarray, state: State) -> np.ndarray:
+    y = np.zeros_like(state.y)
+    y[: q.size] = q
+    return y
+
+
+def _load(q: np.ndarray, time: float, model: Model, state: State, work: Work) -> np.ndarray:
+    """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
+    y, load = _at(q, state), np.zeros(q.size)
+    place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
+    settle(time, y, state.modes, work.motion, model.bodies, model.elements)
+    forces(time, y, state.modes, state.history, model, work, np.zeros_like(y))
+    total_force(work.wrench, work.total)
+    generalised_force(model.bodies, work.motion, work.total, load)
+    return load
+
+
+def _stiffness(q: np.ndarray, time: float, model: Model, state: State, work: Work) -> np.ndarray:
+    """-dQ/dq, (n, n)."""
+    columns = []
+    for shift in SMALL * np.eye(q.size):
+        ahead, behind = (_load(q + s, time, model, state, work) for s in (shift, -shift))
+        columns.append((behind - ahead) / (2.0 * SMALL))
+    return np.stack(columns, axis=1)
+
+
+def _shortened(
+    q: np.ndarray,
+    step: np.ndarray,
+    load: np.ndarray,
+    time: float,
+    model: Model,
+    state: State,
+    work: Work,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The step, halved until the loads become less; the last one tried if they never do."""
+    size = np.linalg.norm(load)
+    for halvings in range(30):
+        trial = q + step / 2.0**halvings
+        found = _load(trial, time, model, state, work)
+        if np.linalg.norm(found) < size:
+            break
+    return trial, found

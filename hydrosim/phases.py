@@ -1,0 +1,61 @@
+"""The phases of an operation that begins free and ends held by friction, from the contact history.
+
+    moored           until the first contact of any fender
+    initial contact  until no fender opens any more
+    compressed       until the fenders stick nearly all the time
+    stuck            to the end
+
+A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `SHARE` of
+its fenders' time in stick. A run that ends before a phase does not have it.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+from hydrosim.forces.contact.modes import OPEN, STICK
+
+WINDOW = 100.0  # s
+SHARE = 0.8
+
+
+class Phase(IntEnum):
+    """Phases in the order of time."""
+
+    MOORED = 0
+    INITIAL_CONTACT = 1
+    COMPRESSED = 2
+    STUCK = 3
+
+
+def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Phase (nt,) at each ``time`` (nt,) [s], evenly spaced, for contact ``modes`` (nt, nf)."""
+    phase = np.full(time.size, Phase.MOORED, dtype=np.int8)
+    if time.size < 2 or modes.shape[1] == 0:
+        return phase
+    touching = np.any(modes != OPEN, axis=1)
+    first = int(touching.argmax()) if touching.any() else time.size
+    closed = _last(np.any(modes == OPEN, axis=1)) + 1
+    stuck = max(closed, _sticks_from(time, modes))
+    phase[first:] = Phase.INITIAL_CONTACT
+    phase[max(first, closed) :] = Phase.COMPRESSED
+    phase[max(first, stuck) :] = Phase.STUCK
+    return phase
+
+
+def _last(condition: np.ndarray) -> int:
+    """Index of the last true entry, -1 if there is none."""
+    return int(condition.size - 1 - condition[::-1].argmax()) if condition.any() else -1
+
+
+def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
+    """Where the last window begins that has too little stick, and all later ones have enough."""
+    share = np.mean(modes == STICK, axis=1)
+    width = max(round(WINDOW / (time[1] - time[0])), 1)
+    if share.size < width:
+        return share.size
+    mean = np.convolve(share, np.full(width, 1.0 / width), mode="valid")
+    found = _last(mean < SHARE) + 1
+    return found if found < mean.size else share.size

@@ -1,0 +1,126 @@
+"""Responses of a scene to waves in the frequency domain: RAOs, spectra, short-term extremes.
+
+About a place at rest, with contacts held as they are there, motions q of amplitude a wave are
+
+    D(w) q = X(w),   D(w) = K - w^2 (M + A(w)) + i w B(w),
+
+with K, M and damping by the linearisation of the scene's own equation of motion (`linear`), and
+A(w), B(w) as its radiation model has them, or as the database has. A Gaussian sea of density S(w)
+gives the response density |q|^2 S; maxima of a narrow-banded response are Rayleigh's, the most
+probable largest of N = T / Tz being sqrt(2 m0 ln N) (Longuet-Higgins 1952).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from hydrosim.dynamics import Model
+from hydrosim.linear import Linear, linearise
+from hydrosim.model import compile_scene, wave_bodies
+from hydrosim.notes import Notes
+from hydrosim.radiation import TOLERANCE
+from hydrosim.scene import Environment, RadiationModel, Scene
+from hydrosim.stepper import State
+from hydrosim.waves import Components, WaveBody, first_order
+from hydrosim.waves.dispersion import wavenumber
+from hydrosim.wet import WetGroup, with_states
+
+
+class Radiation(StrEnum):
+    """Whose added mass and damping: of the scene's radiation model, or of its databases."""
+
+    MODEL = "model"
+    DATABASE = "database"
+
+
+@dataclass(frozen=True)
+class Responder:
+    """A scene made linear about a state, and its ``bodies`` in waves.
+
+    ``linear`` has everything but, if they are the ``databases``', added mass and damping.
+    """
+
+    linear: Linear
+    bodies: Sequence[WaveBody]
+    environment: Environment
+    added_mass_infinite: np.ndarray
+    databases: Sequence[WetGroup] = ()
+
+    def raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m to ``heading``
+        [rad] of frequencies ``omega`` (nw,) [rad/s], for exp(+i w t) and elevations at the
+        earth's origin."""
+        depth, gravity = self.environment.water_depth, self.environment.gravity
+        k, ones = wavenumber(omega, depth, gravity), np.ones(omega.size)
+        return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
+
+    def motions(self, waves: Components) -> np.ndarray:
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
+        loads, omega = first_order(waves, self.bodies).amplitude, waves.omega
+        active, found = self.linear.active, np.zeros(loads.shape, dtype=complex)
+        for w, load, motion in zip(omega, loads, found, strict=True):
+            motion[active] = np.linalg.solve(self.dynamic_stiffness(w), load[active])
+        return found
+
+    def dynamic_stiffness(self, omega: float) -> np.ndarray:
+        """D(w), (n, n)."""
+        D = self.linear.dynamic_stiffness(omega)
+        if not self.databases:
+            return D
+        radiated = omega**2 * self.added_mass_infinite + 0j
+        for wet in self.databases:
+            db, block = wet.database, np.ix_(wet.dofs, wet.dofs)
+            A, B = (_at(omega, db.frequency, x) for x in (db.added_mass, db.radiation_damping))
+            radiated[block] += -(omega**2) * A + 1j * omega * B
+        active = self.linear.active
+        return np.asarray(D + radiated[np.ix_(active, active)])
+
+
+def responder(
+    scene: Scene,
+    state: State | None = None,
+    radiation: Radiation = Radiation.MODEL,
+    time: float = 0.0,
+) -> Responder:
+    """The scene made linear about ``state`` (of its start, or of `equilibrium`), with contacts as
+    they are there and applied forces as at ``time`` [s].
+
+    A convolution counts as its state-space model. Raises InputError if the scene cannot be
+    compiled.
+    """
+    own, notes = radiation == Radiation.DATABASE, Notes()
+    model, start = compile_scene(_for_linear(scene, own), notes)
+    linear = linearise(model, start if state is None else _of_model(model, state), time=time)
+    bodies = wave_bodies(scene, notes.wet)
+    groups = notes.wet if own else ()
+    return Responder(linear, bodies, scene.environment, model.added_mass, groups)
+
+
+def _for_linear(scene: Scene, without_memory: bool) -> Scene:
+    """The scene with a radiation that can be made linear, and with no waves to synthesise."""
+    bodies = [
+        replace(body, radiation=RadiationModel.NONE)
+        if without_memory
+        else with_states(body, TOLERANCE)
+        for body in scene.bodies
+    ]
+    calm = replace(scene.environment, waves=())
+    return replace(scene, bodies=tuple(bodies), environment=calm, initial=None)
+
+
+def _of_model(model: Model, state: State) -> State:
+    """The place and contacts of a state at rest, for a model with other memory."""
+    y, n = np.zeros(model.size), model.bodies.active.size
+    y[:n] = state.y[:n]
+    return state._replace(y=y)
+
+
+def _at(omega: float, frequency: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nw, n, n) at one frequency, linear between those of the database."""
+    k = int(np.clip(np.searchsorted(frequency, omega), 1, frequency.size - 1))
+    x = np.clip((omega - frequency[k - 1]) / (frequency[k] - frequency[k - 1]), 0.0, 1.0)
+    return np.asarray((1.0 - x) * values[k - 1] + x * values[k])

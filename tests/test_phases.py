@@ -1,0 +1,53 @@
+"""Phases of contact histories that are written by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.phases import SHARE, WINDOW, Phase, contact_phases
+
+
+def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Times every 0.5 s and modes of two fenders, for pieces of so many seconds each."""
+    modes = np.concatenate([np.tile(modes, (round(2 * s), 1)) for s, *modes in pieces])
+    return 0.5 * np.arange(len(modes)), modes
+
+
+def begins(time: np.ndarray, phase: np.ndarray) -> dict[Phase, float]:
+    return {Phase(k): time[int(np.argmax(phase == k))] for k in np.unique(phase)}
+
+
+def test_all_phases() -> None:
+    time, modes = history(
+        (100.0, OPEN, OPEN),
+        (50.0, SLIP, OPEN),
+        (50.0, OPEN, STICK),
+        (60.0, SLIP, SLIP),
+        (200.0, STICK, STICK),
+    )
+    found = begins(time, contact_phases(time, modes))
+    assert found[Phase.MOORED] == 0.0
+    assert found[Phase.INITIAL_CONTACT] == 100.0
+    assert found[Phase.COMPRESSED] == 200.0
+    # the first window with enough stick begins when at most a fifth of it slips
+    assert abs(found[Phase.STUCK] - (260.0 - (1.0 - SHARE) * WINDOW)) <= 0.5
+
+
+def test_a_run_that_ends_early_lacks_the_last_phases() -> None:
+    time, modes = history((100.0, OPEN, OPEN), (300.0, STICK, STICK), (1.0, OPEN, STICK))
+    assert set(begins(time, contact_phases(time, modes))) == {Phase.MOORED, Phase.INITIAL_CONTACT}
+    time, modes = history((100.0, OPEN, OPEN), (200.0, SLIP, STICK))
+    assert set(begins(time, contact_phases(time, modes))) == {Phase.MOORED, Phase.COMPRESSED}
+
+
+def test_no_contact_and_no_fenders() -> None:
+    time, modes = history((100.0, OPEN, OPEN))
+    assert not contact_phases(time, modes).any()
+    assert not contact_phases(time, modes[:, :0]).any()
+    assert contact_phases(time[:1], modes[:1]).size == 1
+
+
+def test_slip_ends_being_stuck() -> None:
+    time, modes = history((10.0, OPEN, OPEN), (300.0, STICK, STICK), (90.0, SLIP, SLIP))
+    assert Phase.STUCK not in begins(time, contact_phases(time, modes))
