@@ -40,7 +40,10 @@ def uncoupled() -> HydroDatabase:
         **{name: blocks(name) for name in ("added_mass", "radiation_damping")},
         **{name: blocks(name) for name in ("added_mass_zero", "added_mass_infinite")},
         hydrostatic_stiffness=blocks("hydrostatic_stiffness"),
-        **{name: both(name) for name in ("excitation", "froude_krylov", "mean_drift")},
+        **{
+            name: both(name)
+            for name in ("excitation", "froude_krylov", "mean_drift", "qtf_difference")
+        },
         **{name: each(name) for name in ("reference_point", "centre_of_gravity", "volume")},
         centre_of_buoyancy=each("centre_of_buoyancy"),
         mean_drift_held=None,
