@@ -13,12 +13,8 @@ from importlib import import_module
 from benchmarks.report import machine, save
 
 QUESTIONS = (
-    "steps_per_second",
-    "error_against_step",
-    "stability_map",
-    "reading",
-    "radiation_fits",
-    "memory",
+    *("steps_per_second", "error_against_step", "stability_map", "reading"),
+    *("radiation_fits", "memory", "validation"),
 )
 
 

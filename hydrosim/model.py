@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import ceil
+from math import ceil, cos, sin
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from hydrosim.scene import (
     Kinematics,
     Method,
     Scene,
+    Stream,
 )
 from hydrosim.stepper import State
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
@@ -313,8 +314,13 @@ def _layout(scene: Scene, state: int, alone: Mapping[str, HydroDatabase]) -> Lay
         {body.name: i for i, body in enumerate(scene.bodies)},
         {name: len(ROWS) + i for i, name in enumerate(scene.forces)},
         state,
+        *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
     )
+
+
+def _velocity(stream: Stream) -> tuple[float, float]:
+    return stream.speed * cos(stream.heading), stream.speed * sin(stream.heading)
 
 
 def _first_state(scene: Scene, model: Model) -> State:

@@ -12,12 +12,12 @@ from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.names import dofs_of
-from hydrosim.scene import DOFS, Body, Scene, SecondOrder
-from hydrosim.waves import energy_outside, sea, separate_headings
+from hydrosim.scene import DOFS, Body, RecordedElevation, Scene, SecondOrder
+from hydrosim.waves import components, energy_outside, sea, separate_headings
 from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
-OUTSIDE_WARNED, OUTSIDE_REFUSED = 0.01, 0.05  # shares of a sea's energy beyond a database's range
+OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.05  # shares of a sea's energy beyond a database's range
 
 
 @dataclass
@@ -43,7 +43,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
     for body in scene.bodies:
         if body.name in alone and body.dofs:
             notes.warnings.extend(_mass_warnings(body, alone[body.name]))
-            notes.warnings.extend(_range_warnings(scene, body, alone[body.name]))
+            notes.warnings.extend(range_warnings(scene, body, alone[body.name]))
             notes.warnings.extend(_heading_warnings(scene, body, alone[body.name]))
 
 
@@ -68,22 +68,27 @@ def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:
         )
 
 
-def _range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """Energy of the seas beyond the database's frequencies, where first-order loads are zero."""
-    frequency = db.frequency
-    for waves in sea(scene.environment) if body.wave_forces.first_order else ():
-        outside = sum(energy_outside(waves, frequency))
-        text = (
-            f"{outside:.1%} of the waves' energy is outside the frequencies of the database of"
-            f" {body.name}, {frequency[0]:.3g} to {frequency[-1]:.3g} rad/s"
+def range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
+    """Energy of the whole sea beyond a database's frequencies, where first-order loads are zero.
+
+    Raises InputError if it is too much.
+    """
+    seas, frequency = sea(scene.environment), db.frequency
+    if not (seas and body.wave_forces.first_order):
+        return
+    energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
+    outside = np.average([sum(energy_outside(waves, frequency)) for waves in seas], weights=energy)
+    text = (
+        f"{outside:.1%} of the waves' energy is outside the frequencies of the database of"
+        f" {body.name}, {frequency[0]:.3g} to {frequency[-1]:.3g} rad/s"
+    )
+    if outside > OUTSIDE_REFUSED:
+        raise InputError(
+            f"environment.waves: {text}; expected at most {OUTSIDE_REFUSED:.0%}. Use a database"
+            " with a wider range, or other waves."
         )
-        if outside > OUTSIDE_REFUSED:
-            raise InputError(
-                f"environment.waves: {text}; expected at most {OUTSIDE_REFUSED:.0%}. Use a database"
-                " with a wider range, or other waves."
-            )
-        if outside > OUTSIDE_WARNED:
-            yield f"{text}: no first-order loads there."
+    if outside > OUTSIDE_WARNED:
+        yield f"{text}: no first-order loads there."
 
 
 def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
@@ -98,7 +103,17 @@ def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[s
 
 
 def _records(scene: Scene) -> Iterator[str]:
-    """How well the splines through recorded forces are determined."""
+    """What is left out of recorded elevations, and how well the splines through recorded forces are
+    determined."""
+    for train in scene.environment.waves:
+        if isinstance(record := train.spectrum, RecordedElevation):
+            energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
+            left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
+            yield (
+                f"environment.waves: {record.time.size} recorded elevations; left out: their mean,"
+                f" {record.elevation.mean():.3g} m, and {left:.1%} of their energy, above"
+                f" {record.highest_frequency:g} rad/s"
+            )
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
@@ -123,9 +138,10 @@ def _skipped(scene: Scene, model: Model, wet: Mapping[str, HydroDatabase]) -> It
         and i not in model.waves.first_dof
         and i // 6 not in model.following.body
     ]
-    if scene.environment.waves and unloaded:
+    waves = sea(scene.environment)
+    if waves and unloaded:
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)
-    if not scene.environment.waves:
+    if not waves:
         yield "no waves: no wave loads"
     if model.waves.second_dof.size == 0:
         yield "no second-order loads"

@@ -1,11 +1,11 @@
 """From the record of a run to an xarray dataset, and to netCDF.
 
-Dimensions: time, body, dof, fender (contact points), spring, axis. Wrenches are (force, moment
-about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and `energy_stored_*`
-are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*` what was lost, all
-since the start; `energy_residual` is holdings minus start minus work plus losses, zero but for the
-error of the time integration. A run that starts from another counts on from there; its residual is
-its own, zero where it begins.
+Dimensions: time, body, dof, fender (contact points), spring, probe, axis. Wrenches are (force,
+moment about the centre of gravity) in the earth frame. The ledger: `energy_kinetic` and
+`energy_stored_*` are what the system holds, `energy_work_*` what was put in, `energy_dissipated_*`
+what was lost, all since the start; `energy_residual` is holdings minus start minus work plus
+losses, zero but for the error of the time integration. A run that starts from another counts on
+from there; its residual is its own, zero where it begins.
 
 The whole state y is in `state_value` (state_time, state) by name, for a start from there
 (`hydrosim.restart`): at the end, or at every output time if the scene says so.
@@ -39,6 +39,7 @@ from hydrosim.phases import Phase, contact_phases
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
 from hydrosim.scene import DOFS, Scene
+from hydrosim.waves import elevations, sea
 
 LOST = -1  # the last of what `observe` says of a point
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
@@ -49,6 +50,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "velocity": ("velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH),
     "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
     "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
+    "wave_elevation_at_probe": ("undisturbed wave elevation at a probe", "m", EARTH),
     "force_": ("force; moment about the centre of gravity", "N or N m", EARTH),
     "fender_compression": ("compression, negative when open", "m", "normal of the plane"),
     "fender_normal_force": ("normal force", "N", "normal of the plane"),
@@ -110,6 +112,7 @@ def to_dataset(
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
     data.update(_fenders(time, values["contact"], modes[:, : points.shape[1]], points))
     data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
+    data.update(_probes(scene, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, modes))
@@ -250,6 +253,15 @@ def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str,
     }
 
 
+def _probes(scene: Scene, time: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Elevation at the probes: a sum over the components, for nothing in a run depends on it."""
+    if not scene.wave_probes:
+        return {}
+    points = np.array(list(scene.wave_probes.values()))
+    found = elevations(sea(scene.environment), points, time)
+    return {"wave_elevation_at_probe": (("time", "probe"), found)}
+
+
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
@@ -290,6 +302,17 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **({"fender": ("fender", names)} if (names := fender_names(scene)) else {}),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
+        **(_probe_places(scene) if scene.wave_probes else {}),
+    }
+
+
+def _probe_places(scene: Scene) -> dict[str, object]:
+    x, y = np.array(list(scene.wave_probes.values())).T
+    place = {"units": "m", "long_name": "place of the probe", "frame": EARTH}
+    return {
+        "probe": ("probe", list(scene.wave_probes)),
+        "probe_x": ("probe", x, place),
+        "probe_y": ("probe", y, place),
     }
 
 

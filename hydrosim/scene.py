@@ -106,6 +106,74 @@ class Jonswap:
 
 
 @dataclass(frozen=True)
+class Tma:
+    """JONSWAP spectrum limited by a ``water_depth`` [m] (Bouws et al. 1985), scaled to the
+    significant height; ``gravity`` [m/s^2]."""
+
+    significant_height: float
+    peak_period: float
+    water_depth: float
+    peak_enhancement: float = 3.3
+    gravity: float = 9.81
+
+
+@dataclass(frozen=True)
+class OchiHubblePeak:
+    """One of the peaks of `OchiHubble`: significant height [m], peak period [s], and ``shape``
+    lambda, the sharpness of the peak."""
+
+    significant_height: float
+    peak_period: float
+    shape: float = 1.0
+
+
+@dataclass(frozen=True)
+class OchiHubble:
+    """Sum of peaks of chosen sharpness (Ochi and Hubble 1976), who have two: swell, wind sea."""
+
+    peaks: tuple[OchiHubblePeak, ...]
+
+
+@dataclass(frozen=True)
+class Torsethaugen:
+    """Wind sea and swell of a significant height [m] and peak period [s] (Torsethaugen and Haver
+    2004, the simplified form), for the North Sea; ``gravity`` [m/s^2]."""
+
+    significant_height: float
+    peak_period: float
+    gravity: float = 9.81
+
+
+@dataclass(frozen=True)
+class WhiteNoise:
+    """Constant density between two frequencies [rad/s], of a significant height [m]."""
+
+    significant_height: float
+    lowest_frequency: float
+    highest_frequency: float
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumTable:
+    """``density`` (nf,) [m^2 s/rad] at rising ``frequency`` (nf,) [rad/s]: straight lines between
+    them, nothing outside."""
+
+    frequency: np.ndarray
+    density: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionalTable:
+    """``density`` (nf, nh) [m^2 s/rad^2] at rising ``frequency`` (nf,) [rad/s] and rising, equally
+    spaced ``heading`` (nh,) [rad], where waves go to: straight lines between the frequencies,
+    constant over the sector around each heading."""
+
+    frequency: np.ndarray
+    heading: np.ndarray
+    density: np.ndarray
+
+
+@dataclass(frozen=True)
 class RegularWave:
     """One Airy wave: amplitude * cos(2 pi t / period + phase) at the earth's origin."""
 
@@ -114,16 +182,50 @@ class RegularWave:
     phase: float = 0.0
 
 
-Spectrum = Jonswap | RegularWave
+@dataclass(frozen=True, eq=False)
+class GivenComponents:
+    """Airy waves amplitude * cos(omega t + phase) at the earth's origin: ``omega`` [rad/s],
+    ``amplitude`` [m], ``phase`` [rad] and ``heading`` [rad] are (n,) each."""
+
+    omega: np.ndarray
+    amplitude: np.ndarray
+    phase: np.ndarray
+    heading: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedElevation:
+    """``elevation`` (n,) [m] at equally spaced ``time`` (n,) [s] of the run, measured at
+    ``position`` x, y [m]; its mean is left out, and what is above ``highest_frequency`` [rad/s]."""
+
+    time: np.ndarray
+    elevation: np.ndarray
+    position: tuple[float, float] = (0.0, 0.0)
+    highest_frequency: float = np.inf
+
+
+Density = Jonswap | Tma | OchiHubble | Torsethaugen | WhiteNoise | SpectrumTable | DirectionalTable
+"""Spectra from which a random sea is drawn."""
+Spectrum = Density | RegularWave | GivenComponents | RecordedElevation
+
+
+class Amplitudes(StrEnum):
+    """Of the components of a random sea: sqrt(2 S dw), or Rayleigh distributed about that, which
+    makes the sea Gaussian."""
+
+    DETERMINISTIC = "deterministic"
+    RAYLEIGH = "rayleigh"
 
 
 @dataclass(frozen=True)
 class WaveTrain:
-    """Waves from one direction.
+    """Waves of one spectrum and one mean direction.
 
-    ``heading`` [rad] is where they go to, counter-clockwise from +x; ``ramp`` [s] is the time over
-    which the elevation grows from zero; ``repeat_period`` [s] sets the spacing of the components
-    of an irregular sea, 2 pi / repeat_period, so that the sea does not depend on the duration.
+    ``heading`` [rad] is where they go to, counter-clockwise from +x (`GivenComponents` and
+    `DirectionalTable` have their own); ``ramp`` [s] is the time over which the elevation grows from
+    zero; ``repeat_period`` [s] sets the spacing of the components of a random sea, 2 pi /
+    repeat_period, so that the sea does not depend on the duration. ``spreading`` is the exponent s
+    of directions distributed as cos^2s of half the angle to the heading; None: long crests.
     """
 
     spectrum: Spectrum
@@ -131,16 +233,30 @@ class WaveTrain:
     seed: int = 1
     ramp: float = 0.0
     repeat_period: float = 10800.0
+    amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
+    spreading: float | None = None
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Steady and uniform current or wind: ``speed`` [m/s], and the ``heading`` [rad] it goes to,
+    counter-clockwise from +x."""
+
+    speed: float = 0.0
+    heading: float = 0.0
 
 
 @dataclass(frozen=True)
 class Environment:
-    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``."""
+    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
+    and ``wind`` act through force elements alone: the waves do not know of them."""
 
     water_depth: float = np.inf
     water_density: float = 1025.0
     gravity: float = 9.81
     waves: tuple[WaveTrain, ...] = ()
+    current: Stream = field(default_factory=Stream)
+    wind: Stream = field(default_factory=Stream)
 
 
 class Place(StrEnum):
@@ -258,6 +374,7 @@ class Scene:
 
     ``initial`` is the state of another run to start from; ``output_states`` keeps the whole state
     at every output time, so that other runs can start from each, not only from the end.
+    ``wave_probes`` are points x, y [m] by name where the elevation is wanted.
     """
 
     title: str
@@ -268,5 +385,6 @@ class Scene:
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
     output_states: bool = False
+    wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     initial: Start | None = None
     source: Mapping[str, Any] = field(default_factory=dict)

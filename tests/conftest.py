@@ -28,3 +28,16 @@ def figure(record_property: Callable[[str, object], None]) -> Callable[[str, flo
         print(f"{name}: {value:.6g}")
 
     return note
+
+
+@pytest.fixture
+def validated(record_property: Callable[[str, object], None]) -> Callable[..., None]:
+    """Notes a relative error against a reference that is not this code, for the table of
+    ``python -m benchmarks validation``: the case, the reference, our error, and what the best of
+    others has there. A case that is noted several times counts with its largest error."""
+
+    def note(case: str, reference: str, error: float, others: str = "") -> None:
+        record_property("validation", (case, reference, float(error), others))
+        print(f"{case}, against {reference}: {error:.2g}" + (f" ({others})" if others else ""))
+
+    return note

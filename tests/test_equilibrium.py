@@ -54,7 +54,8 @@ def test_block_between_spring_and_floor() -> None:
 
 def test_pendulum_finds_the_vertical() -> None:
     """A body on a line: straight below the anchor, stretched by its weight, whatever the start."""
-    line = Spring("block", (0.3, 0.0, 0.1), (2.0, 1.0, 50.0), 40.0, None, stiffness=5e3)
+    curve = np.array([0.0, 100.0]), np.array([0.0, 5e5])
+    line = Spring("block", (0.3, 0.0, 0.1), (2.0, 1.0, 50.0), 40.0, *curve)
     load = steady(heave=-981.0)
     body = block(100.0, position=moving(surge=-3.0, sway=2.0, heave=5.0, roll=0.2))
     at = equilibrium(scene(body, line=line, load=load))
@@ -83,7 +84,7 @@ def smooth(case: Scene, **forces: ForceElement) -> Scene:
 @pytest.mark.parametrize("push", [0.0, 2e5])
 def test_base_case_under_its_lift(push: float, figure: Figure) -> None:
     """Residual, and where a damped run ends up. The slowest that decays is sway, as exp(-0.008 1/s
-    t): what the lift gave it is down to 1e-8 after 2400 s."""
+    t): what the lift gave it is down to 1e-8 after 2400 s. Nothing holds yaw, which is left out."""
     base = scene_of("base")
     full = equilibrium(base, time=4100.0)
     figure("residual over the weight", full.residual)
@@ -100,7 +101,7 @@ def test_base_case_under_its_lift(push: float, figure: Figure) -> None:
     body = replace(still.bodies[0], position=tuple(0.98 * rest.position[0]))
     run = hs.simulate(replace(still, bodies=(body,), duration=2400.0))
     end = motion(run)[-1]
-    error = np.abs(end - rest.position[0]) / np.array([1.0] * 3 + [0.01] * 3)
+    error = np.abs(end - rest.position[0])[:5] / np.array([1.0, 1.0, 1.0, 0.01, 0.01])
     figure("distance from where a run settles [m, 0.01 rad]", error.max())
     assert error.max() < 1e-6
     if push == 0.0:

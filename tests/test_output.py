@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from dry_scenes import block
 from moored_barge import CASES, hull, in_contact, scene_of
 from numpy.testing import assert_allclose, assert_array_equal
 
 import hydrosim as hs
 from hydrosim.output import write
-from hydrosim.scene import DOFS, Method, Solver
+from hydrosim.scene import DOFS, Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
 MOTION = ("time", "body", "dof")
 EXPECTED = {
@@ -42,6 +43,27 @@ def test_variables_and_dimensions(base_run: xr.Dataset) -> None:
     assert list(base_run.axis.values) == ["x", "y", "z"]
     assert list(base_run.fender.values) == [f"interface {i}" for i in (1, 2, 3, 4)]
     assert_allclose(base_run.time, 0.5 * np.arange(4001), rtol=1e-12)
+
+
+def test_elevation_at_probes() -> None:
+    """At the origin as the kernel has it, elsewhere as it arrives there."""
+    wave = WaveTrain(RegularWave(0.8, 10.0, 0.3), heading=np.pi / 2, ramp=5.0)
+    ahead = 9.81 * 10.0**2 / (2 * np.pi) / 4  # a quarter of the wavelength
+    scene = Scene(
+        "probes",
+        20.0,
+        (block(2.0, ["surge"]),),
+        environment=Environment(waves=(wave,)),
+        wave_probes={"here": (0.0, 0.0), "there": (7.0, ahead)},
+    )
+    run = hs.simulate(scene)
+    probes = run.wave_elevation_at_probe
+    assert probes.dims == ("time", "probe")
+    assert (probes.units, float(run.probe_y.sel(probe="there"))) == ("m", ahead)
+    assert_allclose(probes.sel(probe="here"), run.wave_elevation, atol=1e-12)
+    later = run.time.values > 5.0
+    expected = 0.8 * np.sin(2 * np.pi / 10.0 * run.time + 0.3)
+    assert_allclose(probes.sel(probe="there")[later], expected[later], atol=1e-12)
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])

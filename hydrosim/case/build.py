@@ -9,8 +9,8 @@ import numpy as np
 from hydrosim import forces, scene
 from hydrosim.case import schema, signals
 from hydrosim.case.quantities import as_matrix
-from hydrosim.case.series import Series, Source, read_series
-from hydrosim.case.units import same_dimension
+from hydrosim.case.records import read_record
+from hydrosim.case.seas import wave_trains
 from hydrosim.forces.signal import scaled
 
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
@@ -23,11 +23,12 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         title=data.title,
         duration=data.duration,
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
-        environment=_environment(data.environment or schema.Environment()),
+        environment=_environment(data.environment or schema.Environment(), path),
         forces={name: _element(name, element, path) for name, element in data.forces.items()},
         solver=_solver(data.solver),
         output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
         output_states=data.output.states,
+        wave_probes=data.output.wave_probes,
         initial=_start(data.initial, path.parent) if data.initial else None,
         source={"case_file": str(path), "case": text},
     )
@@ -42,21 +43,12 @@ def _solver(solver: schema.Solver) -> scene.Solver:
     return scene.Solver(**{**dict(solver), "tolerance": tolerance})
 
 
-def _environment(water: schema.Environment) -> scene.Environment:
-    trains = (_wave_train(waves) for waves in water.waves if not isinstance(waves, schema.NoWaves))
+def _environment(water: schema.Environment, path: Path) -> scene.Environment:
+    current, wind = (scene.Stream(**dict(s or {})) for s in (water.current, water.wind))
     return scene.Environment(
-        water.water_depth, water.water_density, water.gravity, waves=tuple(trains)
-    )
-
-
-def _wave_train(waves: schema.Irregular | schema.Regular) -> scene.WaveTrain:
-    if isinstance(waves, schema.Regular):
-        regular = scene.RegularWave(waves.amplitude, waves.period, waves.phase)
-        return scene.WaveTrain(regular, heading=waves.heading, ramp=waves.ramp)
-    peak = waves.peak_enhancement if isinstance(waves, schema.Jonswap) else 1.0
-    return scene.WaveTrain(
-        scene.Jonswap(waves.significant_height, waves.peak_period, peak),
-        *(waves.heading, waves.seed, waves.ramp, waves.repeat_period),
+        *(water.water_depth, water.water_density, water.gravity, wave_trains(water, path)),
+        current=current,
+        wind=wind,
     )
 
 
@@ -108,6 +100,14 @@ def _element(name: str, element: schema.Element, path: Path) -> scene.ForceEleme
             return _fender(name, element, path)
         case schema.Spring():
             return _spring(element)
+        case schema.LinearDamping():
+            return _linear_damping(element)
+        case schema.QuadraticDamping():
+            return forces.QuadraticDamping(element.body, damping=as_matrix(element.damping))
+        case schema.CurrentLoad():
+            return forces.CurrentLoad(element.body, element.point, *_all_round(element))
+        case schema.WindLoad():
+            return forces.WindLoad(element.body, element.point, *_all_round(element))
 
 
 def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
@@ -119,6 +119,29 @@ def _mooring(element: schema.LinearMooring) -> forces.LinearMooring:
         damping=None if damping is None else as_matrix(damping),
         damping_ratio=None if ratio is None else np.array(ratio.values()),
     )
+
+
+def _linear_damping(element: schema.LinearDamping) -> forces.LinearDamping:
+    damping, ratio = element.damping, element.damping_ratio
+    return forces.LinearDamping(
+        element.body,
+        damping=None if damping is None else as_matrix(damping),
+        damping_ratio=None if ratio is None else np.array(ratio.values()),
+        relative_to_current=element.relative_to_current,
+    )
+
+
+def _all_round(element: schema.StreamLoad) -> tuple[np.ndarray, ...]:
+    """Headings, and coefficients in surge, sway and yaw, of the whole circle."""
+    headings = np.array(element.headings)
+    zero = (0.0,) * headings.size
+    values = [np.array(x or zero) for x in (element.surge, element.sway, element.yaw)]
+    if not element.is_half:
+        return headings, *values
+    image = slice(-2, 0, -1)  # without 0 and 180 deg, which are their own
+    mirrored = [sign * x[image] for sign, x in zip((1.0, -1.0, -1.0), values, strict=True)]
+    both = [np.append(x, more) for x, more in zip(values, mirrored, strict=True)]
+    return np.append(headings, 2.0 * np.pi - headings[image]), *both
 
 
 def _applied_force(name: str, element: schema.AppliedForce, path: Path) -> forces.AppliedForce:
@@ -142,23 +165,8 @@ def _signal(form: signals.Form, key: str, path: Path, unit: str) -> forces.Signa
             return forces.Table(np.array(form.time), np.array(form.force))
         case signals.Harmonic():
             return forces.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
-    source = Source(path.parent / form.file, f"{path}: {key}")
-    if form.case is not None and not source.file.is_file():
-        source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
-    series = read_series(source, form.column)
-    return forces.Recorded(series.time, _factor(form, series, source, unit) * series.value)
-
-
-def _factor(form: signals.Recorded, series: Series, source: Source, unit: str) -> float:
-    """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
-    scale, found = form.factor, f"found a column in {series.unit}"
-    if scale is None:
-        if series.unit not in (unit, None):
-            source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')
-        return 1.0
-    if series.unit and scale.unit and not same_dimension(series.unit, scale.unit, unit):
-        source.wrong(f"{found} and a factor in {scale.unit}; expected {unit} of both together")
-    return scale.value
+    series = read_record(form, key, path, unit)
+    return forces.Recorded(series.time, series.value)
 
 
 def _fender(name: str, element: schema.Fender, path: Path) -> forces.Fender:

@@ -8,19 +8,24 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Irregular, Spring
+from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Spring
 from hydrosim.case.signals import Recorded
 from hydrosim.case.units import shown
+from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
 from hydrosim.scene import ADAPTIVE, DOFS
 
 # The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
 
+STREAMS = {"current_load": "current", "wind_load": "wind"}
+Keys = tuple[str | int, ...]
+
+
 class Problem(NamedTuple):
     """Keys to where it is, and what: "found X; expected Y; remedy"."""
 
-    keys: tuple[str | int, ...]
+    keys: Keys
     text: str
 
 
@@ -29,6 +34,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     yield from _check_names(case)
     yield from _check_bodies(case)
     yield from _check_waves(case)
+    yield from _check_streams(case)
     yield from _check_files(case, folder)
     yield from _check_records(case, folder)
     yield from _check_steps(case)
@@ -87,17 +93,32 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")
 
 
+def _check_streams(case: CaseFile) -> Iterator[Problem]:
+    """A load, and nothing that makes it."""
+    for name, element in case.forces.items():
+        stream = STREAMS.get(element.type)
+        if stream and (case.environment is None or getattr(case.environment, stream) is None):
+            text = f"found a {element.type} and no environment.{stream}; expected its speed and"
+            yield Problem(("forces", name), f"{text} heading; a speed of 0 leaves the drag alone")
+
+
 def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
     if case.initial is not None:
         wanted = "the result of `hydrosim run`"
         yield from _check_file(("initial", "run"), folder / case.initial.run, wanted)
     for name, body in case.bodies.items():
         if body.hydrodynamics is not None:
-            keys, path = ("bodies", name, "hydrodynamics"), folder / body.hydrodynamics
-            yield from _check_file(keys, path, "a hydrodynamic database")
+            path = folder / body.hydrodynamics
+            yield from _check_file(
+                ("bodies", name, "hydrodynamics"), path, "a hydrodynamic database"
+            )
+    for i, waves in enumerate(case.environment.waves if case.environment else ()):
+        if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
+            keys = ("environment", "waves", i, "file")
+            yield from _check_file(keys, folder / waves.file, "a wave spectrum")
 
 
-def _check_file(keys: tuple[str, ...], path: Path, wanted: str) -> Iterator[Problem]:
+def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
     place = os.path.normpath(path)
     if not os.path.isfile(place):
         found = "a directory" if os.path.isdir(place) else "no such file"
@@ -105,7 +126,7 @@ def _check_file(keys: tuple[str, ...], path: Path, wanted: str) -> Iterator[Prob
         yield Problem(keys, f"found {found} at {place}; expected {wanted}; {remedy}")
 
 
-def recorded(case: CaseFile) -> Iterator[tuple[tuple[str, ...], Recorded]]:
+def recorded(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
     """All recorded series of a case, with the keys to them."""
     for name, element in case.forces.items():
         if isinstance(element, AppliedForce):
@@ -114,6 +135,9 @@ def recorded(case: CaseFile) -> Iterator[tuple[tuple[str, ...], Recorded]]:
                     yield ("forces", name, "force", dof), form
         elif isinstance(element, Fender) and isinstance(element.normal.prescribed, Recorded):
             yield ("forces", name, "normal", "prescribed"), element.normal.prescribed
+    for i, waves in enumerate(case.environment.waves if case.environment else ()):
+        if isinstance(waves, RecordedElevation):
+            yield ("environment", "waves", i), waves
 
 
 def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:

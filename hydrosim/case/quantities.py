@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable
 from itertools import pairwise
@@ -18,17 +19,29 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.units import Quantity, problem
+from hydrosim.case.units import Cyclic, Quantity, problem
 from hydrosim.scene import DOFS
+
+_PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
 Angle = Annotated[float, Quantity("angle", "rad", "20 deg")]
 Speed = Annotated[float, Quantity("velocity", "m/s", "0.5 m/s")]
+FlowSpeed = Annotated[float, Quantity("velocity", "m/s", "1 knot", at_least=0)]
 TurnRate = Annotated[float, Quantity("angular velocity", "rad/s", "1 deg/s")]
 Instant = Annotated[float, Quantity("time", "s", "500 s")]
 Span = Annotated[float, Quantity("time", "s", "200 s", at_least=0)]
 Period = Annotated[float, Quantity("time", "s", "8 s", above=0)]
 Height = Annotated[float, Quantity("wave height", "m", "1.5 m", at_least=0)]
+Frequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", above=0)]
+TableFrequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", at_least=0)]
+WaveDensity = Annotated[
+    float,
+    Cyclic(
+        "spectral density", "m^2*s/rad", "2 m^2/Hz", at_least=0, cycles="m^2/Hz", radians=_PER_HZ
+    ),
+]
+Sharpness = Annotated[float, Quantity("sharpness of a peak", "", "3", above=0)]
 Depth = Annotated[float, Quantity("depth", "m", "100 m", above=0, infinite=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "1.025 tonne/m^3", above=0)]
 Gravity = Annotated[float, Quantity("acceleration", "m/s^2", "9.81 m/s^2", above=0)]
@@ -58,6 +71,13 @@ _TurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1
 _Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m")]
 _CrossDamping = Annotated[float, Quantity("damping coefficient", "N*s/rad", "100 kN*s/rad")]
 _TurnDamping = Annotated[float, Quantity("damping coefficient", "N*m*s/rad", "1 MN*m*s/rad")]
+
+_Drag = Annotated[float, Quantity("quadratic damping", "N*s^2/m^2", "100 kN*s^2/m^2")]
+_CrossDrag = Annotated[float, Quantity("quadratic damping", "N*s^2/rad^2", "1 kN*s^2/rad^2")]
+_DragMoment = Annotated[float, Quantity("quadratic damping", "N*m*s^2/m^2", "1 kN*s^2/m")]
+_TurnDrag = Annotated[float, Quantity("quadratic damping", "N*m*s^2/rad^2", "1 MN*m*s^2/rad^2")]
+_StreamForce = Annotated[float, Quantity("force per squared speed", "N*s^2/m^2", "2 kN*s^2/m^2")]
+_StreamMoment = Annotated[float, Quantity("moment per squared speed", "N*m*s^2/m^2", "50 kN*s^2/m")]
 
 T = TypeVar("T")  # of surge, sway, heave
 C = TypeVar("C")  # of couplings between them
@@ -127,11 +147,16 @@ def _symmetric(value: Any) -> Any:
     return value
 
 
-def _semidefinite(value: Any) -> Any:
-    matrix = as_matrix(value)
-    negative = [f"{x:g} for {dof}" for x, dof in zip(np.diag(matrix), DOFS, strict=True) if x < 0.0]
+def _not_driving(value: Any) -> Any:
+    diagonal = np.diag(as_matrix(value))
+    negative = [f"{x:g} for {dof}" for x, dof in zip(diagonal, DOFS, strict=True) if x < 0.0]
     if negative:
         raise problem(", ".join(negative), "0 or more")
+    return value
+
+
+def _semidefinite(value: Any) -> Any:
+    matrix = as_matrix(_not_driving(value))
     if np.linalg.eigvalsh(_scaled(matrix))[0] < -1e-9:
         raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
     return value
@@ -162,11 +187,34 @@ def _from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
+def _round(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Refuses headings that are neither 0 to 180 deg nor all round the circle."""
+    found = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
+    if values[-1] <= np.pi * (1.0 + 1e-9):
+        if values[0] != 0.0 or values[-1] < np.pi * (1.0 - 1e-9):
+            raise problem(found, "0 to 180 deg for half a circle, or more than that")
+        gap = np.diff(values).max()
+    else:
+        gap = np.diff([*values, values[0] + 2.0 * np.pi]).max()
+        if values[-1] - values[0] > 2.0 * np.pi - 1e-6:
+            raise problem(found, "each direction once; leave 360 deg out where there is 0")
+    if gap > 0.5 * np.pi * (1.0 + 1e-9):
+        raise problem(f"a gap of {np.degrees(gap):g} deg", "headings at most 90 deg apart")
+    return values
+
+
 def some(value: Any) -> Any:
     """Refuses an empty list or mapping."""
     if not value:
         raise problem("nothing in it", "one or more")
     return value
+
+
+def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Refuses a list of less than two."""
+    if len(values) < 2:
+        raise problem(f"{len(values)} in the list", "two or more")
+    return values
 
 
 def listed(value: Any) -> Any:
@@ -191,6 +239,15 @@ DampingMatrix = Annotated[
     AfterValidator(_symmetric),
     AfterValidator(_semidefinite),
 ]
+QuadraticMatrix = Annotated[
+    Annotated[PerDof[_Drag, _TurnDrag], Tag("diagonal")]
+    | Annotated[
+        Six[Six[_Drag, _CrossDrag], Six[_DragMoment, _TurnDrag]],
+        Tag("matrix"),
+    ],
+    Discriminator(_form),
+    AfterValidator(_not_driving),
+]
 MassMatrix = Annotated[
     SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
 ]
@@ -202,6 +259,12 @@ Velocities = Six[Speed, TurnRate]
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]
+Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(several), RISING]
+WaveDensities = tuple[WaveDensity, ...]
+Position = tuple[Length, Length]
+Headings = Annotated[tuple[Angle, ...], AfterValidator(some), RISING, AfterValidator(_round)]
+StreamForces = tuple[_StreamForce, ...]
+StreamMoments = tuple[_StreamMoment, ...]
 Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]

@@ -25,6 +25,7 @@ from hydrosim.case import quantities as of
 from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
+from hydrosim.case.waves import Waves
 from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -43,69 +44,26 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(dofs, key=DOFS.index))
 
 
-def _listed(value: Any) -> Any:
-    return [value] if isinstance(value, dict) else value
-
-
 Name = Annotated[str, AfterValidator(_named)]
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
 
 
-class Directed(Strict):
-    """What all waves have: where they go to, and the time they take to grow."""
+class Stream(Strict):
+    """Steady current or wind, and where it goes to."""
 
+    speed: of.FlowSpeed
     heading: of.Angle = 0.0
-    ramp: of.Span = 0.0
-
-
-class Irregular(Directed):
-    """What all random seas have."""
-
-    significant_height: of.Height
-    peak_period: of.Period
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
-    repeat_period: of.Period = 10800.0
-
-
-class Jonswap(Irregular):
-    """JONSWAP spectrum, scaled to the significant height."""
-
-    spectrum: Literal["jonswap"]
-    peak_enhancement: of.Peak = 3.3
-
-
-class PiersonMoskowitz(Irregular):
-    """JONSWAP without peak enhancement."""
-
-    spectrum: Literal["pierson_moskowitz"]
-
-
-class Regular(Directed):
-    """One regular wave."""
-
-    spectrum: Literal["regular"]
-    amplitude: of.Height
-    period: of.Period
-    phase: of.Angle = 0.0
-
-
-class NoWaves(Strict):
-    """No waves; the other keys may stay, so that one word turns the waves of a case off."""
-
-    model_config = ConfigDict(extra="ignore")
-    spectrum: Literal["none"]
-
-
-Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | NoWaves, Discriminator("spectrum")]
 
 
 class Environment(Strict):
-    """Water, and the waves on it: one mapping, or a list of them."""
+    """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     water_depth: of.Depth = np.inf
     water_density: of.Density = 1025.0
     gravity: of.Gravity = 9.81
-    waves: Annotated[tuple[Waves, ...], BeforeValidator(_listed)] = ()
+    waves: Waves = ()
+    current: Stream | None = None
+    wind: Stream | None = None
 
 
 class Initial(Strict):
@@ -183,7 +141,7 @@ class Body(Strict):
     hydrodynamics: StrictStr | None = None
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
-    location: tuple[of.Length, of.Length] = (0.0, 0.0)
+    location: of.Position = (0.0, 0.0)
     radii_of_gyration: of.Vector[of.Radius] | None = None
     inertia: of.InertiaMatrix | None = None
     mass_matrix: of.MassMatrix | None = None
@@ -274,6 +232,82 @@ class LinearMooring(Strict):
                     "give damping instead",
                 )
         return self
+
+
+class LinearDamping(Strict):
+    """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
+
+    type: Literal["linear_damping"]
+    body: StrictStr
+    damping: of.DampingMatrix | None = None
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    relative_to_current: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        given = self.given("damping", "damping_ratio")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
+        return self
+
+
+class QuadraticDamping(Strict):
+    """Damping with the squared velocity, in the body's axes: per DOF, or a full 6 x 6 matrix."""
+
+    type: Literal["quadratic_damping"]
+    body: StrictStr
+    damping: of.QuadraticMatrix
+
+
+class StreamLoad(Strict):
+    """Load by coefficients over the heading of a stream: all round, or from 0 to 180 deg for a body
+    that is its own mirror image."""
+
+    body: StrictStr
+    point: of.Point = (0.0, 0.0, 0.0)
+    headings: of.Headings
+    surge: of.StreamForces | None = None
+    sway: of.StreamForces | None = None
+    yaw: of.StreamMoments | None = None
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        given = self.given("surge", "sway", "yaw")
+        if not given:
+            raise problem("no coefficients", "those of one or more of surge, sway, yaw")
+        for dof in given:
+            if len(getattr(self, dof)) != len(self.headings):
+                found = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
+                raise problem(f"{found} in headings", "a value for each heading")
+        self._check_ends()
+        return self
+
+    def _check_ends(self) -> None:
+        if not self.is_half:
+            return
+        for dof in self.given("sway", "yaw"):
+            first, *_, last = getattr(self, dof)
+            if first or last:
+                found = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
+                expected = "0 at both, as for a body that is its own mirror image"
+                raise problem(found, expected, "give the headings of the whole circle")
+
+    @property
+    def is_half(self) -> bool:
+        """True if the headings are those of half a circle."""
+        return self.headings[-1] <= np.pi * (1.0 + 1e-9)
+
+
+class CurrentLoad(StreamLoad):
+    """Load of the current."""
+
+    type: Literal["current_load"]
+
+
+class WindLoad(StreamLoad):
+    """Load of the wind."""
+
+    type: Literal["wind_load"]
 
 
 class AppliedForce(Strict):
@@ -480,7 +514,17 @@ class Spring(Strict):
         return self
 
 
-Element = Annotated[LinearMooring | AppliedForce | Fender | Spring, Discriminator("type")]
+Element = Annotated[
+    LinearMooring
+    | AppliedForce
+    | Fender
+    | Spring
+    | LinearDamping
+    | QuadraticDamping
+    | CurrentLoad
+    | WindLoad,
+    Discriminator("type"),
+]
 
 
 class Tolerance(Strict):
@@ -504,10 +548,11 @@ class Solver(Strict):
 
 class Output(Strict):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there."""
+    another run needs to start from there; the elevation at ``wave_probes``, x and y by name."""
 
     step: of.Period | None = None
     states: StrictBool = False
+    wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
 
 
 class Start(Strict):

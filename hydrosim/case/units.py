@@ -11,7 +11,7 @@ import re
 import textwrap
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, isfinite
+from math import inf, isfinite, pi
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler
@@ -25,7 +25,7 @@ _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
 UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
 VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
 # pint takes rad for a plain number: a percentage is no angle, and a frequency in Hz no rad/s.
-STRICT = ("", "rad", "rad/s")
+STRICT = ("", "rad", "rad/s", "m^2*s/rad")
 
 
 def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
@@ -97,6 +97,20 @@ class Quantity:
         unit = f" in {self.unit}, or with a unit" if self.unit else ""
         other = ', or "infinite"' if self.infinite else ""
         return f'{article} {self.what}{unit}, such as "{self.example}"{other}'
+
+
+@dataclass(frozen=True)
+class Cyclic(Quantity):
+    """Annotation of a `Quantity` over angular frequency that may also be given over frequency in
+    cycles: in the unit ``cycles``, with Hz, and multiplied by ``radians`` to be in ``unit``."""
+
+    cycles: str = "Hz"
+    radians: float = 2.0 * pi
+
+    def _factor(self, text: str, unit: str) -> float:
+        if "Hz" not in unit:
+            return super()._factor(text, unit)
+        return self.radians * Quantity(self.what, self.cycles, self.example)._factor(text, unit)
 
 
 @dataclass(frozen=True)

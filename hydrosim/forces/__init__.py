@@ -1,8 +1,8 @@
 """Force elements, one file each, and their sum.
 
 A new element is one file with the functions of its neighbours (a frozen dataclass, `Params`,
-`compile_elements`, `add_force`, `add_energy`) and two adjacent lines here: in the catalogue, and
-its call in the sum (with the same index).
+`compile_elements`, `add_force`, and `add_energy` if it stores any) and two adjacent lines here: in
+the catalogue, and its call in the sum (with the same index).
 """
 
 from __future__ import annotations
@@ -12,7 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces import applied_force, linear_mooring, spring
+from hydrosim.forces import (
+    applied_force,
+    linear_damping,
+    linear_mooring,
+    quadratic_damping,
+    spring,
+    stream_load,
+)
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.contact import fender, transitions
 from hydrosim.forces.contact.coulomb import Coulomb
@@ -23,13 +30,24 @@ from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.layout import Layout
+from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
+from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.kernels import kernel
 from hydrosim.scene import ForceElement
 
-CATALOGUE = (linear_mooring, applied_force, fender, spring)
+CATALOGUE = (
+    linear_mooring,
+    applied_force,
+    fender,
+    spring,
+    linear_damping,
+    quadratic_damping,
+    stream_load,
+)
 FENDER, SPRING = CATALOGUE.index(fender), CATALOGUE.index(spring)
 
 
@@ -41,11 +59,17 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     fender.add_force(t, y, modes, motion, bodies, elements[2], wrench, rate, dy)
     if elements[3].lines.size > 0:  # arguments alone would cost a few percent
         spring.add_force(t, y, modes, motion, bodies, elements[3], wrench, rate, dy)
+    if elements[4].size > 0:
+        linear_damping.add_force(t, y, modes, motion, bodies, elements[4], wrench, rate, dy)
+    if elements[5].size > 0:
+        quadratic_damping.add_force(t, y, modes, motion, bodies, elements[5], wrench, rate, dy)
+    if elements[6].each.size > 0:
+        stream_load.add_force(t, y, modes, motion, bodies, elements[6], wrench, rate, dy)
 
 
 @kernel
 def add_element_energies(t, y, modes, motion, bodies, elements, stored):
-    """Stored energies of all elements, each into its row of ``stored`` (rows,)."""
+    """Stored energies of all elements that store any, each into its row of ``stored`` (rows,)."""
     linear_mooring.add_energy(t, y, modes, motion, bodies, elements[0], stored)
     applied_force.add_energy(t, y, modes, motion, bodies, elements[1], stored)
     fender.add_energy(t, y, modes, motion, bodies, elements[2], stored)

@@ -24,6 +24,7 @@ class Resonance(NamedTuple):
 class Layout:
     """Indices of bodies by name, rows of forces by element name, the first free entry of y.
 
+    ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
     hydrostatics.
     """
@@ -31,4 +32,6 @@ class Layout:
     body: dict[str, int]
     row: dict[str, int]
     state: int
+    current: tuple[float, float]
+    wind: tuple[float, float]
     resonance: Callable[[int, np.ndarray], Resonance]

@@ -2,7 +2,8 @@
 
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import first_order, second_order, wave_loads_model
-from hydrosim.waves.components import Components, components, elevation_at, energy_outside, sea
+from hydrosim.waves.components import Components, check_span, components, energy_outside, sea
+from hydrosim.waves.elevation import elevation_at, elevations
 from hydrosim.waves.following import following_model
 from hydrosim.waves.loads import WaveLoads, wave_loads
 from hydrosim.waves.quadratic import separate_headings

@@ -1,18 +1,30 @@
-"""A wave train as a sum of Airy waves."""
+"""Seas as sums of Airy waves."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.scene import Environment, Jonswap, WaveTrain
+from hydrosim.scene import (
+    Amplitudes,
+    Density,
+    Environment,
+    GivenComponents,
+    RecordedElevation,
+    RegularWave,
+    Tma,
+    WaveTrain,
+)
+from hydrosim.waves import draws
 from hydrosim.waves.dispersion import wavenumber
-from hydrosim.waves.loads import rise
-from hydrosim.waves.spectra import cut_off, density
+from hydrosim.waves.spectra import cut_off, density, width
 
 _PEAK_PERIODS = 20.0  # in a repeat period at least: the energy is then right to 0.1 %
+_UNEVEN = 1e-3  # of a record's step: what its times may be off from equal spacing
+_LATE = 1e-6  # s: what the end of a run may be after that of the waves
+_MULTIPLE = 1e-9  # of a frequency: closer than this to a multiple is the multiple
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +56,8 @@ class Components:
 
 
 def sea(environment: Environment) -> tuple[Components, ...]:
-    """The components of all wave trains of the environment, with independent phases.
+    """The components of all wave trains of the environment that have any height, with independent
+    phases.
 
     Trains of the same ramp and the same spacing are one set; only the waves of one set load a body
     together, at their difference and sum frequencies.
@@ -52,7 +65,8 @@ def sea(environment: Environment) -> tuple[Components, ...]:
     together: dict[tuple[float, float], list[Components]] = {}
     for stream, train in enumerate(environment.waves):
         waves = components(train, environment, stream)
-        together.setdefault((waves.ramp, waves.spacing), []).append(waves)
+        if np.any(waves.amplitude):
+            together.setdefault((waves.ramp, waves.spacing), []).append(waves)
     return tuple(_joined(sets) for sets in together.values())
 
 
@@ -67,50 +81,138 @@ def _joined(sets: list[Components]) -> Components:
 def components(train: WaveTrain, environment: Environment, stream: int = 0) -> Components:
     """The components of one wave train; ``stream`` tells trains of the same seed apart.
 
-    An irregular sea has deterministic amplitudes sqrt(2 S dw) at multiples of dw = 2 pi /
-    repeat_period up to `spectra.cut_off`, and random phases. The phases are drawn in the order of
-    the multiples, so that the sea depends on seed, stream, spectrum and repeat_period alone.
-    Raises InputError if the repeat period is too short for the spectrum.
+    Of a random sea they are at multiples of dw = 2 pi / repeat_period up to `spectra.cut_off`, with
+    amplitudes sqrt(2 S dw), or Rayleigh distributed about that, and random phases and directions.
+    These are drawn in the order of the multiples, each from its own stream, so that the sea depends
+    on seed, stream, spectrum and repeat_period alone. Given components are on that grid if all are
+    multiples; those of a record are at multiples of 2 pi / its length. Raises InputError if the
+    repeat period is too short for the spectrum, or if a record is not equally spaced.
     """
-    spectrum = train.spectrum
-    if isinstance(spectrum, Jonswap):
-        spacing = _spacing(spectrum, train.repeat_period)
-        omega = spacing * np.arange(1, int(cut_off(spectrum) / spacing) + 1)
-        amplitude = np.sqrt(2.0 * density(spectrum, omega) * spacing)
-        phase = _random_phases(train.seed, stream, omega.size)
-    else:
-        spacing, omega = 0.0, np.array([2.0 * np.pi / spectrum.period])
-        amplitude, phase = np.array([spectrum.amplitude]), np.array([spectrum.phase])
-    k = wavenumber(omega, environment.water_depth, environment.gravity)
-    heading = np.full(omega.size, train.heading)
-    return Components(omega, amplitude, phase, k, heading, train.ramp, spacing)
+    match train.spectrum:
+        case RegularWave(amplitude, period, phase):
+            omega = np.array([2.0 * np.pi / period])
+            one = np.array([amplitude]), np.array([phase]), np.array([train.heading])
+            return _airy(train, environment, 0.0, omega, *one)
+        case GivenComponents() as given:
+            spacing, omega = _on_grid(given.omega, 2.0 * np.pi / train.repeat_period)
+            lines = given.amplitude, given.phase, given.heading
+            return _airy(train, environment, spacing, omega, *lines)
+        case RecordedElevation() as record:
+            return _recorded(record, train, environment)
+        case spectrum:
+            return _random(spectrum, train, environment, stream)
 
 
-def elevation_at(waves: Components, x: float, y: float, time: np.ndarray) -> np.ndarray:
-    """Elevation (nt,) [m] at a point, at ``time`` (nt,) [s], by direct summation."""
-    amplitude = waves.at(x, y)
-    total = [np.sum(amplitude * np.exp(1j * waves.omega * t)).real for t in time]
-    return np.array([rise(t, waves.ramp) for t in time]) * total
+def check_span(environment: Environment, start: float, end: float) -> None:
+    """Raises InputError if in a run from ``start`` to ``end`` [s] a random sea would repeat itself,
+    or a record does not cover it."""
+    for train in environment.waves:
+        match train.spectrum:
+            case RegularWave() | GivenComponents():
+                continue
+            case RecordedElevation(time):
+                if start < time[0] - _LATE or end > time[-1] + _LATE:
+                    raise InputError(
+                        f"environment.waves: the elevation is recorded from {time[0]:g} to"
+                        f" {time[-1]:g} s; expected a record of the whole run, from {start:g} to"
+                        f" {end:g} s"
+                    )
+            case _ if end > train.repeat_period + _LATE:
+                raise InputError(
+                    f"environment.waves.repeat_period: {train.repeat_period:g} s is shorter than"
+                    f" the run, which ends at {end:g} s, so that the sea would repeat itself; raise"
+                    " it to that or more"
+                )
 
 
 def energy_outside(waves: Components, frequency: np.ndarray) -> tuple[float, float]:
     """Fractions of the components' energy below and above a database's frequencies [rad/s]."""
     energy = waves.amplitude**2
-    below = energy[waves.omega < frequency.min()].sum() / energy.sum()
-    above = energy[waves.omega > frequency.max()].sum() / energy.sum()
+    total = energy.sum() or 1.0
+    below = energy[waves.omega < frequency.min()].sum() / total
+    above = energy[waves.omega > frequency.max()].sum() / total
     return float(below), float(above)
 
 
-def _spacing(spectrum: Jonswap, repeat_period: float) -> float:
-    shortest = _PEAK_PERIODS * spectrum.peak_period
-    if repeat_period < shortest:
+def _airy(
+    train: WaveTrain,
+    environment: Environment,
+    spacing: float,
+    omega: np.ndarray,
+    amplitude: np.ndarray,
+    phase: np.ndarray,
+    heading: np.ndarray,
+) -> Components:
+    k = wavenumber(omega, environment.water_depth, environment.gravity)
+    return Components(omega, amplitude, phase, k, heading, train.ramp, spacing)
+
+
+def _random(
+    spectrum: Density, train: WaveTrain, environment: Environment, stream: int
+) -> Components:
+    _check_depth(spectrum, environment)
+    spacing = _spacing(spectrum, train.repeat_period)
+    omega = spacing * np.arange(1, int(cut_off(spectrum) / spacing) + 1)
+    amplitude = np.sqrt(2.0 * density(spectrum, omega) * spacing)
+    if train.amplitudes == Amplitudes.RAYLEIGH:
+        amplitude *= draws.rayleigh_factors(train, stream, omega.size)
+    phase = draws.phases(train, stream, omega.size)
+    heading = draws.directions(train, stream, omega)
+    return _airy(train, environment, spacing, omega, amplitude, phase, heading)
+
+
+def _check_depth(spectrum: Density, environment: Environment) -> None:
+    if isinstance(spectrum, Tma) and spectrum.water_depth != environment.water_depth:
+        raise InputError(
+            f"environment.waves: found a TMA spectrum of {spectrum.water_depth:g} m of water;"
+            f" expected that of the environment, {environment.water_depth:g} m"
+        )
+
+
+def _spacing(spectrum: Density, repeat_period: float) -> float:
+    longest = 2.0 * np.pi / width(spectrum)
+    shortest = _PEAK_PERIODS * longest
+    if repeat_period < shortest * (1.0 - 1e-9):
         raise InputError(
             f"environment.waves.repeat_period: {repeat_period:g} s gives too few components for a"
-            f" peak period of {spectrum.peak_period:g} s; raise it to {shortest:g} s or more"
+            f" spectrum with a peak period, or a narrow band, of {longest:g} s; raise it to"
+            f" {shortest:g} s or more"
         )
     return 2.0 * np.pi / repeat_period
 
 
-def _random_phases(seed: int, stream: int, count: int) -> np.ndarray:
-    sequence = np.random.SeedSequence(seed, spawn_key=(stream,))
-    return 2.0 * np.pi * np.random.Generator(np.random.PCG64(sequence)).random(count)
+def _on_grid(omega: np.ndarray, spacing: float) -> tuple[float, np.ndarray]:
+    """Spacing and multiples of it, if all frequencies are multiples; else 0 and the frequencies."""
+    index = np.rint(omega / spacing)
+    if np.all(np.abs(omega - index * spacing) <= _MULTIPLE * omega):
+        return spacing, index * spacing
+    return 0.0, omega
+
+
+def _recorded(record: RecordedElevation, train: WaveTrain, environment: Environment) -> Components:
+    """A record's Fourier series, such that it is reproduced where and when it was measured."""
+    count = record.time.size
+    step = _even_step(record.time)
+    spacing = 2.0 * np.pi / (count * step)
+    lines = np.fft.rfft(record.elevation)[1:] / count
+    lines[: (count - 1) // 2] *= 2.0  # all but that of two values a period
+    omega = spacing * np.arange(1, lines.size + 1)
+    kept = omega <= record.highest_frequency
+    omega, lines = omega[kept], lines[kept]
+    heading = np.full(omega.size, train.heading)
+    phase = np.angle(lines) - omega * record.time[0]
+    there = _airy(train, environment, spacing, omega, np.abs(lines), phase, heading)
+    x, y = record.position
+    along = x * np.cos(train.heading) + y * np.sin(train.heading)
+    return replace(there, phase=phase + there.wavenumber * along)
+
+
+def _even_step(time: np.ndarray) -> float:
+    step = (time[-1] - time[0]) / (time.size - 1)
+    late = np.abs(time - time[0] - step * np.arange(time.size)).max()
+    if not late <= _UNEVEN * step:
+        raise InputError(
+            f"environment.waves: found times in the recorded elevation that are up to {late:.3g} s"
+            f" off from steps of {step:.6g} s; expected equal steps; interpolate it first"
+        )
+    return float(step)

@@ -107,6 +107,11 @@ class TestBody:
         assert block.dofs == ("surge", "heave")
         assert np.linalg.eigvalsh(block.inertia).min() > 0.0
 
+    def test_something_must_be_free(self, refusal: Refusal) -> None:
+        assert "bodies: found no degree of freedom in any body" in refusal(
+            body("mass: 1, dofs: []")
+        )
+
     @pytest.mark.parametrize(
         ("keys", "key", "found"),
         [
@@ -116,7 +121,7 @@ class TestBody:
             ("mass: .nan, dofs: [surge]", "block.mass", '".nan"'),
             ("mass: true, dofs: [surge]", "block.mass", "true"),
             ("mass: 1", "block", "none"),
-            ("mass: 1, dofs: []", "block.dofs", "[]"),
+            ("mass: 1, dofs: [surge], database_body: 2", "block", "database_body and no"),
             ("mass: 1, dofs: surge", "block.dofs", '"surge"'),
             ("mass: 1, dofs: [surge, surge]", "block.dofs", "[surge, surge]"),
             ("mass: 1, dofs: [surge, jaw]", "block.dofs", "[surge, jaw]"),

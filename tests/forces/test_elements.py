@@ -18,22 +18,26 @@ from hydrosim.dynamics import Model, new_work, rhs, stored_energies
 from hydrosim.forces import (
     FENDER,
     AppliedForce,
+    CurrentLoad,
     Fender,
     Frictionless,
     FrictionSlope,
+    LinearDamping,
     LinearMooring,
     NormalCurve,
     Plane,
     PrescribedNormal,
+    QuadraticDamping,
     Spring,
     StickSlip,
     Table,
+    WindLoad,
 )
 from hydrosim.forces.contact.fender import DISSIPATED, STATES
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
 from hydrosim.rigid import Motion
-from hydrosim.scene import Body, Kinematics, Scene
+from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream
 from hydrosim.stepper import State
 
 RNG = np.random.default_rng(5)
@@ -71,7 +75,19 @@ def push(body_fixed: bool) -> AppliedForce:
     return AppliedForce("block", (0.4, -0.3, 0.8), force, body_fixed)
 
 
+ANGLES = np.radians([10.0, 80.0, 130.0, 200.0, 290.0])
+SHAPE = (np.array([9.0, 2.0, -4.0, -8.0, 3.0]), RNG.normal(size=5), RNG.normal(size=5))
+STREAM_TABLE = (ANGLES, *(1e2 * x for x in SHAPE))
+IN_BODY_AXES = {
+    "linear damping": LinearDamping("block", DAMPING),
+    "linear damping through the water": LinearDamping("block", DAMPING, relative_to_current=True),
+    "quadratic damping": QuadraticDamping("block", DAMPING),
+    "current load": CurrentLoad("block", (0.4, -0.3, -0.8), *STREAM_TABLE),
+    "wind load": WindLoad("block", (0.4, -0.3, 2.8), *STREAM_TABLE),
+}
+STREAMS = Environment(current=Stream(0.8, 0.5), wind=Stream(12.0, 2.0))
 ELEMENTS = {
+    **IN_BODY_AXES,
     "linear mooring": LinearMooring("block", STIFFNESS, DAMPING),
     "applied force": push(body_fixed=False),
     "applied force, body-fixed": push(body_fixed=True),
@@ -128,7 +144,8 @@ def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:
 def scene_of(
     elements: Mapping[str, Any], kinematics: Kinematics = Kinematics.EXACT, **bodies: bool
 ) -> Scene:
-    return scene(two_bodies(**bodies), elements, 10.0, 0.5, step=0.01, kinematics=kinematics)
+    found = scene(two_bodies(**bodies), elements, 10.0, 0.5, step=0.01, kinematics=kinematics)
+    return found if bodies.get("at_rest") else replace(found, environment=STREAMS)
 
 
 @dataclass(frozen=True)
@@ -281,7 +298,36 @@ def turned_wrench(wrench: np.ndarray) -> np.ndarray:
     return np.concatenate([TURN @ part for part in wrench.reshape(-1, 3)])
 
 
-@pytest.mark.parametrize(("name", "mode"), CASES)
+@pytest.mark.parametrize("name", IN_BODY_AXES)
+def test_elements_in_body_axes_turn_with_the_body(name):
+    """Scene, streams and yaw are turned together, while the elements stay as they are."""
+    turned = replace(
+        scene_of({"element": ELEMENTS[name]}),
+        bodies=tuple(yawed(body) for body in two_bodies()),
+        environment=Environment(
+            current=replace(STREAMS.current, heading=STREAMS.current.heading + 1.1),
+            wind=replace(STREAMS.wind, heading=STREAMS.wind.heading + 1.1),
+        ),
+    )
+    here, there = evaluate(scene_of({"element": ELEMENTS[name]})), evaluate(turned)
+    expected = turned_wrench(here.wrench[ELEMENT])
+    tiny = 1e-12 * np.abs(expected).max()
+    assert there.wrench[ELEMENT] == pytest.approx(expected, abs=tiny)
+    assert there.loss(ELEMENT) == pytest.approx(here.loss(ELEMENT), rel=1e-12)
+
+
+def yawed(body: Body) -> Body:
+    """The body in the turned scene with its own axes turned as well."""
+    position = np.concatenate([TURN @ body.position[:3], body.position[3:]])
+    position[5] += 1.1
+    velocity = np.concatenate([TURN @ body.velocity[:3], TURN @ body.velocity[3:]])
+    location = TURN @ [*body.location, 0.0] + SHIFT
+    return replace(
+        body, location=tuple(location[:2]), position=tuple(position), velocity=tuple(velocity)
+    )
+
+
+@pytest.mark.parametrize(("name", "mode"), [case for case in CASES if case[0] not in IN_BODY_AXES])
 def test_everything_turns_with_the_scene(name, mode):
     """Rotation about z and a shift; the spring of a mooring on angles is not a vector's, so a
     mooring has none here (see the next test)."""
@@ -330,6 +376,9 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
 IDLE = {
     "linear mooring": LinearMooring("block", np.zeros((6, 6))),
     "applied force": steady(surge=0.0, yaw=0.0),
+    "linear damping": LinearDamping("block"),
+    "quadratic damping": QuadraticDamping("block", np.zeros((6, 6))),
+    "wind load": WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
     "spring": Spring("block", (0.4, -0.3, 0.8), (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),
     **{
         f"fender, {name}": Fender(
@@ -357,9 +406,9 @@ def test_an_element_that_does_nothing_changes_nothing(name):
 
 def test_absent_elements_have_no_size():
     model, state = hs.compile_scene(drifting({}))
-    mooring, applied, fender, spring = model.elements
+    mooring, applied, fender, spring, linear, quadratic, streams = model.elements
     assert mooring.size == 1
-    assert not any(a.size for a in (*applied, *fender[:3], *spring))
+    assert not any(a.size for a in (*applied, *fender[:3], *spring, linear, quadratic, *streams))
     assert state.modes.shape == (0, 3)
     assert model.energy == model.radiation == 12  # coordinates and rates alone
     assert model.size - model.energy == len(ROWS) + 2  # its rows, the mooring's, |wave power|

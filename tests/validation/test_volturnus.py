@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,9 +17,10 @@ from hydrosim.response import Radiation, responder
 from hydrosim.scene import Body, Environment, Scene
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "volturnus"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the validation data are not beside the project"
-)
+pytestmark = [
+    pytest.mark.validation,
+    pytest.mark.skipif(not DATA.exists(), reason="the validation data are not beside the project"),
+]
 RHO, G = 1025.0, 9.80665
 PLANE = [0, 2, 4]  # surge, heave, pitch: what waves to 0 deg excite
 HALF_A_DEGREE = np.radians(0.5)  # phases are printed in whole degrees
@@ -131,7 +133,9 @@ def of_listing(listing: Listing, db: HydroDatabase) -> HydroDatabase:
     )
 
 
-def test_raos_of_the_listings_own_coefficients(listing: Listing, tables: HydroDatabase) -> None:
+def test_raos_of_the_listings_own_coefficients(
+    listing: Listing, tables: HydroDatabase, validated: Callable[..., None]
+) -> None:
     """The same equation of motion gives the same motions: within 1 %, and where loads nearly cancel
     within what phases printed in whole degrees leave open."""
     db = of_listing(listing, tables)
@@ -141,6 +145,8 @@ def test_raos_of_the_listings_own_coefficients(listing: Listing, tables: HydroDa
     unknown = HALF_A_DEGREE * spread(listing, db)[:, PLANE] / np.abs(expected)
     for dof, one in zip(PLANE, error.T, strict=True):
         print(f"DOF {dof + 1}: largest difference {one.max():.2%}, median {np.median(one):.3%}")
+    name = "VolturnUS, RAOs from the listing's coefficients, median"
+    validated(name, "WAMIT's listing", np.median(error, axis=0).max())
     assert np.all(error < np.maximum(0.01, unknown))
     assert np.all(np.median(error, axis=0) < 2e-3)
 
@@ -155,7 +161,9 @@ def spread(listing: Listing, db: HydroDatabase) -> np.ndarray:
     return total
 
 
-def test_raos_of_the_tables(listing: Listing, tables: HydroDatabase) -> None:
+def test_raos_of_the_tables(
+    listing: Listing, tables: HydroDatabase, validated: Callable[..., None]
+) -> None:
     """Of the .1, .3 and .hst with the listing's body: surge within 1 %; heave within 1 % from 0.55
     to 1.35 rad/s, between the zero of its load at 0.32 rad/s and the next one. Pitch is up to 6 %
     apart because the coefficients are: the tables are of another mesh (5,076 flat panels, 2022)
@@ -171,6 +179,8 @@ def test_raos_of_the_tables(listing: Listing, tables: HydroDatabase) -> None:
         print(
             f"{frequency:.2f} rad/s: surge {one[0]:+.2%}, heave {one[1]:+.2%}, pitch {one[2]:+.2%}"
         )
+    surge = np.abs(error[:, 0]).max()
+    validated("VolturnUS, surge RAO from .1, .3, .hst", "WAMIT's listing", surge)
     assert np.all(np.abs(error[:, 0]) < 0.01)
     assert np.all(np.abs(error[(w > 0.54) & (w < 1.36), 1]) < 0.01)
     assert np.all(np.abs(error[:, 2]) < 0.07)

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from hydrosim.errors import InputError
-from hydrosim.scene import Environment, Jonswap, RegularWave, WaveTrain
-from hydrosim.waves import components, elevation_at, energy_outside, sea
+from hydrosim.scene import (
+    Environment,
+    GivenComponents,
+    Jonswap,
+    RecordedElevation,
+    RegularWave,
+    Spectrum,
+    Tma,
+    Torsethaugen,
+    WaveTrain,
+    WhiteNoise,
+)
+from hydrosim.waves import check_span, components, elevation_at, energy_outside, sea
 from hydrosim.waves.spectra import TAIL_ENERGY, density
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
@@ -125,3 +136,113 @@ def test_energy_outside_the_frequencies_of_a_database() -> None:
     assert above == pytest.approx(1 - np.exp(-1.25 * (peak / high) ** 4), abs=2e-3)
     tone = components(WaveTrain(RegularWave(1.0, 2.0)), DEEP)
     assert energy_outside(tone, np.array([low, high])) == (0.0, 1.0)
+
+
+def test_no_energy_is_neither_below_nor_above() -> None:
+    calm = components(WaveTrain(RegularWave(0.0, 8.0)), DEEP)
+    assert energy_outside(calm, np.array([0.3, 2.0])) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "spectrum", [Jonswap(0.0, 8.0), RegularWave(0.0, 8.0), Torsethaugen(0.0, 8.0)], ids=str
+)
+def test_trains_of_no_height_are_left_out(spectrum: Spectrum) -> None:
+    assert sea(Environment(waves=(WaveTrain(spectrum),))) == ()
+    (left,) = sea(Environment(waves=(WaveTrain(spectrum), IRREGULAR)))
+    alone = components(IRREGULAR, DEEP, stream=1)  # phases are those of its place in the list
+    np.testing.assert_array_equal(left.phase, alone.phase)
+
+
+def given(omega: np.ndarray) -> GivenComponents:
+    random = np.random.default_rng(3)
+    n = omega.size
+    amplitude, phase, heading = random.random(n), random.normal(size=n), random.normal(size=n)
+    return GivenComponents(omega, amplitude, phase, heading)
+
+
+@pytest.mark.parametrize(
+    ("omega", "spacing"),
+    [
+        (np.array([0.3, 0.7123, 1.1]), 0.0),
+        (2 * np.pi / np.array([12.0, 8.0, 7.5]), 2 * np.pi / 10800),  # multiples
+    ],
+)
+def test_given_components_are_summed(omega: np.ndarray, spacing: float) -> None:
+    one = given(omega)
+    waves = components(WaveTrain(one), Environment(water_depth=25.0))
+    assert waves.spacing == spacing
+    t, x, y = np.linspace(0.0, 300.0, 301), 20.0, 35.0
+    complex_amplitude = one.amplitude * np.exp(1j * one.phase)
+    k = waves.wavenumber
+    np.testing.assert_allclose(9.81 * k * np.tanh(25 * k), omega**2, rtol=1e-12)
+    along = k * (x * np.cos(one.heading) + y * np.sin(one.heading))
+    expected = np.sum(complex_amplitude * np.exp(1j * (np.outer(t, omega) - along)), axis=1).real
+    np.testing.assert_allclose(elevation_at(waves, x, y, t), expected, atol=1e-12)
+
+
+def test_a_tma_sea_has_the_depth_of_the_water() -> None:
+    with pytest.raises(InputError, match=r"TMA spectrum of 20 m of water; expected .* inf m"):
+        components(WaveTrain(Tma(1.5, 8.0, 20.0)), DEEP)
+
+
+def test_a_narrow_band_needs_a_long_period() -> None:
+    narrow = WaveTrain(WhiteNoise(1.0, 0.5, 0.51), repeat_period=10800.0)
+    with pytest.raises(InputError, match=r"10800 s gives too few .* band, of 628.* 12566"):
+        components(narrow, DEEP)
+    # 20 lines in the band, or one more or less
+    wide = components(replace(narrow, repeat_period=12600.0), DEEP)
+    assert np.sum(wide.amplitude**2) / 2 == pytest.approx(1 / 16, rel=0.06)
+
+
+class TestRecorded:
+    """A record that is replayed is itself."""
+
+    @pytest.fixture(params=[600, 601], ids=["even", "odd"])
+    def record(self, request: pytest.FixtureRequest) -> RecordedElevation:
+        time = 3.0 + 0.5 * np.arange(request.param)
+        return RecordedElevation(time, np.random.default_rng(4).normal(size=time.size) + 0.3)
+
+    @pytest.mark.parametrize("place", [(0.0, 0.0), (70.0, -20.0)])
+    def test_at_its_own_times_and_place(
+        self, record: RecordedElevation, place: tuple[float, float]
+    ) -> None:
+        train = WaveTrain(replace(record, position=place), heading=0.4)
+        waves = components(train, Environment(water_depth=30.0))
+        assert waves.spacing == pytest.approx(2 * np.pi / (0.5 * record.time.size), rel=1e-14)
+        expected = record.elevation - record.elevation.mean()
+        found = elevation_at(waves, *place, record.time)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+    def test_elsewhere_the_waves_arrive_later(self) -> None:
+        omega = 2 * np.pi / 10.0
+        time = 0.5 * np.arange(400)
+        record = RecordedElevation(time, np.cos(omega * time + 0.2), (10.0, 0.0))
+        waves = components(WaveTrain(record, heading=np.pi / 2), DEEP)
+        along = omega**2 / 9.81 * 25.0
+        expected = np.cos(omega * time + 0.2 - along)
+        np.testing.assert_allclose(elevation_at(waves, -4.0, 25.0, time), expected, atol=1e-11)
+
+    def test_high_frequencies_can_be_left_out(self, record: RecordedElevation) -> None:
+        whole = components(WaveTrain(record), DEEP)
+        part = components(WaveTrain(replace(record, highest_frequency=2.0)), DEEP)
+        assert part.omega[-1] <= 2.0 < part.omega[-1] + part.spacing
+        np.testing.assert_array_equal(part.amplitude, whole.amplitude[: part.omega.size])
+
+    def test_steps_must_be_equal(self, record: RecordedElevation) -> None:
+        time = record.time.copy()
+        time[7] += 0.1
+        with pytest.raises(InputError, match=r"up to 0\.1 s off from steps of 0\.5 s"):
+            components(WaveTrain(replace(record, time=time)), DEEP)
+
+
+def test_a_run_is_no_longer_than_its_waves() -> None:
+    time = 10.0 + np.arange(100.0)
+    record = WaveTrain(RecordedElevation(time, np.sin(time)))
+    check_span(Environment(waves=(record,)), 10.0, 109.0)
+    for start, end in ((0.0, 50.0), (20.0, 110.0)):
+        with pytest.raises(InputError, match="recorded from 10 to 109 s; expected a record of"):
+            check_span(Environment(waves=(record,)), start, end)
+    with pytest.raises(InputError, match=r"repeat_period: 10800 s is shorter than the run"):
+        check_span(Environment(waves=(IRREGULAR,)), 0.0, 10801.0)
+    regular = WaveTrain(RegularWave(1.0, 8.0)), WaveTrain(given(np.array([0.5])))
+    check_span(Environment(waves=regular), 0.0, 1e9)

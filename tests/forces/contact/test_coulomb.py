@@ -101,24 +101,33 @@ def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
         piece = Piece(t, float(piece.position(t, amplitude)), float(side))
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("amplitude", [4e5, 2.2e5])
-def test_block_of_the_thesis(amplitude: float, figure: Figure) -> None:
+def test_block_of_the_thesis(
+    amplitude: float, figure: Figure, validated: Callable[..., None]
+) -> None:
     run = hs.simulate(pushed(0.0, amplitude))
     time, pieces = run.time.values, list(closed_form(amplitude, 1000.0))
     of = np.searchsorted([p.start for p in pieces], time, side="right") - 1
     exact = np.array([pieces[i].position(t, amplitude) for i, t in zip(of, time, strict=True)])
     error = np.abs(surge(run) - exact).max()
     figure("position error [m]", error)
+    validated(
+        "block under dry friction, 1000 s, over its range", "closed form", error / np.ptp(exact)
+    )
     assert error <= 1e-9
     assert run.attrs["energy_residual_relative"] < 1e-9
     rests = sum(p.sign == 0.0 for p in pieces)
     assert rests == 1 if amplitude == 4e5 else rests > 5  # turns at once, or rests in between
 
 
-def test_no_creep(figure: Figure) -> None:
+@pytest.mark.validation
+def test_no_creep(figure: Figure, validated: Callable[..., None]) -> None:
     """Others creep by 3.6e-6 m (MuJoCo, tuned) to 7e-4 m (Drake) in an hour of this."""
     run = hs.simulate(pushed(1e5, 5e4, duration=3600.0))
-    figure("creep [m]", np.abs(surge(run)).max())
+    creep = np.abs(surge(run)).max()
+    figure("creep [m]", creep)
+    validated("block held by friction for an hour, creep [m]", "0", creep, "MuJoCo 3.6e-6")
     assert np.all(surge(run) == 0.0)
     assert np.all(run.fender_mode.values == STICK)
     friction = run.fender_friction.values[:, 0, 0]
@@ -152,8 +161,9 @@ def oscillator(ratio: float, friction: float, phase: float, start: float, cycles
     return scene(body, forces, 2 * cycles * half, half, step=half / steps)
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.6, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0])
-def test_den_hartog(ratio: float, figure: Figure) -> None:
+def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]) -> None:
     """From the turning point of the steady motion; the next ones are half periods away."""
     friction = {0.3: 0.02, 0.45: 0.1}.get(ratio, 0.2)
     amplitude, phase = den_hartog(ratio, friction)
@@ -161,6 +171,7 @@ def test_den_hartog(ratio: float, figure: Figure) -> None:
     turning = surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
     error = np.abs(turning / amplitude - 1.0).max()
     figure(f"amplitude at {ratio:g}", error)
+    validated("oscillator with dry friction, amplitude", "Den Hartog 1931", error)
     assert error <= 1e-6
     assert np.all(run.fender_mode.values[1:-1] != 0)
 

@@ -1,0 +1,85 @@
+"""Linear damping of a body, in its own axes: what radiation leaves out, in a linear form.
+
+    F = -C u,   u = R^T (v - U),  R^T omega
+
+v, omega: velocity of the centre of gravity and angular velocity; U: the current, for damping that
+is relative to it, else 0; C: damping (6, 6). By `damping_ratio` C_ii = 2 r sqrt(k (m + a(w_n))), so
+that the DOF by itself decays with r of critical damping more than without: k is the hydrostatic
+stiffness and that of the linear moorings of the body, m + a(w_n) mass and added mass at the natural
+frequency w_n of both (couplings and other elements do not count).
+
+Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
+proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
+`quadratic_damping`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.relative import add_resistance, relative_velocity
+from hydrosim.kernels import kernel
+from hydrosim.scene import DOFS, ForceElement
+
+
+@dataclass(frozen=True)
+class LinearDamping(ForceElement):
+    """``damping`` (6, 6) [N s/m ... N m s/rad] or ``damping_ratio`` (6,) of critical, about the
+    centre of gravity, or neither; ``relative_to_current``: of surge and sway through the water."""
+
+    damping: np.ndarray | None = None
+    damping_ratio: np.ndarray | None = None
+    relative_to_current: bool = False
+
+
+DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `DAMPING` of the linear dampings among ``elements``."""
+    rows = []
+    for name, e in elements.items():
+        if isinstance(e, LinearDamping):
+            stream = layout.current if e.relative_to_current else (0.0, 0.0)
+            damping = _damping(name, e, elements, layout)
+            rows.append((layout.body[e.body], layout.row[name], damping, stream))
+    return np.array(rows, dtype=DAMPING)
+
+
+def _damping(
+    name: str, element: LinearDamping, elements: Mapping[str, ForceElement], layout: Layout
+) -> np.ndarray:
+    """Damping (6, 6)."""
+    if element.damping is not None:
+        return element.damping
+    if element.damping_ratio is None:
+        return np.zeros((6, 6))
+    moored = [
+        np.diag(e.stiffness)
+        for e in elements.values()
+        if isinstance(e, LinearMooring) and e.body == element.body
+    ]
+    found = layout.resonance(layout.body[element.body], np.sum([np.zeros(6), *moored], axis=0))
+    for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
+        if ratio and not stiffness > 0.0:
+            raise InputError(
+                f"forces.{name}.damping_ratio.{dof}: found a ratio where hydrostatics and linear"
+                f" moorings of {element.body} have no stiffness; expected stiffness there, because"
+                " the ratio is to critical damping on it; give damping instead."
+            )
+    critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
+    return np.diag(element.damping_ratio * critical)
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
+    for e in p:
+        u = relative_velocity(e.body, e.stream, motion)
+        rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])

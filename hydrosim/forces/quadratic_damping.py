@@ -1,0 +1,61 @@
+"""Quadratic damping of a body, in its own axes: drag and eddies, where flow separates.
+
+    F_i = -sum_j D_ij |u_j| u_j,   u = R^T (v - U),  R^T omega
+
+v, omega: velocity of the centre of gravity and angular velocity; U: the current; D: coefficients
+(6, 6), such as 1/2 rho C_D A on the diagonal. In one DOF with m x'' + D |x'| x' + k x = 0 two
+successive extremes obey (1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2), b = 2 D / m (the first
+integral of the equation; Lamb 1923, Dynamics, has it), so that small swings lose (4/3) D x1^2 / m.
+
+Booked as dissipation, |u_j| u_j D_jj v_j in sum; negative while a current drives the body. Limits:
+each DOF by itself (no cross-flow between surge and sway: see `stream_load` for that); no memory of
+the flow, coefficients that do not depend on amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.relative import add_resistance, relative_velocity
+from hydrosim.kernels import kernel
+from hydrosim.scene import ForceElement
+
+
+@dataclass(frozen=True)
+class QuadraticDamping(ForceElement):
+    """``damping`` (6, 6) [N s^2/m^2 ... N m s^2/rad^2] about the centre of gravity."""
+
+    damping: np.ndarray
+
+
+DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `DAMPING` of the quadratic dampings among ``elements``."""
+    rows = [
+        (layout.body[e.body], layout.row[name], e.damping, layout.current)
+        for name, e in elements.items()
+        if isinstance(e, QuadraticDamping)
+    ]
+    return np.array(rows, dtype=DAMPING)
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
+    for e in p:
+        u = relative_velocity(e.body, e.stream, motion)
+        squares = (
+            abs(u[0]) * u[0],
+            abs(u[1]) * u[1],
+            abs(u[2]) * u[2],
+            abs(u[3]) * u[3],
+            abs(u[4]) * u[4],
+            abs(u[5]) * u[5],
+        )
+        rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])

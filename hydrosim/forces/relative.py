@@ -1,0 +1,44 @@
+"""Velocity of a body through a stream, in the body's axes, and a wrench given in them.
+
+A stream is the steady and uniform flow of water (current) or air (wind) along the horizontal.
+"""
+
+from __future__ import annotations
+
+from hydrosim.kernels import kernel
+from hydrosim.rigid import add_wrench
+from hydrosim.rigid.vectors import matvec, sub, vector
+
+
+@kernel
+def relative_velocity(b, stream, motion):
+    """(6,) velocity of body ``b``'s centre of gravity less the ``stream`` (2,), and its angular
+    velocity, both in its axes, as a tuple."""
+    R, v = motion.rotation[b], motion.velocity
+    u = matvec(R.T, sub(vector(v, 6 * b), (stream[0], stream[1], 0.0)))
+    omega = matvec(R.T, vector(v, 6 * b + 3))
+    return (u[0], u[1], u[2], omega[0], omega[1], omega[2])
+
+
+@kernel
+def add_resistance(b, D, u, motion, wrench):
+    """Add -D u (6,), in the axes of body ``b``, to ``wrench`` (6 nb,); returns the power that it
+    takes from the body."""
+    Q = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for j in range(6):
+        x = u[j]
+        Q = (
+            Q[0] - D[0, j] * x,
+            Q[1] - D[1, j] * x,
+            Q[2] - D[2, j] * x,
+            Q[3] - D[3, j] * x,
+            Q[4] - D[4, j] * x,
+            Q[5] - D[5, j] * x,
+        )
+    R, v = motion.rotation[b], motion.velocity
+    force, moment = matvec(R, (Q[0], Q[1], Q[2])), matvec(R, (Q[3], Q[4], Q[5]))
+    add_wrench(b, force, moment, wrench)
+    lost = 0.0
+    for i in range(3):
+        lost -= force[i] * v[6 * b + i] + moment[i] * v[6 * b + 3 + i]
+    return lost

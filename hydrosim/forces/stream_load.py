@@ -1,0 +1,146 @@
+"""Load of a steady stream by coefficients over its heading: current on a hull, wind on what is
+above the water.
+
+    w = U - v_p,   X = c_x(a) |w|^2,   Y = c_y(a) |w|^2,   N = c_n(a) |w|^2
+
+U: velocity of the stream, horizontal; v_p: that of the point which the load acts on; w: the
+horizontal part of the difference; a: the direction w goes to, counter-clockwise from the body's
+x axis (0 from astern, 180 deg from ahead). X, Y act along and across the body's heading in the
+horizontal plane, N about the vertical; heave is free of it, and roll and pitch moments come from
+the height of the point. The coefficients are forces and moments per squared speed, 1/2 rho A C in
+terms of dimensionless ones (as those of OCIMF 1994, Prediction of Wind and Current Loads on VLCCs).
+
+Between the headings given c is a periodic cubic spline, exact at them. The body's heading is its
+turn about the vertical with the rest of its rotation about a horizontal axis: yaw, but for half
+the product of roll and pitch. Booked as work. Limits: steady stream without shear or gusts; the
+added resistance to yawing is only what the point's own velocity gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import atan2, pi, sqrt
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from hydrosim.forces.layout import Layout
+from hydrosim.kernels import kernel
+from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.vectors import add, cross, dot, vector
+from hydrosim.scene import ForceElement
+
+TURN = 2.0 * pi
+
+
+@dataclass(frozen=True)
+class StreamLoad(ForceElement):
+    """Load on ``point`` of the body frame: coefficients of ``surge``, ``sway`` [N s^2/m^2] and
+    ``yaw`` [N m s^2/m^2] (n,) at the ``headings`` (n,) [rad], which rise within one turn."""
+
+    supplies: ClassVar[bool] = True
+    point: tuple[float, ...]
+    headings: np.ndarray
+    surge: np.ndarray
+    sway: np.ndarray
+    yaw: np.ndarray
+
+
+@dataclass(frozen=True)
+class CurrentLoad(StreamLoad):
+    """Load of the current."""
+
+
+@dataclass(frozen=True)
+class WindLoad(StreamLoad):
+    """Load of the wind."""
+
+
+LOAD = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3), ("stream", float, 2)),
+        *(("first", int), ("last", int)),
+    ]
+)
+PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
+"""A piece of the splines of X, Y and N: its first heading, and the factors of 1, x, x^2, x^3."""
+
+
+class Params(NamedTuple):
+    """``each`` (ne,) of `LOAD`; one has the ``pieces`` from its ``first`` to before its ``last``,
+    the first of them at a heading in the first turn."""
+
+    each: np.ndarray
+    pieces: np.ndarray
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the loads of streams among ``elements``."""
+    rows, pieces, first = [], [np.zeros(0, dtype=PIECE)], 0
+    for name, e in elements.items():
+        if isinstance(e, StreamLoad):
+            stream = layout.wind if isinstance(e, WindLoad) else layout.current
+            pieces.append(_splines(e))
+            last = first + pieces[-1].size
+            place = (layout.body[e.body], layout.row[name], e.point, stream)
+            rows.append((*place, first, last))
+            first = last
+    return Params(np.array(rows, dtype=LOAD), np.concatenate(pieces))
+
+
+def _splines(load: StreamLoad) -> np.ndarray:
+    """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
+    headings = np.mod(load.headings, TURN)
+    order = np.argsort(headings)
+    values = np.stack([load.surge, load.sway, load.yaw], axis=1)[order]
+    nodes = np.append(headings[order], headings[order[0]] + TURN)
+    spline = CubicSpline(nodes, np.vstack([values, values[:1]]), bc_type="periodic")
+    pieces = np.zeros(len(values), dtype=PIECE)
+    pieces["start"] = nodes[:-1]
+    pieces["powers"] = np.moveaxis(spline.c[::-1], 1, 0)
+    return pieces
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Every load into its row of ``wrench``, its power into ``rate``."""
+    for e in p.each:
+        b = e.body
+        _, arm = attachment(b, vector(e.point, 0), bodies, motion)
+        v = point_velocity(b, arm, motion)
+        along, aside = heading(motion.rotation[b])
+        w = (e.stream[0] - v[0], e.stream[1] - v[1])
+        angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])
+        c = coefficients(angle, e.first, e.last, p.pieces)
+        square = w[0] * w[0] + w[1] * w[1]
+        X, Y = square * c[0], square * c[1]
+        force = (along * X - aside * Y, aside * X + along * Y, 0.0)
+        moment = (0.0, 0.0, square * c[2])
+        add_wrench(b, force, add(moment, cross(arm, force)), wrench[e.row])
+        rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
+
+
+@kernel
+def heading(R):
+    """Cosine and sine of a body's turn about the vertical."""
+    c, s = R[0, 0] + R[1, 1], R[1, 0] - R[0, 1]
+    size = sqrt(c * c + s * s)
+    return (c / size, s / size) if size > 0.0 else (1.0, 0.0)
+
+
+@kernel
+def coefficients(angle, first, last, pieces):
+    """The splines at ``angle``, which is brought into the turn of the pieces."""
+    x = (angle - pieces[first].start) % TURN
+    k = first
+    while k + 1 < last and pieces[k + 1].start - pieces[first].start <= x:
+        k += 1
+    x -= pieces[k].start - pieces[first].start
+    a = pieces[k].powers
+    return (
+        a[0, 0] + x * (a[1, 0] + x * (a[2, 0] + x * a[3, 0])),
+        a[0, 1] + x * (a[1, 1] + x * (a[2, 1] + x * a[3, 1])),
+        a[0, 2] + x * (a[1, 2] + x * (a[2, 2] + x * a[3, 2])),
+    )

@@ -1,0 +1,233 @@
+"""The waves of a case: every kind, its keys and files, and what it becomes in the scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose, assert_array_equal
+
+from hydrosim import scene
+from hydrosim.case import Case
+from hydrosim.errors import InputError
+from hydrosim.waves.spectra import energy
+
+Load = Callable[..., Case]
+PEAK = "significant_height: 1.5 m, peak_period: 8 s"
+TURN = 2 * math.pi
+
+
+def case(waves: str, water: str = "") -> str:
+    return (
+        "title: t\nduration: 60 s\nbodies:\n  block: {mass: 2, dofs: [surge]}\n"
+        f"environment: {{{water}waves: {{{waves}}}}}\n"
+    )
+
+
+def train(load: Load, waves: str, water: str = "") -> scene.WaveTrain:
+    (only,) = load(case(waves, water)).scene().environment.waves
+    return only
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (f"spectrum: torsethaugen, {PEAK}", scene.Torsethaugen(1.5, 8.0, 9.8)),
+        (f"spectrum: tma, {PEAK}", scene.Tma(1.5, 8.0, 30.0, 3.3, 9.8)),
+        (f"spectrum: tma, {PEAK}, peak_enhancement: 2", scene.Tma(1.5, 8.0, 30.0, 2.0, 9.8)),
+        (
+            f"spectrum: ochi_hubble, peaks: [{{{PEAK}}}, {{{PEAK}, shape: 3}}]",
+            scene.OchiHubble((scene.OchiHubblePeak(1.5, 8.0), scene.OchiHubblePeak(1.5, 8.0, 3.0))),
+        ),
+    ],
+)
+def test_formulas(load: Load, text: str, expected: scene.Spectrum) -> None:
+    assert train(load, text, "water_depth: 30 m, gravity: 9.8, ").spectrum == expected
+
+
+def test_white_noise_in_hertz_or_radians(load: Load) -> None:
+    keys = "spectrum: white_noise, significant_height: 1 m, lowest_frequency: 0.1 Hz,"
+    spectrum = train(load, f"{keys} highest_frequency: 1.5").spectrum
+    assert isinstance(spectrum, scene.WhiteNoise)
+    assert (spectrum.lowest_frequency, spectrum.highest_frequency) == (TURN * 0.1, 1.5)
+
+
+def test_keys_of_random_seas(load: Load) -> None:
+    keys = "amplitudes: rayleigh, spreading: 12, seed: 4, repeat_period: 1 hour, heading: 90 deg"
+    sea = train(load, f"spectrum: jonswap, {PEAK}, {keys}")
+    assert (sea.amplitudes, sea.spreading) == (scene.Amplitudes.RAYLEIGH, 12.0)
+    assert (sea.seed, sea.repeat_period, sea.heading) == (4, 3600.0, math.pi / 2)
+    plain = train(load, f"spectrum: jonswap, {PEAK}")
+    assert (plain.amplitudes, plain.spreading) == (scene.Amplitudes.DETERMINISTIC, None)
+
+
+def test_components(load: Load) -> None:
+    sea = train(
+        load,
+        "spectrum: components, heading: 10 deg, components: [{amplitude: 50 cm, period: 8 s,"
+        " phase: 90 deg}, {amplitude: 1, frequency: 0.2 Hz, heading: -10 deg},"
+        " {amplitude: 2, frequency: 0.4 rad/s}]",
+    ).spectrum
+    assert isinstance(sea, scene.GivenComponents)
+    assert_allclose(sea.omega, [TURN / 8, TURN / 5, 0.4], rtol=1e-15)
+    assert_array_equal(sea.amplitude, [0.5, 1, 2])
+    assert_allclose(sea.phase, [math.pi / 2, 0, 0], rtol=1e-15)
+    assert_allclose(sea.heading, np.radians([10, -10, 10]), rtol=1e-15)
+
+
+def test_table(load: Load, tmp_path: Path) -> None:
+    lists = "frequency: [0.1 Hz, 0.2 Hz], density: [0, 3 m^2/Hz]"
+    (tmp_path / "sea.csv").write_text("f,S\n0.05,0\n0.1,0\n0.2,3\n0.3,0\n")
+    keys = "frequency_factor: 1 Hz, density_factor: 1 m^2/Hz"
+    for text in (lists, f"file: sea.csv, {keys}", f"file: sea.csv, column: S, {keys}"):
+        table = train(load, f"spectrum: table, {text}").spectrum
+        assert isinstance(table, scene.SpectrumTable)
+        at = np.searchsorted(table.frequency, TURN * np.array([0.1, 0.2]) - 1e-9)
+        assert_allclose(table.frequency[at], TURN * np.array([0.1, 0.2]), rtol=1e-15)
+        assert_allclose(table.density[at], [0, 3 / TURN], rtol=1e-15)
+    plain = train(load, "spectrum: table, frequency: [0, 1], density: [2, 3 m^2*s/rad]").spectrum
+    assert isinstance(plain, scene.SpectrumTable)
+    assert_array_equal(plain.density, [2, 3])
+
+
+def test_recorded(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "probe.csv").write_text("t,eta\n" + "".join(f"{i},{i % 3}\n" for i in range(61)))
+    keys = "file: probe.csv, column: eta, factor: 1 cm, position: [3 m, -4 m]"
+    sea = train(load, f"spectrum: recorded, {keys}, highest_frequency: 0.3 Hz, heading: 1").spectrum
+    assert isinstance(sea, scene.RecordedElevation)
+    assert_array_equal(sea.time, np.arange(61.0))
+    assert_allclose(sea.elevation, 0.01 * (np.arange(61) % 3), rtol=1e-15)
+    assert (sea.position, sea.highest_frequency) == ((3.0, -4.0), TURN * 0.3)
+
+
+def test_a_recorded_sea_may_be_the_run_of_a_case(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "first.yaml").write_text(case("spectrum: none"))
+    keys = "spectrum: recorded, file: first.nc, case: first.yaml, column: wave_elevation"
+    (stage,) = load(case(keys)).stages()
+    assert stage.file == tmp_path / "first.nc"
+
+
+def wavespectra_file(path: Path, **changes: object) -> xr.DataArray:
+    """A sea from 240 deg with a spread of 30 deg at 0.1 Hz, at two times, as wavespectra has it."""
+    freq, bearing = np.array([0.05, 0.1, 0.15, 0.2]), np.arange(0.0, 360.0, 10.0)
+    away = np.mod(bearing - 240 + 180, 360) - 180
+    values = np.exp(-0.5 * (away / 30) ** 2) * np.array([[0.0], [2.0], [1.0], [0.0]])
+    efth = xr.DataArray(
+        np.stack([values, 3 * values]),
+        dims=("time", "freq", "dir"),
+        coords={"time": [0.0, 1.0], "freq": freq, "dir": bearing},
+        attrs={"units": "m^{2}.s.degree^{-1}"},
+    )
+    efth.to_dataset(name="efth").to_netcdf(path)
+    return efth
+
+
+@pytest.mark.parametrize(("x_axis", "heading"), [("90 deg", 30.0), ("0 deg", -60.0)])
+def test_wavespectra(load: Load, tmp_path: Path, x_axis: str, heading: float) -> None:
+    efth = wavespectra_file(tmp_path / "sea.nc")
+    keys = f"file: sea.nc, x_axis: {x_axis}, select: {{time: 1}}, amplitudes: rayleigh"
+    sea = train(load, f"spectrum: directional_table, {keys}")
+    table = sea.spectrum
+    assert isinstance(table, scene.DirectionalTable)
+    assert sea.amplitudes is scene.Amplitudes.RAYLEIGH
+    # waves from 240 deg go to 60 deg by the compass: 30 deg to the left of east, if +x is east
+    weight = table.density.sum(axis=0)
+    mean = np.angle(np.sum(weight * np.exp(1j * table.heading)))
+    assert math.degrees(mean) == pytest.approx(heading, abs=1e-9)
+    assert_allclose(np.diff(table.heading), np.radians(10.0), rtol=1e-12)
+    # m0 in the units of the file, by the trapezoidal rule that a table of straight lines has
+    m0 = np.trapezoid(efth[1].sum("dir") * 10.0, efth.freq)
+    assert energy(table) == pytest.approx(m0, rel=1e-12)
+
+
+def test_probes(load: Load) -> None:
+    text = case("spectrum: none") + "output: {wave_probes: {bow: [70 m, 0], stern: [-7e1, 1 km]}}"
+    assert load(text).scene().wave_probes == {"bow": (70.0, 0.0), "stern": (-70.0, 1000.0)}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (f"spectrum: jonswap, {PEAK}, amplitudes: random", 'amplitudes: found "random"; expected'),
+        (f"spectrum: jonswap, {PEAK}, spreading: 0", "spreading: found 0; expected a sharpness"),
+        (f"spectrum: jonswap, {PEAK}, spreading: 10 deg", 'spreading: found "10 deg"'),
+        ("spectrum: ochi_hubble, peaks: []", "peaks: found nothing in it"),
+        (
+            "spectrum: white_noise, significant_height: 1, lowest_frequency: 2,"
+            " highest_frequency: 0.1 Hz",
+            "waves: found a band from 2 to 0.628319 rad/s; expected lowest below highest",
+        ),
+        (
+            "spectrum: components, components: [{amplitude: 1, period: 1, frequency: 1}]",
+            "components.0: found period and frequency; expected either",
+        ),
+        (
+            "spectrum: components, components: [{amplitude: 1, frequency: 1 1/s}]",
+            'components.0.frequency: found "1 1/s"; expected a frequency in rad/s',
+        ),
+        ("spectrum: table, frequency: [1, 2]", "found frequency; expected frequency and density"),
+        ("spectrum: table, frequency: [1], density: [1]", "frequency: found 1 in the list"),
+        (
+            "spectrum: table, frequency: [1, 2], density: [1, 2, 3]",
+            "found 2 frequencies and 3 densities; expected a density for each frequency",
+        ),
+        (
+            "spectrum: table, frequency: [2, 1], density: [1, 2]",
+            "frequency: found 1 after 2; expected values that rise",
+        ),
+        (
+            "spectrum: table, frequency: [1, 2], density: [1, 2 m^2*s]",
+            'density.1: found "2 m^2*s"; expected a spectral density in m^2*s/rad',
+        ),
+        ("spectrum: table, file: none.csv", "waves.file: found no such file at"),
+        ("spectrum: table, file: bad.csv", "bad.csv: found -1; expected frequencies and densities"),
+        ("spectrum: directional_table, file: none.nc, x_axis: 0", "file: found no such file at"),
+        ("spectrum: directional_table, file: sea.nc", 'found no key "x_axis"; expected an angle'),
+        (
+            "spectrum: directional_table, file: sea.nc, x_axis: 0",
+            "sea.nc: found 2 of time; expected one; select: {time: 0} is the first",
+        ),
+        (
+            "spectrum: directional_table, file: sea.nc, x_axis: 0, select: {time: 0, site: 1}",
+            'found no dimension "site"; expected one of: time',
+        ),
+        (
+            "spectrum: directional_table, file: bad.csv, x_axis: 0",
+            "bad.csv: cannot be read as netCDF",
+        ),
+        ("spectrum: recorded, file: none.csv, column: 2", "waves.file: found no such file at"),
+    ],
+)
+def test_refused(load: Load, tmp_path: Path, text: str, found: str) -> None:
+    (tmp_path / "bad.csv").write_text("0.1 1\n0.2 2\n0.3 -1\n0.4 0\n")
+    wavespectra_file(tmp_path / "sea.nc")
+    with pytest.raises(InputError) as caught:  # by the case, or by the file that it names
+        load(case(text)).scene()
+    assert found in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda efth: efth.where(efth.dir != 30), "found densities that are negative or missing"),
+        (lambda efth: efth.isel(dir=[0, 1, 5]), "found directions unequally far apart"),
+        (lambda efth: efth.isel(freq=[0]), "found frequencies that do not rise"),
+        (lambda efth: efth.isel(freq=slice(None, None, -1)), "found frequencies that do not rise"),
+        (lambda efth: efth.assign_attrs(units="m2 s/rad"), "found efth in m2 s/rad; expected"),
+        (
+            lambda efth: efth.rename(freq="frequency"),
+            "found the variables efth; expected efth over",
+        ),
+    ],
+)
+def test_bad_spectra_over_direction(
+    load: Load, tmp_path: Path, change: Callable[[xr.DataArray], xr.DataArray], found: str
+) -> None:
+    efth = wavespectra_file(tmp_path / "unused.nc")[0]
+    change(efth).to_dataset(name="efth").to_netcdf(tmp_path / "sea.nc")
+    with pytest.raises(InputError, match=found):
+        load(case("spectrum: directional_table, file: sea.nc, x_axis: 90 deg")).scene()
