@@ -1,7 +1,7 @@
 """The command line: thin commands over `load_case`, `simulate` and `plot`.
 
-Exit codes: 0 done, 1 a strict check failed, 2 the input is wrong, 3 the simulation failed, 130
-interrupted.
+Exit codes: 0 done, 1 a strict check failed or a comparison is out of tolerance, 2 the input is
+wrong, 3 the simulation failed, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands import db
+from hydrosim.commands.compare import compare, record
 from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
 from hydrosim.commands.statistics import statistics
@@ -36,6 +37,8 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 app.add_typer(db.app, name="db")
+app.command()(compare)
+app.command()(record)
 app.command()(linear)
 app.command()(statistics)
 out, err = Console(), Console(stderr=True)

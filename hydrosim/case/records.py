@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hydrosim.case.series import Series, Source, read_series
+from hydrosim.case.series import Series, read_series
 from hydrosim.case.signals import Recorded
+from hydrosim.case.text import Source
 from hydrosim.case.units import same_dimension
 
 

@@ -27,6 +27,12 @@ def shallow() -> HydroDatabase:
 DOUBTS = {  # why: hydro_db/README.md
     "box": {"damping against loads"},
     "h851_50m": {"smooth loads"},
+    "two_barges": {
+        "kernel truncation",
+        "frequency spacing",
+        "irregular frequencies",
+        "added mass against damping",
+    },
 }
 
 

@@ -1,0 +1,176 @@
+"""Tables of numbers in text files, and what is wrong with numbers over time.
+
+A text file has one line per time, its numbers separated by commas, semicolons, tabs or blanks.
+Lines before the first that begins with a number are a heading; lines that begin with #, % or ! are
+remarks (or that heading). The last line of the heading may name the columns, or say their units
+below a line with their names; a line ruled with dashes does not count. Names that hold blanks are
+apart by a tab or two blanks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from hydrosim.case.nodes import joined, suggestion
+from hydrosim.case.units import factor, shown
+from hydrosim.errors import InputError
+
+REMARKS = ("#", "%", "!")
+SEPARATORS = (",", ";", "\t", None)
+RULE = re.compile(r"[-=_+|\s]*")
+IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
+TIME = re.compile(r"(?:time|t)", re.IGNORECASE)
+PLAIN = {"": "", "-": "", "1": ""}  # units of plain numbers
+SPELLINGS = {  # as programs write them
+    **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "k", "M", "G")},
+    **{f"{prefix}N-m": f"{prefix}N*m" for prefix in ("", "k", "M", "G")},
+    **dict.fromkeys(("sec", "second", "seconds"), "s"),
+    **dict.fromkeys(("degree", "degrees", "deg."), "deg"),
+    **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
+    "m/s2": "m/s^2",
+    "radians": "rad",
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A data ``file``, and ``wanted``, the place in a case file that wants it, if there is one."""
+
+    file: Path
+    wanted: str = ""
+
+    def wrong(self, text: str, line: int | None = None) -> NoReturn:
+        """Raises InputError: who wants the file, the file, the line, and what is wrong with it."""
+        place = f"{self.file}:{line}" if line else f"{self.file}"
+        raise InputError(": ".join(part for part in (self.wanted, place, text) if part))
+
+    def unknown(self, what: str, name: str, known: Sequence[str]) -> NoReturn:
+        """Raises InputError: ``name`` is not among the ``known``."""
+        text = f"found no {what} {shown(name)}; expected one of: {', '.join(known) or 'none'}"
+        self.wrong(joined(text, suggestion(name, known)))
+
+
+@dataclass(frozen=True)
+class Table:
+    """A text file: ``names`` and ``units`` of the columns (empty if it has none), and ``rows``
+    (n, columns) with the number of the line of each."""
+
+    names: list[str]
+    units: list[str]
+    rows: np.ndarray
+    lines: list[int]
+
+
+def parse(source: Source) -> Table:
+    """The table in a text file; InputError says which line is wrong."""
+    try:
+        content = source.file.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError:
+        source.wrong("found bytes that are no text; expected text (UTF-8) or the netCDF of a run")
+    heading, rows, lines = list[str](), list[list[float]](), list[int]()
+    separator: str | None = None
+    for number, line in enumerate(content.splitlines(), 1):
+        stripped = line.strip()
+        remark = stripped.startswith(REMARKS)
+        if not rows and (remark or not _begins(stripped)):
+            heading.append(stripped.lstrip("".join(REMARKS)).strip())
+        elif stripped and not remark:
+            separator = separator if rows else _separator(stripped)
+            rows.append(_numbers(source, number, _split(stripped, separator)))
+            lines.append(number)
+            if len(rows[-1]) != len(rows[0]):
+                found = f"found {len(rows[-1])} values; expected {len(rows[0])}"
+                source.wrong(f"{found}, as in line {lines[0]}", number)
+    if not rows:
+        source.wrong("found no numbers; expected lines of numbers, the first of them the time [s]")
+    return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines)
+
+
+def name_and_unit(text: str) -> tuple[str, str | None]:
+    """Name and unit of "Heave (m)" or "Fx [kN]"; all of it and None if there is no known unit."""
+    found = IN_BRACKETS.fullmatch(text.strip())
+    unit = found and spelled(found["unit"] if found["round"] is None else found["round"])
+    return (text.strip(), None) if not found or unit is None else (found["name"], unit)
+
+
+def spelled(text: str) -> str | None:
+    """A unit as `factor` reads it, None if it is not known: "kNm" is "kN*m", "-" is ""."""
+    unit = text.strip().strip("[]()").strip()
+    unit = PLAIN.get(unit, SPELLINGS.get(unit, unit))
+    try:
+        return unit if not unit or factor(unit, unit) else None
+    except ValueError:
+        return None
+
+
+def require_finite(
+    source: Source, numbers: np.ndarray, lines: Sequence[int] | None = None, what: str = ""
+) -> None:
+    """Refuses numbers (n,) that are not finite; ``lines`` are theirs in a text."""
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        where = "" if lines else f" in record {bad[0] + 1}"
+        text = f"found {numbers[bad[0]]:g}{what}{where}; expected finite numbers"
+        source.wrong(f"{text}; mend or leave it out", lines[bad[0]] if lines else None)
+
+
+def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None = None) -> None:
+    """Refuses times (n,) [s] that do not rise."""
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if falls.size:
+        k = int(falls[0]) + 1
+        where = "" if lines else f" in record {k + 1}"
+        text = f"found time {time[k]:g} s after {time[k - 1]:g} s{where}; expected it to rise"
+        source.wrong(text, lines[k] if lines else None)
+
+
+def _begins(line: str) -> bool:
+    """True if a line begins with a number."""
+    try:
+        float(re.split(r"[,;\s]", line)[0])
+    except ValueError:
+        return False
+    return True
+
+
+def _separator(line: str) -> str | None:
+    return next(mark for mark in SEPARATORS if mark is None or mark in line)
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    return [part.strip().strip("\"'") for part in line.split(separator)]
+
+
+def _numbers(source: Source, line: int, fields: Sequence[str]) -> list[float]:
+    numbers = []
+    for field in fields:
+        try:
+            numbers.append(float(field))
+        except ValueError:
+            remedy = "a decimal point, not a comma, and # before a remark"
+            source.wrong(f"found {shown(field)}; expected a number; {remedy}", line)
+    return numbers
+
+
+def _heading(
+    heading: Sequence[str], separator: str | None, count: int
+) -> tuple[list[str], list[str]]:
+    """Names and units of ``count`` columns; empty where the heading does not say them."""
+    written = [line for line in heading if not RULE.fullmatch(line)]
+    rows = [_fields(line, separator, count) for line in written[-2:]]
+    if len(rows) == 2 and all(rows) and all(spelled(field) is not None for field in rows[1]):
+        return rows[0], rows[1]
+    return (rows[-1] if rows else []), []
+
+
+def _fields(line: str, separator: str | None, count: int) -> list[str]:
+    """The ``count`` fields of a line, none if they are more or less."""
+    apart = [part.strip() for part in re.split(r"\t|\s{2,}", line)] if separator is None else []
+    fields = apart if len(apart) == count else _split(line, separator)
+    return fields if len(fields) == count else []

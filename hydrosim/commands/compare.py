@@ -1,0 +1,137 @@
+"""`hydrosim compare`: a run against a recording; `hydrosim record`: a run as such a recording."""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console, RenderableType
+
+from hydrosim.commands.options import numbers, result_path
+from hydrosim.errors import InputError
+
+out = Console()
+
+RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")]
+Channels = Annotated[
+    str | None, typer.Option(help="Of the run, by commas; * stands for anything: position.*")
+]
+
+
+def compare(
+    run_file: RunFile,
+    recorded: Annotated[
+        Path, typer.Argument(metavar="RECORDED", help="Text, MATLAB, HDF5, netCDF or a run.")
+    ],
+    mapping: Annotated[
+        Path | None,
+        typer.Option("--mapping", "-m", metavar="MAP.yaml", help="Which column is which channel."),
+    ] = None,
+    tolerance: Annotated[
+        list[str],
+        typer.Option(metavar="[CHANNEL=]NUMBER", help="Of rms over std; exit code 1 beyond it."),
+    ] = [],  # noqa: B006  typer copies it
+    shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
+    channels: Channels = None,
+    start: Annotated[float, typer.Option(help="From this time of the run on [s].")] = -inf,
+    end: Annotated[float, typer.Option(help="Up to this time of the run [s].")] = inf,
+    bands: Annotated[str, typer.Option(help="Edges of the wave band [rad/s].")] = "0.1,2.5",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="RESIDUALS.nc", help="Series and figures."),
+    ] = None,
+) -> None:
+    """Lay a run over a recorded series, and say channel by channel what differs.
+
+    Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
+    beyond its --tolerance; that of a channel that is constant is absolute.
+    """
+    from hydrosim.compare import compare as comparison_of
+    from hydrosim.compare import read_mapping
+    from hydrosim.compare.comparison import beyond
+    from hydrosim.compare.dataset import to_dataset
+    from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
+    from hydrosim.output import write
+    from hydrosim.plot import open_run
+    from hydrosim.plot.compare import draw_comparison
+    from hydrosim.recordings import read_recording
+
+    path = result_path(output, run_file.with_stem(f"{run_file.stem}_compare"))
+    tolerances = dict(_tolerance(text) for text in tolerance)
+    run = open_run(run_file)
+    found = comparison_of(
+        run,
+        read_recording(recorded),
+        None if mapping is None else read_mapping(mapping),
+        shift=shift,
+        between=(start, end),
+        edges=_edges(bands),
+        only=_patterns(channels) or ("*",),
+    )
+    out_of = beyond(found, tolerances)
+    write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), path)
+    draw_comparison(found, f"{run_file.name} and {recorded.name}", path.with_suffix(".png"))
+    _show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
+    _show(f"result    {path}, {path.with_suffix('.png')}")
+    if tolerances:
+        _show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
+    if out_of:
+        raise typer.Exit(1)
+
+
+def record(
+    run_file: RunFile,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Text file.")],
+    channels: Channels = None,
+    step: Annotated[
+        float | None, typer.Option(help="Of the times [s]; else those of the run.")
+    ] = None,
+    digits: Annotated[
+        int, typer.Option(min=1, max=17, help="Significant; 17 are read back exactly.")
+    ] = 17,
+) -> None:
+    """Write channels of a run as a table in text, with names and units, for other programs.
+
+    Without --channels those of motions, waves, forces, fenders and springs that are not zero.
+    """
+    from hydrosim.case.series import columns_of
+    from hydrosim.channels import chosen, usual
+    from hydrosim.plot import open_run
+    from hydrosim.recordings import write_recording
+
+    path = result_path(output, run_file)
+    if step is not None and not (isfinite(step) and step > 0.0):
+        raise InputError(f"--step: found {step:g}; expected a positive number of seconds.")
+    run = open_run(run_file)
+    asked = _patterns(channels)
+    names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
+    write_recording(run, path, names, step, digits)
+    _show(f"result    {path}, {len(names)} channels")
+
+
+def _patterns(text: str | None) -> list[str]:
+    return [part.strip() for part in text.split(",")] if text else []
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    """Channel or pattern, and the number."""
+    name, _, number = text.rpartition("=")
+    return name.strip() or "*", numbers(number, "--tolerance")[0]
+
+
+def _edges(text: str) -> tuple[float, float]:
+    edges = numbers(text, "--bands")
+    if len(edges) != 2 or edges[0] >= edges[1]:
+        raise InputError(f"--bands: found {text!r}; expected two numbers that rise, as in 0.1,2.5.")
+    return edges[0], edges[1]
+
+
+def _show(*parts: RenderableType) -> None:
+    """Tables, and lines as they are: no markup, no colours, not broken."""
+    for part in parts:
+        if isinstance(part, str):
+            out.print(part, markup=False, highlight=False, soft_wrap=True)
+        else:
+            out.print(part)

@@ -1,0 +1,250 @@
+"""A run and a recording at the same times, in the same units, of the same point.
+
+Both are compared at the times of the one with the larger steps, where they overlap; the other is a
+cubic spline through its values (normal forces of fenders a monotone one, which does not ring where
+contact begins). No spline bridges a gap: that is an error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.spatial.transform import Rotation
+
+from hydrosim.case.series import select
+from hydrosim.case.text import Source, require_finite, require_rising
+from hydrosim.case.units import factor, shown
+from hydrosim.compare.mapping import Place, TimeColumn
+from hydrosim.errors import InputError
+from hydrosim.recordings import Recording
+from hydrosim.scene import DOFS
+
+LEAST = 10  # common times
+GAP = 10.0  # usual steps
+SAME = 1e-6  # of a step: times that differ less are the same
+MONOTONE = "fender_normal_force"
+MOVED = ("position", "velocity")  # what is of a point
+EXACT = 16  # digits: more are not told apart from rounding
+Interpolate = Callable[[np.ndarray, np.ndarray], Any]
+
+
+class Pair(NamedTuple):
+    """A channel of a run and what was recorded of it: ``ours`` and ``recorded`` (n,) in ``unit``;
+    ``said`` is the recorded unit ("" if none was, so that it was taken for ours), ``precision``
+    half a unit of the last digit recorded."""
+
+    channel: str
+    column: str
+    unit: str
+    said: str
+    ours: np.ndarray
+    recorded: np.ndarray
+    precision: float
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Common ``time`` (n,) of a run and a recording; which parts of them are about it; and
+    ``method``, how they got there."""
+
+    time: np.ndarray
+    ours: slice
+    recorded: slice
+    method: str
+
+
+def align(
+    run: xr.Dataset,
+    recording: Recording,
+    places: Mapping[str, Place],
+    time: TimeColumn,
+    between: tuple[float, float],
+    shift: float = 0.0,
+) -> tuple[Overlap, list[Pair]]:
+    """The pairs of all channels in ``places`` at their common times, ``between`` two times of the
+    run [s]; ``shift`` [s] is added to the recorded times. Raises InputError with the file and line
+    of what is wrong."""
+    stamps = recorded_time(recording, time) + shift
+    overlap = _overlap(run.time.values, stamps, between, recording.source, recording.lines)
+    pairs = []
+    for channel, place in places.items():
+        ours, unit = _ours(run, channel, place)
+        interpolate = PchipInterpolator if channel.startswith(MONOTONE) else CubicSpline
+        values, said, precision = _recorded(recording, channel, place, unit, overlap.recorded)
+        pair = Pair(
+            channel,
+            recording.column(place.column).name,
+            unit,
+            said,
+            _at(overlap.time, run.time.values[overlap.ours], ours[overlap.ours], interpolate),
+            _at(overlap.time, stamps[overlap.recorded], values[overlap.recorded], interpolate),
+            precision,
+        )
+        pairs.append(pair)
+    return overlap, pairs
+
+
+def recorded_time(recording: Recording, time: TimeColumn) -> np.ndarray:
+    """The recorded times [s], which rise; InputError says where they do not."""
+    named = recording.time_column() if time.column is None else recording.column(time.column)
+    unit = time.unit or named.unit or "s"
+    try:
+        stamps = named.value * factor(unit, "s") + time.offset
+    except ValueError as error:
+        remedy = "say it in a mapping, time: {unit: s}"
+        recording.source.wrong(f"found {error}, in {shown(named.name)}; expected s; {remedy}")
+    require_finite(recording.source, stamps, recording.lines, f" in {shown(named.name)}")
+    require_rising(recording.source, stamps, recording.lines)
+    return stamps
+
+
+def _overlap(
+    ours: np.ndarray,
+    stamps: np.ndarray,
+    between: tuple[float, float],
+    source: Source,
+    lines: Sequence[int] | None,
+) -> Overlap:
+    start = max(ours[0], stamps[0], between[0])
+    end = min(ours[-1], stamps[-1], between[1])
+    run, record = _part(ours, start, end), _part(stamps, start, end)
+    if min(run.stop - run.start, record.stop - record.start) < LEAST:
+        raise InputError(
+            f"{source.file}: found records from {stamps[0]:g} s to {stamps[-1]:g} s, and a run from"
+            f" {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected {LEAST} common times or"
+            " more; the offset of recorded times goes into a mapping, time: {offset: 100 s}"
+        )
+    _refuse_gaps(source, stamps, record, lines)
+    a, b = ours[run], stamps[record]
+    if a.size == b.size and np.allclose(a, b, rtol=0.0, atol=SAME * _step(b)):
+        return Overlap(a, run, record, "at the same times")
+    if _step(b) >= _step(a):
+        method = "at the recorded times, the run by cubic splines"
+        return Overlap(b, _wider(run, ours.size), record, method)
+    method = "at the times of the run, the recording by cubic splines"
+    return Overlap(a, run, _wider(record, stamps.size), method)
+
+
+def _part(time: np.ndarray, start: float, end: float) -> slice:
+    """Where the times are that lie between two, but for rounding."""
+    slack = SAME * _step(time)
+    return slice(
+        int(np.searchsorted(time, start - slack)), int(np.searchsorted(time, end + slack, "right"))
+    )
+
+
+def _wider(part: slice, size: int) -> slice:
+    return slice(max(part.start - 1, 0), min(part.stop + 1, size))
+
+
+def _step(time: np.ndarray) -> float:
+    """The usual step."""
+    return float(np.median(np.diff(time)))
+
+
+def _asked(between: tuple[float, float]) -> str:
+    start, end = between
+    return f" (asked: {start:g} s to {end:g} s)" if np.isfinite(between).any() else ""
+
+
+def _refuse_gaps(
+    source: Source, time: np.ndarray, part: slice, lines: Sequence[int] | None
+) -> None:
+    steps = np.diff(time[part])
+    usual, k = _step(time[part]), int(np.argmax(steps))
+    if steps[k] > GAP * usual:
+        at = part.start + k + 1
+        where = "" if lines else f" before record {at + 1}"
+        source.wrong(
+            f"found nothing from {time[at - 1]:g} s to {time[at]:g} s{where}; expected records"
+            f" about {usual:g} s apart; fill the gap, or compare one side of it (--start, --end)",
+            lines[at] if lines else None,
+        )
+
+
+def _at(
+    at: np.ndarray, time: np.ndarray, values: np.ndarray, interpolate: Interpolate
+) -> np.ndarray:
+    same = at.size == time.size and np.allclose(at, time, rtol=0.0, atol=SAME * _step(time))
+    # the ends may differ by rounding, where no interpolation would go beyond
+    return values if same else interpolate(time, values)(np.clip(at, time[0], time[-1]))
+
+
+def _recorded(
+    recording: Recording, channel: str, place: Place, unit: str, part: slice
+) -> tuple[np.ndarray, str, float]:
+    """The whole recorded channel in our unit, the unit that it was in, and its precision."""
+    column = recording.column(place.column)
+    said = column.unit if place.unit is None else place.unit
+    try:
+        scale = place.sign * (1.0 if said is None else factor(said, unit))
+        offset = place.offset.value * (
+            1.0 if place.offset.unit is None else _same_kind(place, unit)
+        )
+    except ValueError as error:
+        remedy = "say the right unit in a mapping"
+        recording.source.wrong(
+            f"found {error}, for {shown(column.name)} as {channel}; expected {unit}; {remedy}"
+        )
+    within = np.zeros(column.value.size, dtype=bool)
+    within[part] = True
+    what = f" in {shown(column.name)}"
+    checked = np.where(within, column.value, 0.0)
+    require_finite(recording.source, checked, recording.lines, what)
+    precision = abs(scale) * precision_of(column.value[part])
+    return scale * column.value + offset, said or "", precision
+
+
+def _same_kind(place: Place, unit: str) -> float:
+    """1, as an offset is in SI already; ValueError if it is of another kind than ``unit``."""
+    return 1.0 if factor(str(place.offset.unit), unit) else 0.0
+
+
+def precision_of(values: np.ndarray) -> float:
+    """Half a unit of the last digit that the values were printed with; or their rounding error, if
+    they were not printed or are too few to tell."""
+    largest, eps = float(np.abs(values).max()), float(np.finfo(float).eps)
+    if np.unique(values).size < LEAST:
+        return largest * eps / 2.0
+    exponent = np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values))))
+    for digits in range(1, EXACT):
+        unit = 10.0 ** (exponent - digits + 1)
+        if np.allclose(np.round(values / unit) * unit, values, rtol=4e-16, atol=0.0):
+            return float(0.5 * unit.max())
+    single = np.array_equal(values.astype(np.float32), values)
+    return largest * (float(np.finfo(np.float32).eps) if single else eps) / 2.0
+
+
+def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]:
+    """The channel of a run over all its time, at the point that was recorded, and its unit."""
+    source = Source(Path(run.encoding.get("source", "run")), f"channels.{channel}")
+    values, unit = select(source, run, channel)
+    if place.point is not None:
+        variable, *labels = channel.split(".")
+        dof = next((label for label in labels if label in DOFS), None)
+        if variable not in MOVED or dof is None:
+            source.wrong(
+                f"found a point for {variable}; expected one for {' or '.join(MOVED)} only"
+            )
+        body = next((label for label in labels if label != dof), str(run.body.values[0]))
+        moved = _moved(run.sel(body=body), np.array(place.point), variable)
+        values = values + moved[:, DOFS.index(dof)]
+    require_finite(source, values)
+    return values, unit
+
+
+def _moved(body: xr.Dataset, point: np.ndarray, variable: str) -> np.ndarray:
+    """What a point of a body does (nt, 6) beyond what its centre of gravity does: (R - 1) r of the
+    position, omega x R r of the velocity."""
+    angles = body.position.values[:, 3:]
+    arm = Rotation.from_euler("ZYX", angles[:, ::-1]).apply(point)
+    more = np.zeros((len(arm), 6))
+    turning = body.velocity.values[:, 3:]
+    more[:, :3] = arm - point if variable == "position" else np.cross(turning, arm)
+    return more

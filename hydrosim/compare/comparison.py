@@ -1,0 +1,136 @@
+"""`compare`: a run against a recording, channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from math import inf, isnan
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.channels import channels, chosen
+from hydrosim.compare.align import Overlap, Pair, align
+from hydrosim.compare.diagnosis import diagnose
+from hydrosim.compare.figures import EDGES, Contact, Figures, contact, figures
+from hydrosim.compare.guess import guess
+from hydrosim.compare.mapping import Mapping as MappingFile
+from hydrosim.compare.mapping import Place, TimeColumn
+from hydrosim.compare.signals import Fit, fit
+from hydrosim.recordings import Recording
+
+SHARE, MOST = 0.1, 60.0  # of the time, and s: the largest lag that is looked for
+SHIFT = 0.5  # of the time: the largest shift
+ALIKE = 0.9  # correlation of channels that tell by how much the times are shifted
+
+
+class Result(NamedTuple):
+    """What was found of a channel; ``verdict`` is in words, ``contact`` is of fenders."""
+
+    pair: Pair
+    figures: Figures
+    fit: Fit
+    contact: Contact | None
+    verdict: str
+
+    @property
+    def error(self) -> float:
+        """What is held against the tolerance: rms over std, or the rms of a constant."""
+        return self.figures.rms if isnan(self.figures.relative) else self.figures.relative
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results by channel over their common ``overlap``. ``zero`` are channels that are zero in
+    both; ``unused`` are columns that are compared with nothing; ``guessed`` is true if there was no
+    mapping; ``shift`` [s] was estimated and added to the recorded times, NaN if it
+    could not be told."""
+
+    results: Mapping[str, Result]
+    overlap: Overlap
+    edges: tuple[float, float]
+    zero: Sequence[str]
+    unused: Sequence[str]
+    guessed: bool
+    shift: float | None
+
+
+def compare(
+    run: xr.Dataset,
+    recording: Recording,
+    mapping: MappingFile | None = None,
+    *,
+    shift: bool = False,
+    between: tuple[float, float] = (-inf, inf),
+    edges: tuple[float, float] = EDGES,
+    only: Sequence[str] = ("*",),
+) -> Comparison:
+    """A run against a recording, by a ``mapping`` or else by guesses from names and units.
+
+    ``shift`` estimates a shift of the recorded times first; ``between`` are times [s] of the run;
+    ``edges`` [rad/s] are between slow, waves and fast; ``only`` are patterns of channels. Raises
+    InputError with what is wrong in the recording, and where.
+    """
+    places = guess(recording, channels(run)) if mapping is None else mapping.channels
+    if not places:
+        names = ", ".join(column.name for column in recording.columns)
+        recording.source.wrong(
+            f"found no column that can be told to be a channel of the run, among {names};"
+            " expected one; say in a mapping which is which (--mapping)"
+        )
+    wanted = {name: places[name] for name in chosen(places, only, "--channels")}
+    time = TimeColumn() if mapping is None else mapping.time
+    align_at = (run, recording, wanted, time, between)
+    overlap, pairs = align(*align_at)
+    moved = _shift(overlap.time, pairs) if shift or time.shift else None
+    if moved is not None and np.isfinite(moved):
+        overlap, pairs = align(*align_at, moved)
+    moving = [pair for pair in pairs if pair.ours.any() or pair.recorded.any()] or pairs
+    results = {pair.channel: _result(overlap.time, pair, edges) for pair in moving}
+    return Comparison(
+        results,
+        overlap,
+        edges,
+        [name for name in wanted if name not in results],
+        _unused(recording, places, time),
+        mapping is None,
+        moved,
+    )
+
+
+def beyond(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+    """The tolerances, by channel, that are not kept; ``tolerances`` are by channel or pattern, of
+    which the last that fits holds. Raises InputError where one fits no channel."""
+    chosen([*found.results, *found.zero], list(tolerances), "--tolerance")
+    held = {
+        name: limit
+        for pattern, limit in tolerances.items()
+        for name in found.results
+        if fnmatchcase(name, pattern)
+    }
+    return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
+
+
+def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:
+    found = figures(time, pair, edges)
+    most = min(SHARE * float(np.ptp(time)), MOST)
+    fitted = fit(time, pair.ours, pair.recorded, most)
+    verdict = diagnose(time, pair, found, fitted, edges, most)
+    return Result(pair, found, fitted, contact(time, pair), verdict)
+
+
+def _shift(time: np.ndarray, pairs: Sequence[Pair]) -> float:
+    """What to add to the recorded times [s]: the median over the channels that correlate then; NaN
+    if none does."""
+    fits = [fit(time, pair.ours, pair.recorded, SHIFT * float(np.ptp(time))) for pair in pairs]
+    lags = [-found.lag for found in fits if abs(found.correlation) > ALIKE]
+    return float(np.median(lags)) if lags else float("nan")
+
+
+def _unused(recording: Recording, places: Mapping[str, Place], time: TimeColumn) -> list[str]:
+    stamp = recording.time_column() if time.column is None else recording.column(time.column)
+    used = [stamp, *(recording.column(place.column) for place in places.values())]
+    left = [c.name for c in recording.columns if not any(c is one for one in used)]
+    return [*left, *recording.left_out]

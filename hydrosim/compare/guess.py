@@ -1,0 +1,80 @@
+"""Guesses which columns of a recording are which channels of a run, by their names and units.
+
+A column that is called as a channel is that channel. Of others, the words in the name must all be
+of the channel ("barge heave velocity", "Z [m]", "fender 2"), those that tell a channel from the
+others (its degree of freedom, its number) must be there, and the unit must fit. Where two channels
+or two columns remain, nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+
+from hydrosim.case.text import name_and_unit
+from hydrosim.case.units import factor
+from hydrosim.channels import Channel
+from hydrosim.compare.mapping import Place
+from hydrosim.recordings.recording import Column, Recording, is_time
+from hydrosim.scene import DOFS
+
+OURS = {  # the words of others, and our word for each
+    "x": "surge",
+    "y": "sway",
+    "z": "heave",
+    "rx": "roll",
+    "ry": "pitch",
+    "rz": "yaw",
+    **dict.fromkeys(("motion", "motions", "displacement", "disp", "pos"), "position"),
+    **dict.fromkeys(("eta", "zeta", "surface"), "elevation"),
+    **dict.fromkeys(("vel", "speed"), "velocity"),
+    "waves": "wave",
+    "contact": "fender",
+}
+# Of the variables that a column may be the first of these is meant: "heave" is a position.
+USUAL = ("position", "wave_elevation", "fender_normal_force", "spring_tension", "velocity")
+
+
+def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]:
+    """The column of each channel that can be told; the others are not in it."""
+    names, time = {channel.name for channel in channels}, recording.time_column()
+    numbered = [
+        (number, column)
+        for number, column in enumerate(recording.columns, 1)
+        if column is not time and not is_time(column.name)
+    ]
+    same = [(c.name, number) for number, c in numbered if c.name in names]
+    free = [channel for channel in channels if channel.name not in dict(same)]
+    others = [(number, c) for number, c in numbered if c.name not in names] if free else []
+    found = same + [(name, number) for number, c in others if (name := _fitting(c, free))]
+    claims = Counter(name for name, _ in found)
+    return {name: Place(column=number) for name, number in found if claims[name] == 1}
+
+
+def _fitting(column: Column, channels: Sequence[Channel]) -> str | None:
+    """The one channel that a column may be, if there is one."""
+    words = _words(name_and_unit(column.name)[0])
+    fits = [c.name for c in channels if _fits(words, c.name) and _converts(column.unit, c.unit)]
+    by_variable = [[name for name in fits if name.split(".")[0] == usual] for usual in USUAL]
+    meant = next((named for named in by_variable if named), fits)
+    return meant[0] if len(meant) == 1 else None
+
+
+def _fits(words: frozenset[str], channel: str) -> bool:
+    own = _words(channel)
+    tells = {word for word in own if word in DOFS or word.isdigit()}
+    spoken = any(not word.isdigit() for word in words)
+    return spoken and tells <= words <= own
+
+
+def _words(name: str) -> frozenset[str]:
+    """The words in a name, in our terms; letters and digits are apart."""
+    return frozenset(OURS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
+
+
+def _converts(unit: str | None, ours: str) -> bool:
+    try:
+        return unit is None or factor(unit, ours) > 0.0
+    except ValueError:
+        return False

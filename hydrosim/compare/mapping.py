@@ -1,0 +1,83 @@
+"""The mapping: which column of a recording is which channel of a run, in a small YAML file.
+
+    time: {column: 1, unit: s, offset: 0 s, shift: false}
+    channels:
+      position.barge.heave: Heave (m)              # the column's name, or its number from 1 on
+      position.barge.pitch: {column: 6, unit: deg, sign: -1}
+      position.barge.surge: {column: Xbow, unit: m, offset: 2 m, point: [80, 0, 7.5]}
+
+All keys but ``column`` may be left out. A recorded value becomes sign * value [unit] + offset; the
+offset is in SI or has a unit. ``point`` is in the body frame: the recorded motion (or velocity) is
+of that point, and the run's is moved there. The offset of the time is added to the recorded times;
+with ``shift`` a shift of them is estimated on top.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, StrictBool, StrictInt, StrictStr
+
+from hydrosim.case import quantities as of
+from hydrosim.case.layers import read_case
+from hydrosim.case.load import validated
+from hydrosim.case.quantities import Strict
+from hydrosim.case.text import spelled
+from hydrosim.case.units import AnyQuantity, Scale, problem, shown
+
+
+def _unit(text: str) -> str:
+    unit = spelled(text)
+    if unit is None:
+        raise problem(shown(text), "a known unit, such as m, deg, kN or kN*m")
+    return unit
+
+
+def _sign(value: int) -> int:
+    if value not in (1, -1):
+        raise problem(shown(value), "1 or -1")
+    return value
+
+
+def _short(value: Any) -> Any:
+    return {"column": value} if isinstance(value, str | int) else value
+
+
+Unit = Annotated[StrictStr, AfterValidator(_unit)]
+Column = StrictStr | StrictInt
+
+
+class TimeColumn(Strict):
+    """Which column is the time, and how it becomes the run's."""
+
+    column: Column | None = None
+    unit: Unit | None = None
+    offset: of.Instant = 0.0
+    shift: StrictBool = False
+
+
+class Place(Strict):
+    """Where a channel is in a recording, and how it becomes ours."""
+
+    column: Column
+    unit: Unit | None = None
+    sign: Annotated[StrictInt, AfterValidator(_sign)] = 1
+    offset: Annotated[Scale, AnyQuantity("offset", "5 cm")] = Scale(0.0)
+    point: of.Point | None = None
+
+
+class Mapping(Strict):
+    """A mapping file."""
+
+    time: TimeColumn = TimeColumn()
+    channels: Annotated[
+        dict[StrictStr, Annotated[Place, BeforeValidator(_short)]], AfterValidator(of.some)
+    ]
+
+
+def read_mapping(path: Path | str) -> Mapping:
+    """The mapping in the YAML file ``path``; InputError has a line for each problem: file and line,
+    key, what was found, what was expected."""
+    _, document = read_case(Path(path))
+    return validated(document, Mapping)

@@ -1,0 +1,158 @@
+"""Two series over the same times: their correlation at lags, their bands of frequency, and the
+gain, lag and offset that make one of the other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+from scipy.signal import correlate
+
+EVEN = 1e-6  # of a step
+CLOSE = 0.002  # correlations that differ less: the smaller lag is meant
+
+
+class Fit(NamedTuple):
+    """recorded(t) = ``gain`` ours(t - ``lag``) + ``offset``, with ``rest`` the rms of what remains
+    and ``correlation`` at that lag; the effects are by how much the rms rises, in squares, if there
+    were no such gain, lag, offset."""
+
+    gain: float
+    lag: float
+    offset: float
+    rest: float
+    correlation: float
+    gain_effect: float
+    lag_effect: float
+    offset_effect: float
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def correlation(ours: np.ndarray, recorded: np.ndarray) -> float:
+    """Pearson's; 0 where either is constant."""
+    a, r = ours - ours.mean(), recorded - recorded.mean()
+    size = rms(a) * rms(r)
+    return float(np.mean(a * r) / size) if size > 0.0 else 0.0
+
+
+def evenly(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The values at as many times of one step; by a cubic spline if they are not yet."""
+    steps = np.diff(time)
+    if np.ptp(steps) <= EVEN * steps.mean():
+        return values
+    return CubicSpline(time, values)(np.linspace(time[0], time[-1], time.size))
+
+
+def split_bands(
+    time: np.ndarray, values: np.ndarray, edges: tuple[float, float]
+) -> list[np.ndarray]:
+    """Three series that add up to the (even) values: slow, with mean and trend; of the waves; fast.
+    The ``edges`` between them are in rad/s."""
+    even = evenly(time, values)
+    step = (time[-1] - time[0]) / (time.size - 1)
+    ends = np.polyfit(time - time[0], even, 1)
+    trend = np.polyval(ends, np.linspace(0.0, time[-1] - time[0], time.size))
+    spectrum = np.fft.rfft(even - trend)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(time.size, step)
+    waves, fast = (
+        np.fft.irfft(np.where(band, spectrum, 0.0), time.size)
+        for band in ((omega >= edges[0]) & (omega < edges[1]), omega >= edges[1])
+    )
+    return [even - waves - fast, waves, fast]
+
+
+def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> float:
+    """The lag [s] of the recorded series behind ours at which they correlate most, with either
+    sign; the smallest of those that are as good; ``most`` bounds it."""
+    a, r = evenly(time, ours), evenly(time, recorded)
+    step = (time[-1] - time[0]) / (time.size - 1)
+    count = min(int(most / step), time.size // 2)
+    rho = np.abs(_correlations(a, r, count))
+    peaks = 1 + np.flatnonzero((rho[1:-1] >= rho[:-2]) & (rho[1:-1] >= rho[2:]))
+    if peaks.size == 0:
+        return 0.0
+    left, top, right = rho[peaks - 1], rho[peaks], rho[peaks + 1]
+    bend = 2.0 * top - left - right
+    heights = top + np.where(
+        bend > 0.0, (right - left) ** 2 / (8.0 * np.maximum(bend, 1e-300)), 0.0
+    )
+    good = peaks[heights >= heights.max() - CLOSE]
+    start = step * float(good[np.argmin(np.abs(good - count))] - count)
+    even = np.linspace(time[0], time[-1], time.size)
+    curve = CubicSpline(even, a)
+
+    def miss(lag: float) -> float:
+        inside = _inside(even, lag)
+        return -abs(correlation(curve(even[inside] - lag), r[inside]))
+
+    bounds = (start - step, start + step)
+    found = float(minimize_scalar(miss, bounds=bounds, options={"xatol": 1e-4 * step}).x)
+    return found if miss(found) < miss(0.0) else 0.0
+
+
+def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> Fit:
+    """Least squares over the times that any lag leaves."""
+    lag = best_lag(time, ours, recorded, most)
+    inside = _inside(time, lag)
+    now, r = ours[inside], recorded[inside]
+    late = now if lag == 0.0 else CubicSpline(time, ours)(time[inside] - lag)
+    gain, offset, rest = _line(late, r)
+    through_zero = float(late @ r / (late @ late)) if late.any() else 0.0
+    without = (
+        rms(r - np.copysign(1.0, gain) * late - np.mean(r - np.copysign(1.0, gain) * late)),
+        _line(now, r)[2],
+        rms(r - through_zero * late),
+    )
+    effects = (float(np.sqrt(max(other**2 - rest**2, 0.0))) for other in without)
+    return Fit(gain, lag, offset, rest, correlation(late, r), *effects)
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Gain, offset and rms of what remains of the line y = gain x + offset."""
+    dx = x - x.mean()
+    spread = float(dx @ dx)
+    gain = float(dx @ y) / spread if spread > 0.0 else 0.0
+    offset = float(y.mean() - gain * x.mean())
+    return gain, offset, rms(y - gain * x - offset)
+
+
+def _inside(time: np.ndarray, lag: float) -> np.ndarray:
+    """At which times there is one earlier by the lag."""
+    return (time - lag >= time[0]) & (time - lag <= time[-1])
+
+
+def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
+    """Pearson's of r(i) and a(i - k) where both are, k from -count to count (2 count + 1,)."""
+    n = a.size
+    a, r = a - a.mean(), r - r.mean()
+    k = np.arange(-count, count + 1)
+    overlap = n - np.abs(k)
+    # sums over the overlap: of r from max(k, 0), of a from max(-k, 0)
+    sums = [
+        _sums(x, first, overlap)
+        for x, first in ((r, np.maximum(k, 0)), (a, np.maximum(-k, 0)))
+        for x in (x, x**2)
+    ]
+    r1, r2, a1, a2 = sums
+    product = correlate(r, a, method="fft")[n - 1 - count : n + count]
+    spread = (r2 - r1**2 / overlap) * (a2 - a1**2 / overlap)
+    least = 1e-12 * float((r @ r) * (a @ a))
+    return (
+        np.where(
+            spread > least, (product - r1 * a1 / overlap) / np.sqrt(np.maximum(spread, least)), 0.0
+        )
+        if least > 0.0
+        else np.zeros(k.size)
+    )
+
+
+def _sums(x: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Sums of ``count`` entries from ``first`` on."""
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    return total[first + count] - total[first]

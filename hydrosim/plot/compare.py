@@ -1,0 +1,77 @@
+"""Picture of a comparison: run and recording over each other, and what is between them; beside it a
+close-up of where they are furthest apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import shorten
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from hydrosim.compare.comparison import Comparison, Result
+from hydrosim.plot.panels import COLOURS, DPI, thinned
+
+CHANNELS = 8  # in a picture
+WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
+CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its share of all
+
+
+def draw_comparison(found: Comparison, title: str, path: Path) -> None:
+    """Write the picture of the channels to ``path``: of more than `CHANNELS`, those that are
+    furthest apart."""
+    furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
+    shown = [result for name, result in found.results.items() if name in furthest]
+    more = len(found.results) - len(shown)
+    figure = Figure((WIDTH, HEIGHT * len(shown) + 0.8), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(f"{title}; {more} channels that are closer are not drawn" if more else title)
+    ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(shown)}
+    axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)
+    for row, result in enumerate(shown):
+        over, under = axes[2 * row], axes[2 * row + 1]
+        _whole(over[0], under[0], found.overlap.time, result)
+        _close(over[1], under[1], found.overlap.time, result)
+    for axis in axes[-1]:
+        axis.set_xlabel("time [s]")
+    figure.align_ylabels(axes[:, 0])
+    lines, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside upper right", ncols=2, frameon=False)
+    figure.savefig(path)
+
+
+def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result) -> None:
+    name = result.pair.channel.replace("_", " ").replace(".", ", ")
+    _draw(over, under, time, result)
+    over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
+    unit = "deg" if result.pair.unit == "rad" else result.pair.unit
+    over.set_ylabel(f"[{unit}]")
+    under.set_ylabel(f"difference\n[{unit}]")
+
+
+def _close(over: Axes, under: Axes, time: np.ndarray, result: Result) -> None:
+    count = max(CLOSE, int(SHARE * time.size))
+    first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
+    first = max(min(first, time.size - count), 0)
+    _draw(over, under, time, result, slice(first, first + count))
+    over.set_title("where it is largest", loc="left", fontsize="small")
+
+
+def _draw(
+    over: Axes, under: Axes, time: np.ndarray, result: Result, part: slice = slice(None)
+) -> None:
+    """Both series above, their difference below."""
+    scale = np.degrees(1.0) if result.pair.unit == "rad" else 1.0
+    ours, recorded = scale * result.pair.ours[part], scale * result.pair.recorded[part]
+    for name, values, dash in (("ours", ours, "-"), ("recorded", recorded, "--")):
+        colour = COLOURS[name == "recorded"]
+        over.plot(*thinned(time[part], values), dash, color=colour, linewidth=0.9, label=name)
+    under.plot(*thinned(time[part], ours - recorded), color="0.3", linewidth=0.8)
+    over.tick_params(labelbottom=False)
+    for axis in (over, under):
+        axis.margins(x=0.0)
+        axis.grid(alpha=0.3)
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.ticklabel_format(axis="y", scilimits=(-3, 4), useOffset=False)

@@ -1,0 +1,35 @@
+"""`read_recording`: what kind of file it is, from its beginning, and what is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from hydrosim.case.text import Source
+from hydrosim.recordings import hdf5, matlab, netcdf, text
+from hydrosim.recordings.recording import Recording
+
+Reader = Callable[[Source], Recording]
+READERS: Mapping[bytes, Reader] = {  # by what a file begins with; all else is text
+    b"MATLAB 5.0 MAT-file": matlab.read,
+    b"MATLAB 7.3 MAT-file": hdf5.read_matlab,
+    b"\x89HDF": hdf5.read,
+    b"CDF": netcdf.read,
+}
+
+
+def read_recording(path: Path | str) -> Recording:
+    """All columns of a recorded series: text, MATLAB (v5, v7.3), HDF5, or netCDF, such as a run.
+
+    Raises InputError with the file, the line of a text, what was found, what was expected.
+    """
+    source = Source(Path(path))
+    try:
+        with source.file.open("rb") as opened:
+            head = opened.read(max(map(len, READERS)))
+    except OSError as error:
+        reason = error.strerror or "no such file"
+        source.wrong(f"cannot be read: {reason}; expected a recorded series")
+    return next((read for mark, read in READERS.items() if head.startswith(mark)), text.read)(
+        source
+    )

@@ -1,0 +1,32 @@
+"""Recordings in MATLAB files up to version 7 (7.3 is HDF5)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hydrosim.case.text import Source, name_and_unit
+from hydrosim.recordings.recording import Recording, of_arrays
+
+
+def read(source: Source) -> Recording:
+    """The arrays over time in a MATLAB file; those in a struct are called "struct.field"."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(source.file, squeeze_me=True, struct_as_record=False)
+    except (MatReadError, ValueError, TypeError, OSError, EOFError) as error:
+        source.wrong(f"cannot be read as MATLAB file ({error}); save it again")
+    named = ((name, value) for name, value in content.items() if not name.startswith("__"))
+    arrays = {name: array for each in named for name, array in _arrays(*each)}
+    return of_arrays(source, "MATLAB", arrays, {name: name_and_unit(name)[1] for name in arrays})
+
+
+def _arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    for field in getattr(value, "_fieldnames", ()):
+        yield from _arrays(f"{name}.{field}", getattr(value, field))
+    if isinstance(value, np.ndarray):
+        yield name, value

@@ -1,0 +1,19 @@
+"""Recordings in text: csv, columns apart by blanks or tabs, tables as aNySIM prints them."""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+
+from hydrosim.case.text import Source, name_and_unit, parse, spelled
+from hydrosim.recordings.recording import Column, Recording
+
+
+def read(source: Source) -> Recording:
+    """The columns of a text file; those without names are called "column 2" and so on."""
+    table = parse(source)
+    names = table.names or [f"column {i}" for i in range(1, table.rows.shape[1] + 1)]
+    columns = [
+        Column(name, name_and_unit(name)[1] if unit is None else spelled(unit), value)
+        for name, unit, value in zip_longest(names, table.units, table.rows.T)
+    ]
+    return Recording(source, "text", columns, table.lines)

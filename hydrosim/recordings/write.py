@@ -1,0 +1,64 @@
+"""`write_recording`: channels of a run as a table in text, as other programs read it.
+
+The layout: lines that begin with # say what it is; a line of names; a line of units in brackets; a
+line for each time. All are right-aligned in columns of fixed width, two blanks apart or more (names
+may hold single blanks), so that the file can be read by position or by blanks. The first column is
+the time. Numbers have 17 significant digits unless fewer are asked for: with 17 each is read back
+as it was, bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+from hydrosim.case.series import select
+from hydrosim.case.text import Source
+
+EXACT = 17  # significant digits that tell any two float64 apart
+GAP = 2  # blanks between columns, at least
+
+
+def write_recording(
+    run: xr.Dataset,
+    path: Path,
+    channels: Sequence[str],
+    step: float | None = None,
+    digits: int = EXACT,
+) -> None:
+    """Write ``channels`` ("position.barge.heave") of a run to the text file ``path``, at the run's
+    times or at every ``step`` [s] from its start on, there by cubic splines.
+
+    The file appears under its name when it is complete. Raises InputError for unknown channels.
+    """
+    columns = [select(Source(path), run, channel) for channel in channels]
+    time, rows = run.time.values, np.stack([values for values, _ in columns], axis=1)
+    if step is not None:
+        at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
+        time, rows = at, CubicSpline(time, rows)(at)
+    names = ["time", *channels]
+    units = [f"[{unit}]" for unit in ("s", *(unit for _, unit in columns))]
+    number = digits + 7  # sign, point and exponent are 7 at most
+    widths = [
+        GAP + max(number, len(name), len(unit)) for name, unit in zip(names, units, strict=True)
+    ]
+    heading = [
+        f"# {run.attrs.get('title', '')}".rstrip(),
+        f"# {run.attrs.get('program', 'hydrosim')}; SI and radians; {digits} significant digits",
+        *("".join(map(str.rjust, row, widths)) for row in (names, units)),
+    ]
+    partial = path.with_name(path.name + ".partial")
+    np.savetxt(
+        partial,
+        np.column_stack([time, rows]),
+        fmt=[f"%{width}.{digits - 1}e" for width in widths],
+        delimiter="",
+        header="\n".join(heading),
+        comments="",
+        encoding="utf-8",
+    )
+    partial.replace(path)

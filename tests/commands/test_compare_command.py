@@ -1,0 +1,173 @@
+"""`hydrosim compare` and `hydrosim record`: exit codes, messages, and what is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command, files
+from recorded_runs import made_run, position, sea, write_csv
+
+RUN = made_run()
+TIME = RUN.time.values
+
+
+@pytest.fixture
+def hydrosim(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    """Runs the command with these arguments where a run is, on a wide terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hydrosim.commands.compare.out.width", 200, raising=False)
+    RUN.to_netcdf("run.nc")
+    return command(monkeypatch, capsys)
+
+
+def test_a_run_and_its_own_recording(hydrosim: Command) -> None:
+    """Written with all digits, read back bit by bit: nothing is left between them."""
+    written = hydrosim("record", "run.nc", "-o", "run.txt")
+    assert written.code == 0
+    assert "run.txt, 23 channels" in written.out
+    result = hydrosim("compare", "run.nc", "run.txt", "--tolerance", "1e-15")
+    assert result.code == 0
+    assert "23 found by their own names, in their units" in result.out
+    assert "at the same times, 0 s to 600 s, 3001 times" in result.out
+    assert "0 of 23 channels are out of it" in result.out
+    residuals = xr.load_dataset("run_compare.nc")
+    assert not residuals.residual.any()
+    assert residuals.sizes["channel"] == 23
+    assert all("print precision" in str(verdict) for verdict in residuals.verdict.values)
+    assert Path("run_compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_recording_of_some_channels(hydrosim: Command) -> None:
+    some = ("--channels", "position.*.pitch, wave*", "--step", "1", "--digits", "6")
+    assert hydrosim("record", "run.nc", "-o", "some.txt", *some).code == 0
+    lines = Path("some.txt").read_text().splitlines()
+    assert lines[2].split() == ["time", "position.barge.pitch", "wave_elevation"]
+    assert len(lines) == 4 + 601
+    assert "equal to print precision" in hydrosim("compare", "run.nc", "some.txt").out
+
+
+def test_planted_differences(hydrosim: Command) -> None:
+    """Each is named; with a tolerance those beyond it are told, and the exit code is 1."""
+    columns = {
+        "time [s]": TIME,
+        "surge [m]": position(RUN, "surge") + 0.05,
+        "sway [m]": 1.02 * position(RUN, "sway"),
+        "heave [m]": 0.8 * sea(TIME - 0.3, 12),
+        "roll [rad]": np.degrees(position(RUN, "roll")),
+        "pitch [rad]": -position(RUN, "pitch"),
+        "wave [m]": made_run(seed=2).wave_elevation.values,
+        "strain": TIME,
+    }
+    path = write_csv(Path("test.csv"), columns)
+    result = hydrosim("compare", "run.nc", path, "-o", "found.nc")
+    assert result.code == 0
+    assert "strain (no guess, say in a mapping what they are)" in result.out
+    verdicts = xr.load_dataset("found.nc").verdict
+    for channel, verdict in {
+        "position.barge.surge": "offset 0.05 m",
+        "position.barge.sway": "gain 1.02",
+        "position.barge.heave": "late by 0.300 s",
+        "position.barge.roll": "degrees for radians",
+        "position.barge.pitch": "sign swapped",
+        "wave_elevation": "another realisation (same spectrum, no correlation): another seed?",
+    }.items():
+        assert str(verdicts.sel(channel=channel).values) == verdict
+        assert verdict[:11] in result.out
+    few = ("--channels", "*.surge,*.sway", "--tolerance", "0.1")
+    judged = hydrosim("compare", "run.nc", path, *few, "--tolerance", "*.surge=0.2")
+    assert (judged.code, "0 of 2 channels" in judged.out) == (0, True)
+    strict = hydrosim("compare", "run.nc", path, *few, "--tolerance", "*.sway=0.01")
+    assert (strict.code, "2 of 2 channels" in strict.out) == (1, True)
+    assert "out of 0.01: gain 1.02" in strict.out
+
+
+def test_mapping(hydrosim: Command) -> None:
+    Path("map.yaml").write_text(
+        "time: {offset: -10 s}\nchannels: {position.barge.heave: {column: 3, sign: -1, unit: mm}}\n"
+    )
+    columns = {"t": TIME + 10.0, "x": TIME, "y": -1e3 * position(RUN, "heave")}
+    write_csv(Path("test.csv"), columns)
+    result = hydrosim("compare", "run.nc", "test.csv", "-m", "map.yaml", "--tolerance", "1e-6")
+    assert result.code == 0
+    for words in ("Channels by the mapping", "y │ mm", "unused x (not in the mapping)"):
+        assert words in result.out
+
+
+def test_shift_and_part_of_the_time(hydrosim: Command) -> None:
+    write_csv(Path("test.csv"), {"time": TIME + 5.0, "heave [m]": position(RUN, "heave")})
+    options = ("--shift", "--start", "100", "--end", "400", "--bands", "0.3,2")
+    result = hydrosim("compare", "run.nc", "test.csv", *options, "--tolerance", "0.001")
+    assert result.code == 0
+    assert "-5.000 s added to the recorded times (estimated)" in result.out
+    assert "slow below 0.3 rad/s" in result.out
+    time = xr.load_dataset("run_compare.nc").time
+    assert 100.0 <= time[0] < 100.3
+    assert 399.7 < time[-1] <= 400.0
+
+
+GOOD = "time [s],heave [m]\n" + "\n".join(f"{t},0.1" for t in range(20))
+BAD = {
+    "ragged": (GOOD.replace("3,0.1", "3,0.1,7", 1), ["test.csv:5", "found 3 values; expected 2"]),
+    "nan": (GOOD.replace("3,0.1", "3,nan", 1), ["test.csv:5", 'found nan in "heave [m]"']),
+    "duplicate": (GOOD.replace("4,0.1", "3,0.1", 1), ["test.csv:6", "found time 3 s after 3 s"]),
+    "gap": (
+        GOOD + "\n60,0.1",
+        ["test.csv:22", "found nothing from 19 s to 60 s", "1 s apart", "--start"],
+    ),
+    "unit": (GOOD.replace("[s]", "[kg]"), ["test.csv", '"kg" is another kind of quantity', "time"]),
+    "empty": ("", ["test.csv", "found no numbers"]),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_recordings_are_refused(hydrosim: Command, tmp_path: Path, name: str) -> None:
+    """One message with file and line, exit code 2, nothing written."""
+    text, words = BAD[name]
+    Path("test.csv").write_text(text)
+    before = files(tmp_path)
+    result = hydrosim("compare", "run.nc", "test.csv")
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("error ")
+    for word in words:
+        assert word in result.err
+    assert files(tmp_path) == before
+
+
+def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
+    write_csv(Path("test.csv"), {"time": TIME + 900.0, "heave [m]": TIME})
+    result = hydrosim("compare", "run.nc", "test.csv")
+    assert result.code == 2
+    assert "records from 900 s to 1500 s, and a run from 0 s to 600 s" in result.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("compare", "none.nc", "test.csv"), "none.nc: there is no such file; expected the result"),
+        (("compare", "run.nc", "none.csv"), "none.csv: cannot be read: No such file"),
+        (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: cannot be read"),
+        (("compare", "run.nc", "test.csv", "--tolerance", "x=-1"), "--tolerance: found '-1'"),
+        (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
+        (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
+        (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
+        (("record", "run.nc", "-o", "x.txt", "--channels", "pos"), "--channels: found pos; expec"),
+        (
+            ("record", "run.nc", "-o", "x.txt", "--step", "0"),
+            "--step: found 0; expected a positive",
+        ),
+    ],
+)
+def test_bad_arguments_are_refused(
+    hydrosim: Command, tmp_path: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    Path("test.csv").write_text(GOOD)
+    before = files(tmp_path)
+    result = hydrosim(*arguments)
+    assert result.code == 2
+    assert message in result.err
+    assert files(tmp_path) == before

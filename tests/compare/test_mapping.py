@@ -1,0 +1,112 @@
+"""Mapping files, and guesses where there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrosim.case.text import Source, name_and_unit
+from hydrosim.channels import Channel
+from hydrosim.compare import read_mapping
+from hydrosim.compare.guess import guess
+from hydrosim.errors import InputError
+from hydrosim.recordings import Column, Recording
+
+CHANNELS = [
+    *(Channel(f"position.barge.{dof}", "m") for dof in ("surge", "heave")),
+    *(Channel(f"position.deck.{dof}", "m") for dof in ("surge", "heave")),
+    Channel("position.barge.pitch", "rad"),
+    Channel("velocity.barge.heave", "m/s"),
+    Channel("velocity.barge.pitch", "rad/s"),
+    Channel("wave_elevation", "m"),
+    Channel("force_mooring.barge.surge", "N"),
+    Channel("force_lift.barge.heave", "N"),
+    Channel("fender_normal_force.interface 1", "N"),
+    Channel("fender_normal_force.interface 2", "N"),
+    Channel("fender_compression.interface 1", "m"),
+]
+
+
+def guessed(*names: str) -> dict[str, str]:
+    """The column of each channel that is guessed; a unit in brackets is the column's."""
+    numbers = np.arange(4.0)
+    columns = [Column(name, name_and_unit(name)[1], numbers) for name in ("time", *names)]
+    recording = Recording(Source(Path("data.txt")), "text", columns)
+    found = guess(recording, CHANNELS)
+    return {name: recording.column(place.column).name for name, place in found.items()}
+
+
+@pytest.mark.parametrize(
+    ("column", "channel"),
+    [
+        ("wave_elevation", "wave_elevation"),
+        ("Eta [mm]", "wave_elevation"),
+        ("Wave", "wave_elevation"),
+        ("Barge heave (m)", "position.barge.heave"),
+        ("BARGE Z", "position.barge.heave"),
+        ("barge_heave_vel", "velocity.barge.heave"),
+        ("pitch [deg]", "position.barge.pitch"),
+        ("pitch (deg/s)", "velocity.barge.pitch"),
+        ("surge [kN]", "force_mooring.barge.surge"),
+        ("mooring x", "force_mooring.barge.surge"),
+        ("fender 2 [tonne_force]", "fender_normal_force.interface 2"),
+        ("Fender1", "fender_normal_force.interface 1"),
+        ("fender 1 [m]", "fender_compression.interface 1"),
+        ("position.deck.surge", "position.deck.surge"),
+    ],
+)
+def test_guesses(column: str, channel: str) -> None:
+    assert guessed(column) == {channel: column}
+
+
+@pytest.mark.parametrize(
+    "column",
+    ["heave [m]", "barge", "InWave", "fender [kN]", "barge heave [kg]", "fender 3 [kN]", "X1", "2"],
+)
+def test_what_is_not_guessed(column: str) -> None:
+    """Two bodies heave; no degree of freedom or number; a unit of something else."""
+    assert guessed(column) == {}
+
+
+def test_two_columns_of_one_channel() -> None:
+    """Neither is taken, unless one is called as the channel."""
+    assert guessed("pitch [deg]", "barge pitch [rad]") == {}
+    both = guessed("pitch [deg]", "position.barge.pitch")
+    assert both == {"position.barge.pitch": "position.barge.pitch"}
+
+
+def test_mapping_file(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_text(
+        "time: {column: T, unit: min, offset: -2 min}\n"
+        "channels:\n"
+        "  wave_elevation: 3\n"
+        "  position.barge.heave:\n"
+        "    {column: Z, unit: kNm, sign: -1, offset: 5 cm, point: [80 m, 0, 1]}\n"
+    )
+    mapping = read_mapping(tmp_path / "map.yaml")
+    assert (mapping.time.column, mapping.time.unit, mapping.time.offset) == ("T", "min", -120.0)
+    assert mapping.channels["wave_elevation"].column == 3
+    heave = mapping.channels["position.barge.heave"]
+    assert (heave.unit, heave.sign, heave.offset.value) == ("kN*m", -1, 0.05)
+    assert heave.point == (80.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("channels: {a: {colum: 1}}", r"map\.yaml:1: channels\.a\.colum: found an unknown key"),
+        ("channels: {a: {sign: -1}}", r'channels\.a: found no key "column"'),
+        ("channels: {a: {column: 1, sign: 2}}", r"channels\.a\.sign: .*expected 1 or -1"),
+        ("channels: {a: {column: 1, unit: kilo}}", r'unit: found "kilo"; expected a known unit'),
+        ("channels: {a: {column: 1, offset: far}}", r'offset: found "far"; expected an? offset'),
+        ("channels: {}", "channels: found nothing in it; expected one or more"),
+        ("time: {offset: 2 m}\nchannels: {a: 1}", r"time\.offset: found .2 m.; expected a time"),
+        ("time: {shift: yes}\nchannels: {a: 1}", r"time\.shift: found .yes.; expected true or"),
+    ],
+)
+def test_bad_mapping_files(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "map.yaml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_mapping(tmp_path / "map.yaml")
