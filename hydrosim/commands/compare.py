@@ -35,9 +35,19 @@ def compare(
     ] = [],  # noqa: B006  typer copies it
     shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
     channels: Channels = None,
-    start: Annotated[float, typer.Option(help="From this time of the run on [s].")] = -inf,
-    end: Annotated[float, typer.Option(help="Up to this time of the run [s].")] = inf,
-    bands: Annotated[str, typer.Option(help="Edges of the wave band [rad/s].")] = "0.1,2.5",
+    start: Annotated[
+        float,
+        typer.Option(
+            "--from", metavar="SECONDS", help="Leave out what is before.", show_default=False
+        ),
+    ] = -inf,
+    end: Annotated[
+        float,
+        typer.Option(
+            "--to", metavar="SECONDS", help="Leave out what is after.", show_default=False
+        ),
+    ] = inf,
+    bands: Annotated[str, typer.Option(help="Edges of the wave band, in rad/s.")] = "0.1,2.5",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="RESIDUALS.nc", help="Series and figures."),
@@ -86,7 +96,7 @@ def record(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Text file.")],
     channels: Channels = None,
     step: Annotated[
-        float | None, typer.Option(help="Of the times [s]; else those of the run.")
+        float | None, typer.Option(metavar="SECONDS", help="Between times; else those of the run.")
     ] = None,
     digits: Annotated[
         int, typer.Option(min=1, max=17, help="Significant; 17 are read back exactly.")

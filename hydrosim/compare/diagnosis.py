@@ -53,7 +53,7 @@ def diagnose(
     if largest == 0.0:
         return "both zero"
     if found.peak <= 1.001 * pair.precision + ROUNDING * largest:
-        return f"equal to print precision ({pair.precision:.1e} {pair.unit})"
+        return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))
     if found.relative < EQUAL:

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 from recorded_runs import SIZE, made_run, position, sea, write_csv
 
-from hydrosim.compare import Comparison, Mapping, compare
+from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
 from hydrosim.compare.comparison import beyond
 from hydrosim.compare.dataset import to_dataset
@@ -35,7 +35,7 @@ def against(tmp_path: Path) -> Against:
         mapping = None
         if channels is not None or "time" in options:
             given = {"time": options.pop("time", {}), "channels": channels}
-            mapping = Mapping.model_validate(given)
+            mapping = MappingFile.model_validate(given)
         return compare(RUN, read_recording(path), mapping, **options)
 
     return against
