@@ -27,7 +27,7 @@ MOSTLY = 0.7  # of the mean square
 NEAR = 0.03  # of a gain, to be that of units
 ROUNDING = 1e-12  # of the largest value
 UNITS = {  # that are taken for ours
-    "m": ("mm", "cm", "km", "ft"),
+    "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
     "rad": ("deg",),
     "rad/s": ("deg/s",),

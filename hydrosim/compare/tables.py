@@ -39,8 +39,7 @@ def mapped(found: Comparison) -> Iterator[Table | str]:
         yield f"channels  {len(pairs) - len(others)} found by their own names, in their units"
     if others:
         how = "guessed from names and units" if found.guessed else "by the mapping"
-        title = f"Channels {how}"
-        table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+        table = _table(f"Channels {how}")
         for heading in ("channel", "column", "recorded in"):
             table.add_column(heading, overflow="fold")
         for pair in others:
@@ -103,8 +102,12 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+
+
 def _figures(title: str, headings: Sequence[str]) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table = _table(title)
     table.add_column("channel", overflow="fold")
     for heading in headings:
         table.add_column(
