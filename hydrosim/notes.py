@@ -17,7 +17,7 @@ from hydrosim.waves import components, energy_outside, sea, separate_headings
 from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
-OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.05  # shares of a sea's energy beyond a database's range
+OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond a database's range
 
 
 @dataclass

@@ -10,10 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrosim.errors import InputError
 from hydrosim.scene import Environment, SecondOrder
 from hydrosim.waves.body import WaveBody
-from hydrosim.waves.components import Components, sea
+from hydrosim.waves.components import Components, check_span, sea
 from hydrosim.waves.following import follows
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
@@ -39,7 +38,7 @@ def wave_loads_model(
     or if a database lacks the heading, the mean drift or the QTF that the scene asks for.
     """
     seas = sea(environment)
-    _check_repetition(seas, start + duration)
+    check_span(environment, start, start + duration)
     first = [first_order(waves, bodies) for waves in seas]
     second = [second_order(waves, bodies) for waves in seas]
     first_dof, second_dof = _loaded(first), _loaded([line for lines in second for line in lines])
@@ -121,16 +120,6 @@ def _size(bodies: Sequence[WaveBody]) -> int:
 
 def _dofs(body: WaveBody) -> slice:
     return slice(body.offset, body.offset + body.active.size)
-
-
-def _check_repetition(seas: Sequence[Components], end: float) -> None:
-    for waves in seas:
-        repeat = 2.0 * np.pi / waves.spacing if waves.spacing else np.inf
-        if end > repeat * (1.0 + 1e-9):
-            raise InputError(
-                f"environment.waves.repeat_period: {repeat:g} s is shorter than the run, which ends"
-                f" at {end:g} s, so that the sea would repeat itself; raise it to that or more"
-            )
 
 
 def _loaded(lines: Sequence[Lines]) -> np.ndarray:

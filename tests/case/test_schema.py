@@ -56,7 +56,7 @@ class TestBody:
         assert (block.name, block.mass, block.hydrodynamics) == ("block", 2000.0, None)
         assert_allclose(block.inertia, np.diag([2000.0, 8000.0, 18000.0]), rtol=1e-15)
         assert block.dofs == scene.DOFS
-        assert block.radiation is scene.RadiationModel.STATE_SPACE
+        assert block.radiation == scene.StateSpaceRadiation()
         assert load(DRY).scene().environment == scene.Environment()
 
     def test_all_keys(self, load: Load, tmp_path: Path) -> None:
@@ -75,8 +75,26 @@ class TestBody:
         assert_allclose(block.inertia, [[2, 0, 1e-3], [0, 3, 0], [1e-3, 0, 4]], rtol=1e-15)
         assert_allclose(block.position, [0.01, 0, 0, math.pi, 0, 0])
         assert_allclose(block.velocity, [0, 0, 1852 / 3600, 0, 0, math.pi / 5])
-        assert block.radiation is scene.RadiationModel.CONVOLUTION
+        assert block.radiation == scene.ConvolutionRadiation()
         assert block.wave_forces == scene.WaveForces(False, scene.SecondOrder.MEAN_DRIFT)
+
+    @pytest.mark.parametrize(
+        ("text", "radiation"),
+        [
+            ("state_space", scene.StateSpaceRadiation()),
+            ("none", scene.RadiationModel.NONE),
+            ("{model: none, period: 10 s}", scene.RadiationModel.NONE),
+            ("{model: constant, period: 10 s}", scene.ConstantRadiation(10.0)),
+            ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(80.0, 0.2)),
+            (
+                "{model: state_space, tolerance: 0.1 %, length: 2 min}",
+                scene.StateSpaceRadiation(1e-3, 120.0),
+            ),
+        ],
+    )
+    def test_radiation(self, load: Load, text: str, radiation: object) -> None:
+        (block,) = load(body(f"mass: 1, dofs: [surge], radiation: {text}")).scene().bodies
+        assert block.radiation == radiation
 
     def test_mass_matrix_is_mass_and_inertia(self, load: Load) -> None:
         rows = "[2000,0,0,0,0,0],[0,2000,0,0,0,0],[0,0,2 tonne,0,0,0]"
@@ -129,6 +147,13 @@ class TestBody:
             ),
             ("mass: 1, inertia: [[1,.5,0],[0,1,0],[0,0,1]]", "block.inertia", "0.5 in row 1"),
             ("mass: 1, dofs: [surge], radiation: fft", "block.radiation", '"fft"'),
+            ("mass: 1, dofs: [surge], radiation: {model: fft}", "block.radiation.model", '"fft"'),
+            ("mass: 1, dofs: [surge], radiation: constant", "block.radiation", 'no key "period"'),
+            (
+                "mass: 1, dofs: [surge], radiation: {model: convolution, length: 1 s, step: 2 s}",
+                "block.radiation",
+                "length 1 s",
+            ),
             (
                 "mass: 1, dofs: [surge], wave_forces: {second_order: full}",
                 "block.wave_forces.second_order",

@@ -63,10 +63,11 @@ class TestInfo:
             "Launch barge like H-851",
             "hydrosim netCDF",
             "deep water, 1025 kg/m³",
-            "110, from 0.02 to 2.2 rad/s; periods 2.86 to 314 s",
+            "125, from 0.02 to 2.5 rad/s; periods 2.51 to 314 s",
             "13, from 0 to 180 deg",
             "transverse 18.82, longitudinal 484.9 m",
-            "lacks │ qtf difference, qtf sum",
+            "31, from 0.3 to 1.62 rad/s; 4 pairs of headings",
+            "lacks │ qtf sum",
         ):
             assert words in result.out
 
@@ -84,7 +85,7 @@ class TestCheck:
         assert (result.code, result.err) == (0, "")
         assert all(check.name in result.out for check in CHECKS)
         assert "look closer" not in result.out
-        assert "QTF is Hermitian: left out: the database has no qtf difference" in result.out
+        assert "sum QTF is symmetric: left out: the database has no qtf sum" in result.out
         assert files(folder) == before
 
     def test_a_doubt_fails_if_strict(self, db: Command) -> None:

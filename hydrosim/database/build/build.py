@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import capytaine
 import numpy as np
@@ -16,9 +16,21 @@ from hydrosim.database.build.assemble import Floating, assemble, asymmetry
 from hydrosim.database.build.barge import Hydrostatics, Panels, mirrored
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
 from hydrosim.database.build.green import SHALLOWEST
-from hydrosim.database.build.recipe import BargeHull, BoxHull, Lid, MeshHull, Recipe, Symmetry
+from hydrosim.database.build.near_field import first_order_all, wetted_surface
+from hydrosim.database.build.qtf import difference_qtf
+from hydrosim.database.build.recipe import (
+    BargeHull,
+    BoxHull,
+    DifferenceQtf,
+    Lid,
+    MeshHull,
+    Recipe,
+    Symmetry,
+)
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
+
+QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
 
 
 @dataclass(frozen=True)
@@ -41,8 +53,8 @@ def silent(done: int, total: int) -> None:
 def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDatabase:
     """The database of ``recipe``, computed by ``jobs`` processes.
 
-    ``progress`` is told after each frequency how many are done and how many there are. What is
-    done is kept on disk: the same recipe started again goes on from there. Raises `InputError` for
+    ``progress`` is told after each frequency how many are done of `Recipe.steps`. What is done is
+    kept on disk: the same recipe started again goes on from there. Raises `InputError` for
     what cannot be computed; warns of irregular frequencies.
     """
     data = recipe.data
@@ -53,9 +65,17 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
     _warn_of_irregular(recipe, floats, water)
     zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
     limits = zero, limit_added_mass(floats.hull, water, np.inf)
-    solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, progress)
+    first = len(recipe.frequencies)
+
+    def linear(done: int, _: int) -> None:
+        progress(done, recipe.steps)
+
+    def quadratic(done: int, _: int) -> None:
+        progress(first + done, recipe.steps)
+
+    solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, linear)
     attributes = _attributes(recipe, floats, solutions)
-    return assemble(
+    db = assemble(
         body,
         water,
         recipe.headings,
@@ -64,6 +84,29 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
         attributes,
         symmetric=floats.hull.symmetric,
         drift=data.drift,
+    )
+    return db if data.qtf is None else _with_qtf(db, data.qtf, floats.hull, body, jobs, quadratic)
+
+
+def _with_qtf(
+    db: HydroDatabase,
+    wanted: DifferenceQtf,
+    hull: Hull,
+    body: Floating,
+    jobs: int,
+    progress: Progress,
+) -> HydroDatabase:
+    """``db`` with the QTFs that are ``wanted`` of the ``body`` floating free in deep water."""
+    frequency, headings = np.array(wanted.frequencies), np.array(wanted.headings)
+    water = Water(db.water_density, db.gravity)
+    flows = first_order_all(hull, body, water, frequency, headings, jobs, progress)
+    pairs, transfer = difference_qtf(db, wetted_surface(hull.body), flows, headings)
+    return replace(
+        db,
+        qtf_frequency=frequency,
+        qtf_heading=pairs,
+        qtf_difference=transfer,
+        attributes={**db.attributes, "qtf_difference_by": QTF},
     )
 
 

@@ -8,17 +8,19 @@ time factor exp(+i w t) and are per unit wave amplitude.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import capytaine as cpt
 import joblib
 import numpy as np
 from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, froude_krylov_force
-from rich.progress import track
 
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.bem import DOFS, by_dof, solver
+from hydrosim.database.build.bem import DOFS, Hull, Progress, by_dof, solution_key, solver
 from hydrosim.database.build.drift import Complex, Real
+from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
 
 ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
@@ -89,23 +91,41 @@ def first_order(
 
 
 def first_order_all(
-    body: cpt.FloatingBody,
-    floating: Floating | None,
+    hull: Hull,
+    floating: Floating,
     water: Water,
     frequencies: Real,
     headings: Real,
     jobs: int,
+    progress: Progress,
 ) -> list[Flow]:
-    """`first_order` at all ``frequencies`` [rad/s], by ``jobs`` processes, with a progress bar."""
-    one = joblib.delayed(first_order)
-    calls = (one(body, floating, water, float(w), headings) for w in frequencies)
-    results = joblib.Parallel(n_jobs=jobs, return_as="generator")(calls)
-    return list(track(results, description="Near field", total=len(frequencies)))
+    """`first_order` at all ``frequencies`` [rad/s] round the freely floating ``hull``, by ``jobs``
+    processes; kept on disk one by one like the solutions of `bem.solve_all`."""
+    _ = hull.body
+    one = joblib.delayed(_stored)
+    calls = (one(hull, floating, water, float(w), headings) for w in frequencies)
+    done = []
+    for flow in joblib.Parallel(n_jobs=jobs, return_as="generator")(calls):
+        done.append(flow)
+        progress(len(done), len(frequencies))
+    return done
 
 
 def displacement(motion: Complex, arm: Real) -> Complex:
     """Displacements (..., n, 3) of the points ``arm`` (n, 3) by ``motion`` (..., 6)."""
     return motion[..., None, :3] + np.cross(motion[..., None, 3:], arm)
+
+
+def _stored(hull: Hull, floating: Floating, water: Water, frequency: float, headings: Real) -> Flow:
+    solved = solution_key(hull, water, frequency, headings)
+    key = key_of(solved, _source(), floating.inertia, floating.stiffness)
+    arrays = remembered(key, lambda: first_order(hull.body, floating, water, frequency, headings))
+    return Flow(frequency, *arrays[1:])
+
+
+@cache
+def _source() -> bytes:
+    return Path(__file__).read_bytes()
 
 
 def _response(

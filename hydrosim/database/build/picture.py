@@ -1,4 +1,4 @@
-"""A page about a database: the panels and the main coefficients."""
+"""Pages about a database: its panels and main coefficients; its QTFs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from hydrosim.database import HydroDatabase
+from hydrosim.database import HydroDatabase, needed
 from hydrosim.scene import DOFS
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
+QTFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
 
 
 def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
@@ -31,8 +32,31 @@ def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
         axis.set(xlabel="wave frequency [rad/s]", xlim=(0, db.frequency[-1]))
         axis.grid(alpha=0.3)
         axis.legend(fontsize="small")
+    axes[2][1].legend(fontsize="small", loc="center right", bbox_to_anchor=(1, 0.6))  # in between
     figure.suptitle(db.attributes["title"])
     figure.savefig(path, dpi=100)
+
+
+def draw_qtf(db: HydroDatabase, path: Path) -> None:
+    """Write to ``path`` the magnitudes of the difference-frequency QTFs over both frequencies, for
+    each DOF in the waves where it is largest."""
+    figure = Figure(figsize=(11, 9.5), layout="constrained")
+    largest = np.abs(needed(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
+    for axis, dof in zip(figure.subplots(2, 2).flat, QTFS, strict=True):
+        _draw_transfer(axis, db, int(largest[dof]), dof)
+    figure.suptitle(f"{db.attributes['title']}: difference-frequency QTFs")
+    figure.savefig(path, dpi=100)
+
+
+def _draw_transfer(axis: Axes, db: HydroDatabase, pair: int, dof: int) -> None:
+    w = needed(db, "qtf_frequency")
+    size = np.abs(needed(db, "qtf_difference")[pair, :, :, dof]) / 1e3
+    shades = axis.pcolormesh(w, w, size.T, shading="nearest", rasterized=True)
+    unit = "kN m/m²" if dof in ROTATIONS else "kN/m²"
+    axis.figure.colorbar(shades, ax=axis, label=f"|T| [{unit}]")
+    axis.set(xlabel="$w_1$ [rad/s]", ylabel="$w_2$ [rad/s]", aspect="equal")
+    degrees = np.degrees(needed(db, "qtf_heading")[pair, 0])
+    axis.set_title(f"{DOFS[dof]}, waves to {degrees:.0f}°", fontsize="medium")
 
 
 def _draw_panels(axis: Axes, panels: np.ndarray, plane: tuple[int, int], name: str) -> None:

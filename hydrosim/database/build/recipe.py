@@ -185,6 +185,13 @@ class Water(Strict):
     depth: of.Depth = math.inf
 
 
+class DifferenceQtf(Strict):
+    """Difference-frequency QTFs of waves to the same heading, for the body floating free."""
+
+    frequencies: Frequencies
+    headings: Headings
+
+
 class RecipeFile(Strict):
     """All of a recipe, in SI and radians."""
 
@@ -199,6 +206,7 @@ class RecipeFile(Strict):
     lid: Lid = Lid.AUTO
     symmetry: Symmetry = Symmetry.AUTO
     drift: tuple[Drifting, ...] = tuple(Drifting)
+    qtf: DifferenceQtf | None = None
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
 
     @model_validator(mode="after")
@@ -208,7 +216,28 @@ class RecipeFile(Strict):
             raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
         if not isinstance(self.hull, MeshHull):
             _check_corners(self.hull.shape(self.water))
+        if self.qtf is not None:
+            self._check_qtf(self.qtf)
         return self
+
+    def _check_qtf(self, qtf: DifferenceQtf) -> None:
+        """It holds in deep water, and its diagonal is the drift of the body floating free."""
+        if math.isfinite(self.water.depth):
+            raise problem(f"qtf in {self.water.depth:g} m of water", "deep water", "remove qtf")
+        if Drifting.FREE not in self.drift:
+            raise problem("qtf without the drift of the body floating free", "drift: [free]")
+        for heading in np.array(qtf.headings):
+            if np.abs(np.array(self.headings) - heading).min() > 1e-9:
+                raise problem(f"qtf for {math.degrees(heading):g} deg", "one of `headings`")
+        (lowest, highest), (first, last) = _ends(self.frequencies), _ends(qtf.frequencies)
+        if first < lowest or last > highest:
+            found = f"qtf from {first:g} to {last:g} rad/s"
+            raise problem(found, f"`frequencies` around them, not {lowest:g} to {highest:g} rad/s")
+
+
+def _ends(values: Frequencies) -> tuple[float, float]:
+    first, last = np.array(values)[[0, -1]]
+    return float(first), float(last)
 
 
 def _check_corners(shape: barge.Barge) -> None:
@@ -241,6 +270,12 @@ class Recipe:
     def headings(self) -> Real:
         """All headings [rad]."""
         return np.array(self.data.headings)
+
+    @property
+    def steps(self) -> int:
+        """How many frequencies are solved, those of the QTF once more."""
+        qtf = self.data.qtf
+        return len(self.frequencies) + (0 if qtf is None else np.array(qtf.frequencies).size)
 
 
 def load_recipe(path: Path | str) -> Recipe:
