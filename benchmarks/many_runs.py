@@ -1,4 +1,4 @@
-"""How many runs of the base case go through in a minute, on one core and on two, and in what memory?
+"""How many runs of the base case go through in a minute, on one core and on two, in what memory?
 
 Seeds of the base case over 3 h, motions every second and statistics, into a netCDF file.
 """

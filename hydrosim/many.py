@@ -101,8 +101,8 @@ def simulate_many(
         runs = simulate_many(seas, "seeds.nc")
         runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
     """
-    scenes = [_scene(case) for case in cases]
-    _check(scenes, start)
+    scenes = [prepared(case) for case in cases]
+    _check(scenes, labels or {}, start)
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
@@ -122,7 +122,7 @@ def simulate_many(
     return xr.open_dataset(output, engine="netcdf4")
 
 
-def _scene(case: Case | Scene) -> Scene:
+def prepared(case: Case | Scene) -> Scene:
     """The scene of a case, the runs that it needs made."""
     if isinstance(case, Scene):
         return case
@@ -130,10 +130,16 @@ def _scene(case: Case | Scene) -> Scene:
     return case.scene()
 
 
-def _check(scenes: Sequence[Scene], start: float) -> None:
+def _check(scenes: Sequence[Scene], labels: Mapping[str, Sequence[object]], start: float) -> None:
     """Refuse what does not fit into one dataset."""
     if not scenes:
         raise InputError("simulate_many: found no case; expected one or more.")
+    for name, values in labels.items():
+        if len(values) != len(scenes):
+            raise InputError(
+                f"labels.{name}: found {len(values)} values; expected one for each of the"
+                f" {len(scenes)} runs."
+            )
     first = scenes[0]
     for run, scene in enumerate(scenes):
         for what, one, other in (

@@ -224,6 +224,8 @@ def test_runs_that_do_not_fit_together_are_refused(
 def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:
     with pytest.raises(hs.InputError, match="found no case"):
         hs.simulate_many([])
+    with pytest.raises(hs.InputError, match=r"labels.mass: found 1 values; .* the 2 runs"):
+        hs.simulate_many(seeds(1, 2), labels={"mass": [1.0]})
     with pytest.raises(hs.InputError, match=r"start 60 s; expected a time well before the end"):
         hs.simulate_many(seeds(1), start=60.0)
     with pytest.raises(hs.InputError, match=r"found surge; expected some of: position, velocity"):
