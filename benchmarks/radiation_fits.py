@@ -60,8 +60,11 @@ class Problem(NamedTuple):
 
     def error(self, model: Reciprocal) -> float:
         """Largest, over the band."""
-        s = 1j * self.w[: self.inside]
-        return float(np.abs(model.transfer_function(s) - self.target[: self.inside]).max())
+        return self.distance(model.transfer_function(1j * self.w))
+
+    def distance(self, found: np.ndarray) -> float:
+        """Largest difference of K^ (nw, m, m), over the band."""
+        return float(np.abs(found - self.target)[: self.inside].max())
 
 
 class Fit(NamedTuple):
@@ -89,7 +92,8 @@ TITLES = {
     "error": "Largest error in the band, once passive",
     "seconds": "Time for the fits [s]",
 }
-Way = Callable[[Problem, float], Iterator[Reciprocal]]
+Models = Iterator[tuple[Reciprocal, float]]
+Way = Callable[[Problem, float], Models]
 
 
 def answer() -> Answer:
@@ -112,9 +116,7 @@ def _problems(path: Path) -> Iterator[Problem]:
     w, inside = frequencies(LENGTH, band)
     for dofs in coupled_groups(memory.kernel):
         kernel = memory.kernel[:, dofs[:, None], dofs]
-        # lines between the lags blur K^, which samples of K know nothing of
-        blur = np.sinc(w * STEP / (2.0 * np.pi)) ** 2
-        target = transfer_function(memory.time, kernel, w) / blur[:, None, None]
+        target = transfer_function(memory.time, kernel, w)
         scale = diagonal_scale(target[:inside])
         scale = scale[:, None] * scale
         yield Problem(kernel / scale, w, inside, band, target / scale)
@@ -135,22 +137,22 @@ def _together(groups: list[Problem], tolerance: float, make: Way) -> Figures:
 
 def _smallest(problem: Problem, tolerance: float, make: Way) -> Fit:
     begin = perf_counter()
-    for model in make(problem, tolerance):
+    for model, error in make(problem, tolerance):
         if model.decay.size > MOST_STATES:
             break
-        if problem.error(model) <= tolerance:
+        if error <= tolerance:
             seconds = perf_counter() - begin
             changed, before, _ = passive(model, problem.band)
             return Fit(model.decay.size, before, problem.error(changed), seconds)
     return Fit(0, 0.0, 0.0, perf_counter() - begin)
 
 
-def by_vector_fitting(problem: Problem, tolerance: float) -> Iterator[Reciprocal]:
+def by_vector_fitting(problem: Problem, tolerance: float) -> Models:
     """Poles until the fit is within half the tolerance, then truncated."""
     return _by_poles(problem, tolerance, lambda s, values, n: vector_fit(s, values, n)[0])
 
 
-def by_aaa(problem: Problem, tolerance: float) -> Iterator[Reciprocal]:
+def by_aaa(problem: Problem, tolerance: float) -> Models:
     """The same with the poles of AAA."""
     return _by_poles(problem, tolerance, aaa_poles)
 
@@ -159,7 +161,7 @@ def _by_poles(
     problem: Problem,
     tolerance: float,
     find: Callable[[np.ndarray, np.ndarray, int], np.ndarray],
-) -> Iterator[Reciprocal]:
+) -> Models:
     s, m = 1j * problem.w, problem.target.shape[1]
     values = problem.target.reshape(s.size, m * m)
     for order in range(4, MOST_POLES + 1, 4):
@@ -170,7 +172,8 @@ def _by_poles(
         error = np.abs(fractions @ residues - values)[: problem.inside].max()
         if error <= 0.5 * tolerance:
             break
-    return truncations(*balanced(*realisation(poles, residues.reshape(-1, m, m))))
+    for model in truncations(*balanced(*realisation(poles, residues.reshape(-1, m, m)))):
+        yield model, problem.error(model)
 
 
 def aaa_poles(s: np.ndarray, values: np.ndarray, order: int) -> np.ndarray:
@@ -199,10 +202,11 @@ def aaa_poles(s: np.ndarray, values: np.ndarray, order: int) -> np.ndarray:
     return np.concatenate([poles[real].real + 0j, poles[~real & (poles.imag > 0.0)]])
 
 
-def by_hankel(problem: Problem, tolerance: float) -> Iterator[Reciprocal]:
-    """Balanced realisations of the samples of K; those that are not stable are passed over."""
+def by_hankel(problem: Problem, tolerance: float) -> Models:
+    """Balanced realisations of the samples of K; those that are not stable are passed over. The
+    error is that of the lines between the samples of the model, as K^ is of those of K."""
     m, blocks = problem.kernel.shape[1], len(problem.kernel) // 2
-    lag = np.arange(blocks)
+    lag, time = np.arange(blocks), STEP * np.arange(len(problem.kernel))
     hankel = problem.kernel[lag[:, None] + lag].transpose(0, 2, 1, 3).reshape(m * blocks, -1)
     U, size, Vt = np.linalg.svd(hankel)
     for k in range(1, MOST_STATES + 1):
@@ -212,7 +216,9 @@ def by_hankel(problem: Problem, tolerance: float) -> Iterator[Reciprocal]:
         if np.any(np.abs(factor) >= 1.0) or np.any((factor.imag == 0.0) & (factor.real <= 0.0)):
             continue
         poles, b = np.log(factor.astype(complex)) / STEP, np.linalg.solve(vectors, reached[:, :m])
-        yield reciprocal(Modes(poles, observed[:m] @ vectors, b))
+        modes = Modes(poles, observed[:m] @ vectors, b)
+        samples = modes.impulse_response(time)
+        yield reciprocal(modes), problem.distance(transfer_function(time, samples, problem.w))
 
 
 WAYS: dict[str, Way] = {

@@ -243,7 +243,8 @@ def test_bad_settings_are_refused(hydrosim: Command, project: Path, setting: str
     before = files(project)
     result = hydrosim("run", "base.yaml", "-o", "run.nc", "--set", setting)
     assert (result.code, result.out) == (2, "")
-    assert result.err.startswith("error ")
+    before_it = result.err.partition("error ")[0]
+    assert not before_it or before_it.startswith("compiling the kernels")  # with a cold cache
     assert result.err.count("error ") == 1
     assert "Traceback" not in result.err
     for word in (key, *words):

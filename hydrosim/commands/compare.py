@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated
@@ -35,9 +36,19 @@ def compare(
     ] = [],  # noqa: B006  typer copies it
     shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
     channels: Channels = None,
-    start: Annotated[float, typer.Option(help="From this time of the run on [s].")] = -inf,
-    end: Annotated[float, typer.Option(help="Up to this time of the run [s].")] = inf,
-    bands: Annotated[str, typer.Option(help="Edges of the wave band [rad/s].")] = "0.1,2.5",
+    start: Annotated[
+        float,
+        typer.Option(
+            "--from", metavar="SECONDS", help="Leave out what is before.", show_default=False
+        ),
+    ] = -inf,
+    end: Annotated[
+        float,
+        typer.Option(
+            "--to", metavar="SECONDS", help="Leave out what is after.", show_default=False
+        ),
+    ] = inf,
+    bands: Annotated[str, typer.Option(help="Edges of the wave band, in rad/s.")] = "0.1,2.5",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="RESIDUALS.nc", help="Series and figures."),
@@ -59,6 +70,8 @@ def compare(
     from hydrosim.recordings import read_recording
 
     path = result_path(output, run_file.with_stem(f"{run_file.stem}_compare"))
+    picture = path.with_suffix(".png")
+    _spare([path, picture], [run_file, recorded])
     tolerances = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     found = comparison_of(
@@ -72,9 +85,9 @@ def compare(
     )
     out_of = beyond(found, tolerances)
     write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), path)
-    draw_comparison(found, f"{run_file.name} and {recorded.name}", path.with_suffix(".png"))
+    draw_comparison(found, f"{run_file.name} and {recorded.name}", picture)
     _show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
-    _show(f"result    {path}, {path.with_suffix('.png')}")
+    _show(f"result    {path}, {picture}")
     if tolerances:
         _show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
@@ -86,7 +99,7 @@ def record(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Text file.")],
     channels: Channels = None,
     step: Annotated[
-        float | None, typer.Option(help="Of the times [s]; else those of the run.")
+        float | None, typer.Option(metavar="SECONDS", help="Between times; else those of the run.")
     ] = None,
     digits: Annotated[
         int, typer.Option(min=1, max=17, help="Significant; 17 are read back exactly.")
@@ -102,6 +115,7 @@ def record(
     from hydrosim.recordings import write_recording
 
     path = result_path(output, run_file)
+    _spare([path], [run_file])
     if step is not None and not (isfinite(step) and step > 0.0):
         raise InputError(f"--step: found {step:g}; expected a positive number of seconds.")
     run = open_run(run_file)
@@ -109,6 +123,13 @@ def record(
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
     write_recording(run, path, names, step, digits)
     _show(f"result    {path}, {len(names)} channels")
+
+
+def _spare(results: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """Refuses results that would be written over what is read, or over each other."""
+    taken = {path.resolve() for path in inputs}
+    if taken & {path.resolve() for path in results} or len({*results}) < len(results):
+        raise InputError(f"--output: {results[0]} would write over a file; expected another name.")
 
 
 def _patterns(text: str | None) -> list[str]:

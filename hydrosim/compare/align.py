@@ -163,7 +163,7 @@ def _refuse_gaps(
         where = "" if lines else f" before record {at + 1}"
         source.wrong(
             f"found nothing from {time[at - 1]:g} s to {time[at]:g} s{where}; expected records"
-            f" about {usual:g} s apart; fill the gap, or compare one side of it (--start, --end)",
+            f" about {usual:g} s apart; fill the gap, or compare one side of it (--from, --to)",
             lines[at] if lines else None,
         )
 
@@ -179,31 +179,24 @@ def _at(
 def _recorded(
     recording: Recording, channel: str, place: Place, unit: str, part: slice
 ) -> tuple[np.ndarray, str, float]:
-    """The whole recorded channel in our unit, the unit that it was in, and its precision."""
+    """The whole recorded channel in our unit, the unit that it was in, and its precision over the
+    part that is compared."""
     column = recording.column(place.column)
     said = column.unit if place.unit is None else place.unit
     try:
         scale = place.sign * (1.0 if said is None else factor(said, unit))
-        offset = place.offset.value * (
-            1.0 if place.offset.unit is None else _same_kind(place, unit)
-        )
+        if place.offset.unit is not None:
+            factor(place.offset.unit, unit)  # of another kind: ValueError
     except ValueError as error:
         remedy = "say the right unit in a mapping"
         recording.source.wrong(
             f"found {error}, for {shown(column.name)} as {channel}; expected {unit}; {remedy}"
         )
-    within = np.zeros(column.value.size, dtype=bool)
-    within[part] = True
-    what = f" in {shown(column.name)}"
-    checked = np.where(within, column.value, 0.0)
-    require_finite(recording.source, checked, recording.lines, what)
+    compared = np.zeros(column.value.size)  # what is missing elsewhere does no harm
+    compared[part] = column.value[part]
+    require_finite(recording.source, compared, recording.lines, f" in {shown(column.name)}")
     precision = abs(scale) * precision_of(column.value[part])
-    return scale * column.value + offset, said or "", precision
-
-
-def _same_kind(place: Place, unit: str) -> float:
-    """1, as an offset is in SI already; ValueError if it is of another kind than ``unit``."""
-    return 1.0 if factor(str(place.offset.unit), unit) else 0.0
+    return scale * column.value + place.offset.value, said or "", precision
 
 
 def precision_of(values: np.ndarray) -> float:
@@ -227,11 +220,10 @@ def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]
     values, unit = select(source, run, channel)
     if place.point is not None:
         variable, *labels = channel.split(".")
-        dof = next((label for label in labels if label in DOFS), None)
-        if variable not in MOVED or dof is None:
-            source.wrong(
-                f"found a point for {variable}; expected one for {' or '.join(MOVED)} only"
-            )
+        if variable not in MOVED:
+            expected = " or ".join(MOVED)
+            source.wrong(f"found a point for {variable}; expected one for {expected} only")
+        (dof,) = (label for label in labels if label in DOFS)  # or there would be no values
         body = next((label for label in labels if label != dof), str(run.body.values[0]))
         moved = _moved(run.sel(body=body), np.array(place.point), variable)
         values = values + moved[:, DOFS.index(dof)]

@@ -16,8 +16,7 @@ from hydrosim.compare.align import Overlap, Pair, align
 from hydrosim.compare.diagnosis import diagnose
 from hydrosim.compare.figures import EDGES, Contact, Figures, contact, figures
 from hydrosim.compare.guess import guess
-from hydrosim.compare.mapping import Mapping as MappingFile
-from hydrosim.compare.mapping import Place, TimeColumn
+from hydrosim.compare.mapping import MappingFile, Place, TimeColumn
 from hydrosim.compare.signals import Fit, fit
 from hydrosim.recordings import Recording
 

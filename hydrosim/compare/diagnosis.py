@@ -27,7 +27,7 @@ MOSTLY = 0.7  # of the mean square
 NEAR = 0.03  # of a gain, to be that of units
 ROUNDING = 1e-12  # of the largest value
 UNITS = {  # that are taken for ours
-    "m": ("mm", "cm", "km", "ft"),
+    "m": ("mm", "cm", "ft"),
     "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
     "rad": ("deg",),
     "rad/s": ("deg/s",),
@@ -53,7 +53,7 @@ def diagnose(
     if largest == 0.0:
         return "both zero"
     if found.peak <= 1.001 * pair.precision + ROUNDING * largest:
-        return f"equal to print precision ({pair.precision:.1e} {pair.unit})"
+        return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if found.std == 0.0 or varies(ours) == 0.0:
         return _constant(pair, found, varies(ours))
     if found.relative < EQUAL:

@@ -67,7 +67,7 @@ class Place(Strict):
     point: of.Point | None = None
 
 
-class Mapping(Strict):
+class MappingFile(Strict):
     """A mapping file."""
 
     time: TimeColumn = TimeColumn()
@@ -76,8 +76,8 @@ class Mapping(Strict):
     ]
 
 
-def read_mapping(path: Path | str) -> Mapping:
+def read_mapping(path: Path | str) -> MappingFile:
     """The mapping in the YAML file ``path``; InputError has a line for each problem: file and line,
     key, what was found, what was expected."""
     _, document = read_case(Path(path))
-    return validated(document, Mapping)
+    return validated(document, MappingFile)

@@ -129,27 +129,17 @@ def _inside(time: np.ndarray, lag: float) -> np.ndarray:
 
 def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
     """Pearson's of r(i) and a(i - k) where both are, k from -count to count (2 count + 1,)."""
-    n = a.size
     a, r = a - a.mean(), r - r.mean()
     k = np.arange(-count, count + 1)
-    overlap = n - np.abs(k)
-    # sums over the overlap: of r from max(k, 0), of a from max(-k, 0)
-    sums = [
-        _sums(x, first, overlap)
-        for x, first in ((r, np.maximum(k, 0)), (a, np.maximum(-k, 0)))
-        for x in (x, x**2)
-    ]
-    r1, r2, a1, a2 = sums
-    product = correlate(r, a, method="fft")[n - 1 - count : n + count]
-    spread = (r2 - r1**2 / overlap) * (a2 - a1**2 / overlap)
+    both = a.size - np.abs(k)
+    in_r, in_a = np.maximum(k, 0), np.maximum(-k, 0)
+    r1, r2 = _sums(r, in_r, both), _sums(r**2, in_r, both)
+    a1, a2 = _sums(a, in_a, both), _sums(a**2, in_a, both)
+    product = correlate(r, a, method="fft")[a.size - 1 - count : a.size + count]
+    spread = (r2 - r1**2 / both) * (a2 - a1**2 / both)
     least = 1e-12 * float((r @ r) * (a @ a))
-    return (
-        np.where(
-            spread > least, (product - r1 * a1 / overlap) / np.sqrt(np.maximum(spread, least)), 0.0
-        )
-        if least > 0.0
-        else np.zeros(k.size)
-    )
+    size = np.sqrt(np.where(spread > least, spread, np.inf))
+    return (product - r1 * a1 / both) / size
 
 
 def _sums(x: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:

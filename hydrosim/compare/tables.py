@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import isnan
 
+from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
@@ -12,6 +13,7 @@ from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS
 
 LISTED = 12  # names in a line
+SMALL = 1e-5  # share that is not told more exactly
 
 
 def lines(found: Comparison) -> Iterator[str]:
@@ -37,7 +39,7 @@ def mapped(found: Comparison) -> Iterator[Table | str]:
         yield f"channels  {len(pairs) - len(others)} found by their own names, in their units"
     if others:
         how = "guessed from names and units" if found.guessed else "by the mapping"
-        table = Table(title=f"Channels {how}", title_justify="left")
+        table = _table(f"Channels {how}")
         for heading in ("channel", "column", "recorded in"):
             table.add_column(heading, overflow="fold")
         for pair in others:
@@ -100,11 +102,17 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+
+
 def _figures(title: str, headings: Sequence[str]) -> Table:
-    table = Table(title=title, title_justify="left")
+    table = _table(title)
     table.add_column("channel", overflow="fold")
     for heading in headings:
-        table.add_column(heading, justify="right")
+        table.add_column(
+            heading, justify="right", overflow="fold", min_width=min(len(heading) + 4, 9)
+        )
     return table
 
 
@@ -113,4 +121,4 @@ def _named(result: Result) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.3g} %"
+    return f"{100.0 * share:.3g} %" if share == 0.0 or share > SMALL else f"< {100.0 * SMALL:g} %"

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.errors import InputError
+from hydrosim.forces import linear_mooring
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.kernels import kernel
 from hydrosim.scene import DOFS, ForceElement
@@ -60,12 +60,9 @@ def _damping(
         return element.damping
     if element.damping_ratio is None:
         return np.zeros((6, 6))
-    moored = [
-        np.diag(e.stiffness)
-        for e in elements.values()
-        if isinstance(e, LinearMooring) and e.body == element.body
-    ]
-    found = layout.resonance(layout.body[element.body], np.sum([np.zeros(6), *moored], axis=0))
+    body, moorings = layout.body[element.body], linear_mooring.compile_elements(elements, layout)
+    moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
+    found = layout.resonance(body, np.diag(moored))
     for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
         if ratio and not stiffness > 0.0:
             raise InputError(

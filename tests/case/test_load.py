@@ -140,9 +140,15 @@ def test_place_of_a_list_entry(refusal: Refusal) -> None:
     assert message.startswith("case.yaml:13: forces.spring.stiffness.1.0: found")
 
 
-@pytest.mark.parametrize("key", ["title", "duration", "mass", "type", "body", "stiffness"])
+@pytest.mark.parametrize("key", ["title", "duration", "mass", "type", "body"])
 def test_missing_keys(refusal: Refusal, key: str) -> None:
     assert f'found no key "{key}"' in refusal(without(f"{key}:"))
+
+
+def test_a_mooring_needs_a_stiffness_of_one_kind(refusal: Refusal) -> None:
+    assert "found no stiffness; expected stiffness, natural_period" in refusal(without("stiffness"))
+    both = BLOCK.replace("stiffness:", "natural_period: {surge: 100 s}\n    stiffness:")
+    assert "found both stiffness and natural_period in surge" in refusal(both)
 
 
 @pytest.mark.parametrize("key", ["forces", "solver", "solver.step", "bodies.block.initial"])
@@ -254,7 +260,7 @@ class TestExtends:
 
     def test_a_mapping_that_says_its_kind_replaces(self, base: Path, refusal: Refusal) -> None:
         text = "extends: base.yaml\nforces: {spring: {type: linear_mooring, body: block}}"
-        assert refusal(text).startswith('case.yaml:2: forces.spring: found no key "stiffness"')
+        assert refusal(text).startswith("case.yaml:2: forces.spring: found no stiffness")
 
     def test_the_text_is_the_whole_case(self, base: Path, load: Load) -> None:
         case = load("extends: base.yaml\ntitle: Heavier\nbodies: {block: {mass: 2e6}}\n")

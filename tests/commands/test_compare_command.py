@@ -94,13 +94,17 @@ def test_mapping(hydrosim: Command) -> None:
     write_csv(Path("test.csv"), columns)
     result = hydrosim("compare", "run.nc", "test.csv", "-m", "map.yaml", "--tolerance", "1e-6")
     assert result.code == 0
-    for words in ("Channels by the mapping", "y │ mm", "unused x (not in the mapping)"):
+    for words in (
+        "Channels by the mapping",
+        "position.barge.heave y mm",
+        "unused x (not in the mapping)",
+    ):
         assert words in result.out
 
 
 def test_shift_and_part_of_the_time(hydrosim: Command) -> None:
     write_csv(Path("test.csv"), {"time": TIME + 5.0, "heave [m]": position(RUN, "heave")})
-    options = ("--shift", "--start", "100", "--end", "400", "--bands", "0.3,2")
+    options = ("--shift", "--from", "100", "--to", "400", "--bands", "0.3,2")
     result = hydrosim("compare", "run.nc", "test.csv", *options, "--tolerance", "0.001")
     assert result.code == 0
     assert "-5.000 s added to the recorded times (estimated)" in result.out
@@ -117,7 +121,7 @@ BAD = {
     "duplicate": (GOOD.replace("4,0.1", "3,0.1", 1), ["test.csv:6", "found time 3 s after 3 s"]),
     "gap": (
         GOOD + "\n60,0.1",
-        ["test.csv:22", "found nothing from 19 s to 60 s", "1 s apart", "--start"],
+        ["test.csv:22", "found nothing from 19 s to 60 s", "1 s apart", "--from"],
     ),
     "unit": (GOOD.replace("[s]", "[kg]"), ["test.csv", '"kg" is another kind of quantity', "time"]),
     "empty": ("", ["test.csv", "found no numbers"]),
@@ -155,6 +159,9 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
         (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
+        (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc would write over a file"),
+        (("compare", "run.nc", "test.csv", "-o", "x.png"), "x.png would write over a file"),
+        (("record", "run.nc", "-o", "run.nc"), "run.nc would write over a file"),
         (("record", "run.nc", "-o", "x.txt", "--channels", "pos"), "--channels: found pos; expec"),
         (
             ("record", "run.nc", "-o", "x.txt", "--step", "0"),

@@ -11,10 +11,12 @@ import xarray as xr
 from numpy.testing import assert_allclose
 from recorded_runs import SIZE, made_run, position, sea, write_csv
 
-from hydrosim.compare import Comparison, Mapping, compare
+from hydrosim.case.units import factor
+from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
 from hydrosim.compare.comparison import beyond
 from hydrosim.compare.dataset import to_dataset
+from hydrosim.compare.diagnosis import NEAR, UNITS
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
 from hydrosim.scene import DOFS
@@ -35,7 +37,7 @@ def against(tmp_path: Path) -> Against:
         mapping = None
         if channels is not None or "time" in options:
             given = {"time": options.pop("time", {}), "channels": channels}
-            mapping = Mapping.model_validate(given)
+            mapping = MappingFile.model_validate(given)
         return compare(RUN, read_recording(path), mapping, **options)
 
     return against
@@ -98,6 +100,14 @@ def test_planted_differences_are_named(against: Against, name: str) -> None:
     assert verdict in result.verdict
     if name not in ("drift", "steeper"):
         assert result.verdict == verdict
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_units_that_are_taken_for_ours(unit: str) -> None:
+    """All of them are units, of the same kind, and more than the tolerance of a gain apart."""
+    sizes = sorted(factor(other, unit) ** sign for other in UNITS[unit] for sign in (1, -1))
+    assert min(np.diff(np.log([*sizes, 1e12]))) > 2 * NEAR
+    assert min(np.abs(np.log(sizes))) > 2 * NEAR
 
 
 def test_pairs_of_causes_are_not_seen_in_each_other(against: Against) -> None:

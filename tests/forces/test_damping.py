@@ -122,6 +122,20 @@ def test_ratio_of_critical_on_the_moorings_of_a_dry_body() -> None:
     assert [found[dof] for dof in DOFS] == pytest.approx(RATIO, abs=1e-7)
 
 
+def test_ratio_of_critical_on_a_mooring_of_a_natural_period() -> None:
+    body = block(MASS, dofs=["surge"])
+    period = 20.0 * (np.arange(6) == 0)
+    forces = {
+        "lines": LinearMooring("block", np.zeros((6, 6)), natural_period=period),
+        "viscous": LinearDamping("block", damping_ratio=0.2 * (np.arange(6) == 0)),
+    }
+    (mode,) = hs.natural_modes(hs.linearise(*hs.compile_scene(scene(body, forces, 1.0, 0.1))))
+    assert (mode.natural_period, mode.damping_ratio) == (
+        pytest.approx(20.0, rel=1e-6),
+        pytest.approx(0.2, abs=1e-6),
+    )
+
+
 def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
     """C = 2 r sqrt(k (I + a(w))), hydrostatics in k and the added mass at w^2 = k / (I + a(w)); the
     decay of roll gets about as much more, though it is coupled to sway."""

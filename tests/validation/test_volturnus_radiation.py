@@ -18,7 +18,6 @@ pytestmark = pytest.mark.skipif(
     not DATA.exists(), reason="the validation data are not beside the project"
 )
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-TOLERANCE = 1e-2
 
 
 def supplied() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -34,16 +33,17 @@ def database():
     return read(DATA / "volturnus.1", Given(length=1.0, water_density=1025.0, gravity=9.80665))
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 6e-2])
 def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
-    database, tmp_path, monkeypatch, figure: Callable[[str, float], None]
+    database, tolerance: float, tmp_path, monkeypatch, figure: Callable[[str, float], None]
 ) -> None:
     """K^ = B + i w (A - A_inf) of WAMIT's .1, the root mean square error over its frequencies and
     over all 36 entries, each relative to the geometric mean of the diagonal entries' largest. Ours
-    is passive and reciprocal, too, and follows the couplings."""
+    is passive and reciprocal, too. With the larger tolerance it is as small as the supplied one."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     w, B = database.frequency, database.radiation_damping
     memory = retardation(w, database.added_mass, B)
-    models = fits.fit("volturnus", database.source, memory, w, TOLERANCE)
+    models = fits.fit("volturnus", database.source, memory, w, tolerance)
     ours = np.zeros((w.size, 6, 6), dtype=complex)
     for model in models:
         ours[:, model.dofs[:, None], model.dofs] = model.modes.transfer_function(1j * w)
@@ -70,6 +70,7 @@ def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
     assert all(model.report.passivity_margin >= -1e-7 for model in models)
     assert np.linalg.norm(errors["ours"]) <= np.linalg.norm(errors["theirs"])
     assert (np.diag(errors["ours"]) <= 1.05 * np.diag(errors["theirs"])).all()
+    assert tolerance < 5e-2 or sum(model.order for model in models) <= len(state)
 
 
 def test_the_default_tolerance_is_refused_for_data_with_negative_damping(
