@@ -31,7 +31,7 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.model import add_waves, compile_calm
 from hydrosim.notes import Notes
 from hydrosim.restart import opened_start
-from hydrosim.runs_file import COMPLETE, RunsFile
+from hydrosim.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.scene import Scene, Start
 from hydrosim.simulation import run_compiled, simulate, stability_warnings
 from hydrosim.stages import complete
@@ -236,9 +236,10 @@ def _run(
 
     if isinstance(parts, HydrosimError):
         return _Outcome("failed", str(parts))
+    if stop.is_set():
+        return _Outcome(NOT_RUN)
     notes = Notes(wet=parts.wet)
     try:
-        watch()
         model = add_waves(scene, parts.model, notes)
         notes.warnings.extend(parts.warnings)
         run = run_compiled(scene, model, deepcopy(parts.state), notes, watch)
