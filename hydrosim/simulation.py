@@ -77,7 +77,14 @@ def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset
 def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
     model, state = compile_scene(scene, notes)
-    notes.warnings.extend(_stability_warnings(scene, model, state))
+    notes.warnings.extend(stability_warnings(scene, model, state))
+    return run_compiled(scene, model, state, notes, progress)
+
+
+def run_compiled(
+    scene: Scene, model: Model, state: State, notes: Notes, progress: Progress | None
+) -> xr.Dataset:
+    """`simulate` for a scene that is compiled; ``state`` is carried to the end."""
     clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
     record = new_record(model, clock)
     chunks = _chunks(clock, METHODS[scene.solver.method], model, state, record, counters)
@@ -108,7 +115,7 @@ def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     return dataset
 
 
-def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
+def stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     """What there is to say of a step above the stable limit; InputError if that is not wanted."""
     step = scene.solver.step
     limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(scene, model, state)
