@@ -20,7 +20,7 @@ from numba import njit
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
-SOURCES = {"kernels.py", "dynamics.py", "stepper.py", "crossing.py", "run.py"}
+SOURCES = {"kernels.py", "dynamics.py", "stepper.py", "crossing.py", "run.py", "exact_kernels.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 

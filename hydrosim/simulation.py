@@ -12,9 +12,11 @@ import xarray as xr
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.exact import propagate
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import Tableau
+from hydrosim.linearity import propagated, solution
 from hydrosim.model import METHODS, compile_clock, compile_scene
 from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
@@ -77,10 +79,13 @@ def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset
 def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
     model, state = compile_scene(scene, notes)
-    notes.warnings.extend(_stability_warnings(scene, model, state))
+    exact = propagated(scene, model)
+    if not exact:
+        notes.warnings.extend(_stability_warnings(scene, model, state))
     clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
     record = new_record(model, clock)
-    chunks = _chunks(clock, METHODS[scene.solver.method], model, state, record, counters)
+    run = propagate if exact else _chunks
+    chunks = run(clock, METHODS[scene.solver.method], model, state, record, counters)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
@@ -94,6 +99,7 @@ def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
         message = "\n".join([message, *(f"Warned of: {warning}" for warning in notes.warnings)])
     attributes = {
         **_provenance(scene, notes),
+        "solver_linear": solution(scene, model),
         "solver_steps": int(counters[STEPS]),
         "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
