@@ -23,7 +23,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
 from hydrosim.dynamics import Model, new_work, rhs
-from hydrosim.exact_kernels import keep_states, sample_loads
+from hydrosim.exact_kernels import add_energies, keep_states, sample_loads
 from hydrosim.forces import APPLIED, LINEAR_DAMPING, LINEAR_MOORING
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate import Tableau
@@ -36,7 +36,7 @@ from hydrosim.integrate.exponential import (
     interval,
 )
 from hydrosim.linear import linearise
-from hydrosim.run import Clock, Record, grid_time
+from hydrosim.run import Clock, Record
 from hydrosim.stepper import STATUS, State, new_scratch
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
@@ -45,10 +45,11 @@ TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
 CLOSE = 1e-9  # of the distance of records: times as close are the same
 
 
-class Resistance(NamedTuple):
-    """A row of forces that takes the power v (B v - b) at the free coordinates' rates v (n,)."""
+class Resistances(NamedTuple):
+    """Rows (nb,) of forces that take the power v (B v - b) at the free coordinates' rates v (n,):
+    ``B`` (nb, n, n) and ``b`` (nb, n)."""
 
-    row: int
+    row: np.ndarray
     B: np.ndarray
     b: np.ndarray
 
@@ -65,7 +66,12 @@ class Equation:
     rest: np.ndarray
     memory: np.ndarray
     rows: np.ndarray
-    resistances: tuple[Resistance, ...]
+    resistances: Resistances
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Of the loads at a node, (nr, n)."""
+        return self.rows.size, self.rest.size
 
     def response(self, length: float, parts: int) -> Interval:
         """Of an interval of this ``length`` [s] with so many parts."""
@@ -83,37 +89,34 @@ def propagate(
     """Record the run of a linear scene from ``state`` on, which is left at its end, or where
     ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
     work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
-    times, y = record_times(clock), state.y.copy()
+    times, y, finest = record_times(clock), state.y.copy(), node_spacing(clock, model)
     keep_states(times[:1], y[None], model, state, work, scratch, record, counters)
     equation = linear_equation(times[0], model, state)
     response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
-    finest = node_spacing(clock, model)
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
-        pieces, parts = division(_length(stops, clock), finest)
-        of = response(_length(stops, clock) / pieces, parts)
-        count = pieces * (stops.size - 1)
-        loads = np.empty((count * parts + 1, equation.rows.size, equation.rest.size))
-        step = _length(stops, clock) / (pieces * parts)
+        length = _length(stops, clock)
+        pieces, parts = division(length, finest)
+        of, step = response(length / pieces, parts), length / (pieces * parts)
+        loads = np.empty(((stops.size - 1) * pieces * parts + 1, *equation.shape))
         sample_loads(stops[0], step, equation.rows, model, state, new_work(model), loads)
-        first = 1
+        kept, end = np.isin(stops, times), 0
         for states in march(y, step, loads, of, equation):
-            y, ends = states[-1], np.arange(first, first + len(states))
-            first += len(states)
-            reached = stops[ends[ends % pieces == 0] // pieces]
-            kept = np.isin(reached, times)
-            states = states[ends % pieces == 0][kept]
-            keep_states(reached[kept], states, model, state, work, scratch, record, counters)
+            ends = end + 1 + np.arange(len(states))
+            y, end, whole = states[-1], ends[-1], ends % pieces == 0
+            stop = ends[whole] // pieces
+            there, known = stops[stop][kept[stop]], states[whole][kept[stop]]
+            keep_states(there, known, model, state, work, scratch, record, counters)
             if counters[STATUS]:
                 return
-            yield float(stops[ends[-1] // pieces])
+            yield float(stops[end // pieces])
     state.y[:] = y
 
 
 def record_times(clock: Clock) -> np.ndarray:
     """Times (nt,) of the records of a run."""
-    points = [*range(0, clock.points, clock.every), clock.points]
-    return np.array([grid_time.py_func(n, clock) for n in points])
+    points = np.append(np.arange(0, clock.points, clock.every), clock.points)
+    return np.minimum(clock.start + (clock.first + points) * clock.step, clock.end)
 
 
 def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray]:
@@ -122,7 +125,7 @@ def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray
     close = CLOSE * float(np.max(np.diff(times)))
     apart = [np.abs(times - t).min() > close for t in breakpoints]
     stops = np.union1d(times, breakpoints[np.array(apart, dtype=bool)])
-    corner = [i for i, t in enumerate(stops) if (np.abs(breakpoints - t) <= close).any()]
+    corner = [int(np.abs(stops - t).argmin()) for t in breakpoints]
     distance = np.diff(stops)
     uneven = 1 + np.flatnonzero(np.abs(np.diff(distance)) > close)
     for first, last in pairwise(sorted({0, *corner, *uneven.tolist(), stops.size - 1})):
@@ -172,24 +175,23 @@ def linear_equation(time: float, model: Model, state: State) -> Equation:
         rest=forced - loads[0].sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,
-        resistances=tuple(_resistances(model)),
+        resistances=_resistances(model),
     )
 
 
-def _resistances(model: Model) -> Iterator[Resistance]:
+def _resistances(model: Model) -> Resistances:
     """Of radiation with constant damping, of moorings and of linear damping."""
+    elements = (*model.elements[LINEAR_MOORING], *model.elements[LINEAR_DAMPING])
     size, active = 6 * model.bodies.each.size, model.bodies.active
-    free = np.ix_(active, active)
-    B = np.zeros((size, size))
-    B[model.damping.row, model.damping.column] = model.damping.B
-    yield Resistance(RADIATION, B[free], np.zeros(active.size))
-    for e in (*model.elements[LINEAR_MOORING], *model.elements[LINEAR_DAMPING]):
+    B, b = np.zeros((1 + len(elements), size, size)), np.zeros((1 + len(elements), size))
+    B[0, model.damping.row, model.damping.column] = model.damping.B
+    for k, e in enumerate(elements, start=1):
         own = slice(6 * e["body"], 6 * e["body"] + 6)
-        B, stream = np.zeros((size, size)), np.zeros(size)
-        B[own, own] = e["damping"]
+        B[k, own, own] = e["damping"]
         if "stream" in e.dtype.names:
-            stream[own][:2] = e["stream"]
-        yield Resistance(int(e["row"]), B[free], (B @ stream)[active])
+            b[k, own] = e["damping"][:, :2] @ e["stream"]
+    rows = np.array([RADIATION, *(e["row"] for e in elements)], dtype=np.int64)
+    return Resistances(rows, B[:, active[:, None], active], b[:, active])
 
 
 def march(
@@ -198,9 +200,8 @@ def march(
     """States (nk, ny) at the ends of intervals that begin at ``y`` (ny,), some at a time, under
     ``loads`` (nodes, nr, n) at nodes that are ``step`` [s] apart."""
     parts, (m, n) = len(of.states) - 1, equation.G.shape
-    total = extended(loads.sum(axis=1) + equation.rest)
+    total = extended(np.einsum("krn->kn", loads) + equation.rest)
     around = sliding_window_view(total.ravel(), (parts + POINTS - 1) * n)[:: parts * n]
-    inside = sliding_window_view(loads, parts + 1, axis=0)[::parts]
     # what the powers need: rates, and the forces of the memory
     needed = linalg.block_diag(np.eye(n), equation.memory)
     by_state = (needed @ of.states[:, n:]).reshape(-1, m)
@@ -213,23 +214,9 @@ def march(
         follow(transposed, z, ends)
         starts = np.vstack([z, ends[:-1]])
         found = (starts @ by_state.T + f @ by_load.T).reshape(len(f), parts + 1, 2, n)
-        rates = powers(
-            found[:, :, 0], found[:, :, 1], inside[k : k + TOGETHER], equation, y.size - m
-        )
-        sums = energies + np.cumsum(np.einsum("i,kir->kr", weights, rates), axis=0)
+        sums, v, memory = np.zeros((len(f), energies.size)), found[:, :, 0], found[:, :, 1]
+        here, weighed, rows = loads[k * parts :], equation.resistances, equation.rows
+        add_energies(v, memory, here, weights, weighed, rows, sums)
+        sums = energies + np.cumsum(sums, axis=0)
         z, energies = ends[-1].copy(), sums[-1]
         yield np.hstack([ends, sums])
-
-
-def powers(
-    v: np.ndarray, memory: np.ndarray, loads: np.ndarray, equation: Equation, size: int
-) -> np.ndarray:
-    """Rates (nk, ni, ``size``) of the energies in y, at rates ``v`` and forces ``memory`` (nk, ni,
-    n) and ``loads`` (nk, nr, n, ni)."""
-    rates = np.zeros((*v.shape[:2], size))
-    rates[..., equation.rows] = np.einsum("krni,kin->kir", loads, v)
-    rates[..., -1] = np.abs(rates[..., WAVE_FIRST_ORDER] + rates[..., WAVE_SECOND_ORDER])
-    rates[..., RADIATION] = np.einsum("kin,kin->ki", memory, v)
-    for row, B, b in equation.resistances:
-        rates[..., row] += np.einsum("kin,kin->ki", v @ B.T - b, v)
-    return rates

@@ -1,9 +1,10 @@
-"""Kernels of `exact`: loads at rest on a grid of times, and records of states that are known."""
+"""Kernels of `exact`: loads on bodies at rest, energies, and records of states that are known."""
 
 from __future__ import annotations
 
+from hydrosim.dynamics import power
 from hydrosim.forces import APPLIED, applied_force
-from hydrosim.forces.layout import WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.kernels import assign, clear, kernel
 from hydrosim.run import check, keep
 from hydrosim.stepper import RUNNING, STATUS
@@ -18,7 +19,8 @@ def sample_loads(start, step, rows, model, state, work, loads):
     bodies, elements, wrench = model.bodies, model.elements, work.wrench
     for k in range(loads.shape[0]):
         t = start + k * step
-        clear(wrench.reshape(wrench.size))
+        for r in range(rows.size):
+            clear(wrench[rows[r]])
         wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
         applied_force.add_force(
             *(t, state.y, state.modes, work.motion, bodies),
@@ -27,6 +29,30 @@ def sample_loads(start, step, rows, model, state, work, loads):
         for r in range(rows.size):
             for j in range(bodies.active.size):
                 loads[k, r, j] = wrench[rows[r], bodies.active[j]]
+
+
+@kernel
+def add_energies(v, memory, loads, weights, resistances, rows, energies):
+    """Add to ``energies`` (nk, ne) the integrals of all powers over nk intervals, by the values at
+    their nodes and ``weights`` (ni,).
+
+    ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces; ``loads`` (nodes, nr, n) belong
+    to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take
+    the power v (B v - b), with B (nb, n, n) and b (nb, n).
+    """
+    resisting, B, b = resistances
+    for k in range(energies.shape[0]):
+        for i in range(weights.size):
+            u, w, waves = v[k, i], weights[i], 0.0
+            for r in range(rows.size):
+                rate = power(loads[k * (weights.size - 1) + i, r], u)
+                energies[k, rows[r]] += w * rate
+                waves += rate if r < 2 else 0.0
+            energies[k, -1] += w * abs(waves)
+            energies[k, RADIATION] += w * power(memory[k, i], u)
+            for e in range(resisting.size):
+                for j in range(u.size):
+                    energies[k, resisting[e]] += w * u[j] * (power(B[e, j], u) - b[e, j])
 
 
 @kernel
