@@ -54,6 +54,17 @@ class Resistances(NamedTuple):
     b: np.ndarray
 
 
+class Response(NamedTuple):
+    """Of an interval in p parts, and rates and memory forces (2, n) at its p + 1 nodes, in one row:
+    those of z at its start are z @ ``by_state``, those of the forces around it f @ ``by_load``.
+    ``weights`` (p + 1,) [s] are those of the nodes in integrals."""
+
+    interval: Interval
+    by_state: np.ndarray
+    by_load: np.ndarray
+    weights: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Equation:
     """z' = J z + G (f + rest) for z (m,): ``G`` (m, n), and ``rest`` (n,) what acts at all times.
@@ -68,14 +79,24 @@ class Equation:
     rows: np.ndarray
     resistances: Resistances
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Of the loads at a node, (nr, n)."""
-        return self.rows.size, self.rest.size
+    def response(self, length: float, parts: int) -> Response:
+        """That of an interval of this ``length`` [s] with so many parts."""
+        of, n = interval(self.J, self.G, length, parts), self.rest.size
+        needed = linalg.block_diag(np.eye(n), self.memory)  # of all but q: for the powers
+        by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
+        weights = length / parts * area_weights(parts)
+        return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
 
-    def response(self, length: float, parts: int) -> Interval:
-        """Of an interval of this ``length`` [s] with so many parts."""
-        return interval(self.J, self.G, length, parts)
+    def gains(
+        self, f: np.ndarray, starts: np.ndarray, loads: np.ndarray, response: Response, size: int
+    ) -> np.ndarray:
+        """What the ``size`` energies in y gain (nk, size) in intervals with the states ``starts``
+        (nk, m), the forces ``f`` (nk, ...) around them and ``loads`` (nodes, nr, n) inside."""
+        found = starts @ response.by_state + f @ response.by_load
+        found = found.reshape(len(f), -1, 2, self.rest.size)
+        v, memory, gained = found[:, :, 0], found[:, :, 1], np.zeros((len(f), size))
+        add_energies(v, memory, loads, response.weights, self.resistances, self.rows, gained)
+        return gained
 
 
 def propagate(
@@ -89,27 +110,25 @@ def propagate(
     """Record the run of a linear scene from ``state`` on, which is left at its end, or where
     ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
     work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
-    times, y, finest = record_times(clock), state.y.copy(), node_spacing(clock, model)
+    times, y = record_times(clock), state.y.copy()
     keep_states(times[:1], y[None], model, state, work, scratch, record, counters)
-    equation = linear_equation(times[0], model, state)
+    equation, finest = linear_equation(model, state), node_spacing(clock, model)
     response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
         length = _length(stops, clock)
         pieces, parts = division(length, finest)
-        of, step = response(length / pieces, parts), length / (pieces * parts)
-        loads = np.empty(((stops.size - 1) * pieces * parts + 1, *equation.shape))
-        sample_loads(stops[0], step, equation.rows, model, state, new_work(model), loads)
-        kept, end = np.isin(stops, times), 0
-        for states in march(y, step, loads, of, equation):
-            ends = end + 1 + np.arange(len(states))
-            y, end, whole = states[-1], ends[-1], ends % pieces == 0
-            stop = ends[whole] // pieces
-            there, known = stops[stop][kept[stop]], states[whole][kept[stop]]
+        of, first = response(length / pieces, parts), 1
+        loads = loads_at_rest(stops, pieces * parts, equation.rows, model, state)
+        for states in march(y, loads, of, equation, pieces):
+            y, last = states[-1], first + len(states)
+            chosen = np.isin(stops[first:last], times)
+            there, known = stops[first:last][chosen], states[chosen]
             keep_states(there, known, model, state, work, scratch, record, counters)
             if counters[STATUS]:
                 return
-            yield float(stops[end // pieces])
+            yield float(stops[last - 1])
+            first = last
     state.y[:] = y
 
 
@@ -158,21 +177,21 @@ def division(length: float, finest: float) -> tuple[int, int]:
     return pieces, ceil(total / pieces)
 
 
-def linear_equation(time: float, model: Model, state: State) -> Equation:
-    """The equation of a linear scene; it holds at all times."""
+def linear_equation(model: Model, state: State) -> Equation:
+    """The equation of a linear scene: about the place of rest at the start, it holds everywhere and
+    at all times."""
+    at_rest = state._replace(y=np.zeros(model.size))
     # differences of any size are exact, and large ones are best in rounding
-    linear = linearise(model, state, time=time, step=1.0)
+    linear = linearise(model, at_rest, step=1.0)
     n, m, J = linear.active.size, linear.states.size, linear.jacobian
     waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
     rows = np.array([*waves, *model.elements[APPLIED].each["row"]], dtype=np.int64)
-    loads, slope, work = np.empty((1, rows.size, n)), np.empty(model.size), new_work(model)
-    sample_loads(time, 0.0, rows, model, state, new_work(model), loads)
-    rhs(time, state.y, state.modes, state.history, model, work, slope)
-    forced = linear.inertia @ (slope[n : 2 * n] - J[n : 2 * n] @ state.y[:m])
+    loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
+    rhs(0.0, at_rest.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
         J=J,
         G=np.vstack([np.zeros((n, n)), linalg.inv(linear.inertia), np.zeros((m - 2 * n, n))]),
-        rest=forced - loads[0].sum(axis=0),
+        rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,
         resistances=_resistances(model),
@@ -194,29 +213,49 @@ def _resistances(model: Model) -> Resistances:
     return Resistances(rows, B[:, active[:, None], active], b[:, active])
 
 
+def loads_at_rest(
+    stops: np.ndarray, parts: int, rows: np.ndarray, model: Model, state: State
+) -> np.ndarray:
+    """Loads (nodes, nr, n) of the rows of forces at ``parts`` nodes per distance of ``stops``."""
+    count = (stops.size - 1) * parts
+    loads = np.empty((count + 1, rows.size, model.bodies.active.size))
+    step = (stops[-1] - stops[0]) / count
+    sample_loads(stops[0], step, rows, model, state, new_work(model), loads)
+    return loads
+
+
 def march(
-    y: np.ndarray, step: float, loads: np.ndarray, of: Interval, equation: Equation
+    y: np.ndarray, loads: np.ndarray, response: Response, equation: Equation, pieces: int
 ) -> Iterator[np.ndarray]:
-    """States (nk, ny) at the ends of intervals that begin at ``y`` (ny,), some at a time, under
-    ``loads`` (nodes, nr, n) at nodes that are ``step`` [s] apart."""
-    parts, (m, n) = len(of.states) - 1, equation.G.shape
-    total = extended(np.einsum("krn->kn", loads) + equation.rest)
-    around = sliding_window_view(total.ravel(), (parts + POINTS - 1) * n)[:: parts * n]
-    # what the powers need: rates, and the forces of the memory
-    needed = linalg.block_diag(np.eye(n), equation.memory)
-    by_state = (needed @ of.states[:, n:]).reshape(-1, m)
-    by_load = (needed @ of.loads[:, n:]).reshape(len(by_state), -1)
-    transposed, weights = np.ascontiguousarray(of.states[-1].T), step * area_weights(parts)
-    z, energies = y[:m], y[m:]
-    for k in range(0, len(around), TOGETHER):
-        f = np.ascontiguousarray(around[k : k + TOGETHER])
-        ends = f @ of.loads[-1].T
-        follow(transposed, z, ends)
-        starts = np.vstack([z, ends[:-1]])
-        found = (starts @ by_state.T + f @ by_load.T).reshape(len(f), parts + 1, 2, n)
-        sums, v, memory = np.zeros((len(f), energies.size)), found[:, :, 0], found[:, :, 1]
-        here, weighed, rows = loads[k * parts :], equation.resistances, equation.rows
-        add_energies(v, memory, here, weights, weighed, rows, sums)
-        sums = energies + np.cumsum(sums, axis=0)
-        z, energies = ends[-1].copy(), sums[-1]
-        yield np.hstack([ends, sums])
+    """States (nk, ny) after every ``pieces`` intervals from ``y`` (ny,) on, many at a time, under
+    ``loads`` (nodes, nr, n)."""
+    m, parts, first = len(equation.J), response.weights.size - 1, 0
+    f = extended(np.einsum("krn->kn", loads) + equation.rest)
+    for around, states in motions(y[:m], f, response.interval, pieces):
+        here = loads[first * parts :]
+        gained = equation.gains(around, states[:-1], here, response, y.size - m)
+        known = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
+        y, first = known[-1], first + len(known)
+        yield known[pieces - 1 :: pieces]
+
+
+def motions(
+    z: np.ndarray, f: np.ndarray, of: Interval, pieces: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Forces (nk, ...) around intervals and states (nk + 1, m) from the start of the first on, many
+    intervals at a time and multiples of ``pieces``; ``z`` (m,) is the state at the very start, and
+    ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
+    width, parts = of.loads.shape[2], len(of.states) - 1
+    around = sliding_window_view(f.ravel(), width)[:: parts * f.shape[1]]
+    transposed, together = (
+        np.ascontiguousarray(of.states[-1].T),
+        max(TOGETHER // pieces, 1) * pieces,
+    )
+    for k in range(0, len(around), together):
+        here = np.ascontiguousarray(around[k : k + together])
+        states = np.empty((len(here) + 1, z.size))
+        states[0] = z
+        np.matmul(here, of.loads[-1].T, out=states[1:])
+        follow(transposed, states)
+        z = states[-1]
+        yield here, states

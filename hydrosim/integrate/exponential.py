@@ -99,11 +99,11 @@ def area_weights(parts: int) -> np.ndarray:
 
 
 @kernel
-def follow(transposed, z, drive):
-    """z_k+1 = E z_k + drive_k, each into its row of ``drive`` (nk, m); ``transposed`` E (m, m)."""
-    for k in range(drive.shape[0]):
-        row, last = drive[k], z if k == 0 else drive[k - 1]
-        for j in range(last.size):
-            x, column = last[j], transposed[j]
+def follow(transposed, z):
+    """Make the rows of ``z`` (nk + 1, m), which are drives but for the first, the states
+    z_k+1 = E z_k + drive_k+1; ``transposed`` is that of E (m, m)."""
+    for k in range(z.shape[0] - 1):
+        for j in range(z.shape[1]):
+            x, column, row = z[k, j], transposed[j], z[k + 1]
             for i in range(row.size):
                 row[i] += x * column[i]
