@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import ceil
 
 from rich.console import JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.database import check as check_database
+from hydrosim.dynamics import Model
 from hydrosim.linear import NaturalMode, linearise, natural_modes
+from hydrosim.linearity import propagated, solution
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
 from hydrosim.scene import Scene
 from hydrosim.simulation import scene_step_limits
+from hydrosim.stepper import State
 from hydrosim.wet import with_states
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
@@ -40,7 +44,10 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
-    if clock.control.adaptive:
+    yield solution(scene, model)
+    if propagated(scene, model):
+        yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
+    elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
@@ -58,12 +65,17 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
+    if not propagated(scene, model):
+        yield from _limits(scene, model, state)
+    yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
+
+
+def _limits(scene: Scene, model: Model, state: State) -> Iterator[str]:
     limits = scene_step_limits(scene, model, state, each_alone=True)
     for limit in limits:
         yield limit.describe(scene.solver.step)
     if not limits:
         yield f"no step is too large for {scene.solver.method} to be stable"
-    yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

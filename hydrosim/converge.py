@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.scene import ADAPTIVE, Method, Scene, Tolerance
+from hydrosim.scene import ADAPTIVE, LinearScenes, Method, Scene, Tolerance
 from hydrosim.simulation import simulate
 
 FINER = 4  # the reference's step is the smallest one over this
@@ -117,6 +117,7 @@ def _settings(
 def _with(scene: Scene, method: Method, setting: float) -> Scene:
     """The scene with this method and step, or with this tolerance in m and 1 (angles: a hundredth
     of it, as if at an arm of 100 m)."""
+    scene = replace(scene, solver=replace(scene.solver, linear=LinearScenes.STEP))
     if method in ADAPTIVE:
         tolerance = Tolerance(setting, setting, setting / 100)
         return replace(scene, solver=replace(scene.solver, method=method, tolerance=tolerance))

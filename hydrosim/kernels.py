@@ -21,6 +21,7 @@ from numba import njit
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
 SOURCES = {"kernels.py", "refs.py", "dynamics.py", "stepper.py", "crossing.py", "run.py"}
+SOURCES |= {"exact_kernels.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 

@@ -76,16 +76,21 @@ class NaturalMode:
 
 
 def linearise(
-    model: Model, state: State, modes: np.ndarray | None = None, time: float = 0.0
+    model: Model,
+    state: State,
+    modes: np.ndarray | None = None,
+    time: float = 0.0,
+    step: float = STEP,
 ) -> Linear:
     """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3).
 
+    ``step`` is that of the differences: what is linear is found to rounding by one of 1.
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """
     work, held = new_work(model), state.modes if modes is None else modes
     states, n = dynamic_states(model), model.bodies.active.size
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
-    jacobian(time, state.y, held, state.history, model, work, states, STEP, scratch, J)
+    jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
     inertia = np.zeros((n, n))
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
     mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)

@@ -167,7 +167,7 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
             switch_modes(clock.events, clock.step, t, model, state, work, scratch)
         elif work.holds.point.size > 0:
             still(state.y, state.modes, model, work)
-        _check(state.y, model.bodies, counters)
+        check(state.y, model.bodies, counters)
         remember(t, model, state, work, scratch, counters)
     if events > limit:
         counters[STATUS] = CHATTERING
@@ -243,7 +243,7 @@ def _renew(left, work, scratch):
 
 
 @kernel
-def _check(y, bodies, counters):
+def check(y, bodies, counters):
     """Set the status where a number is not finite or a pitch angle is too steep."""
     n = bodies.active.size
     for j in range(y.size):

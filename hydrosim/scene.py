@@ -89,6 +89,13 @@ ADAPTIVE = frozenset({Method.DOPRI5})
 """Methods that choose their own steps."""
 
 
+class LinearScenes(StrEnum):
+    """What to do with a scene that is linear: propagate it exactly, or step it as any other."""
+
+    EXACT = "exact"
+    STEP = "step"
+
+
 class Kinematics(StrEnum):
     """Rigid-body kinematics: rotation matrices, or small angles throughout."""
 
@@ -342,7 +349,8 @@ class Solver:
     """Integration method and ``step`` [s]; ``events`` false is for comparison only.
 
     An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
-    ``tolerance``; ``unstable`` is about steps of the others.
+    ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
+    stepped unless asked for, see `hydrosim.exact`.
     """
 
     method: Method = Method.RK4
@@ -351,6 +359,7 @@ class Solver:
     kinematics: Kinematics = Kinematics.EXACT
     events: bool = True
     unstable: Unstable = Unstable.WARN
+    linear: LinearScenes = LinearScenes.EXACT
 
 
 @dataclass(frozen=True)

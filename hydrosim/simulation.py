@@ -12,9 +12,11 @@ import xarray as xr
 
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.exact import propagate
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import Tableau
+from hydrosim.linearity import propagated, solution
 from hydrosim.model import METHODS, compile_clock, compile_scene
 from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
@@ -87,7 +89,8 @@ def run_compiled(
     """`simulate` for a scene that is compiled; ``state`` is carried to the end."""
     clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
     record = new_record(model, clock)
-    chunks = _chunks(clock, METHODS[scene.solver.method], model, state, record, counters)
+    run = propagate if propagated(scene, model) else _chunks
+    chunks = run(clock, METHODS[scene.solver.method], model, state, record, counters)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
@@ -101,6 +104,7 @@ def run_compiled(
         message = "\n".join([message, *(f"Warned of: {warning}" for warning in notes.warnings)])
     attributes = {
         **_provenance(scene, notes),
+        "solver_linear": solution(scene, model),
         "solver_steps": int(counters[STEPS]),
         "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
@@ -118,7 +122,8 @@ def run_compiled(
 def stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     """What there is to say of a step above the stable limit; InputError if that is not wanted."""
     step = scene.solver.step
-    limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(scene, model, state)
+    unlimited = scene.solver.method in UNLIMITED or propagated(scene, model)
+    limits = [] if unlimited else scene_step_limits(scene, model, state)
     found = [limit.describe(step) for limit in limits if limit.step < step]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")

@@ -21,10 +21,12 @@ def lines(run: xr.Dataset) -> Iterator[str]:
     simulated = np.ptp(run.time.values) if run.time.size else 0.0
     yield f"status    {a['status']}, {simulated:g} s simulated"
     speed = a["solver_steps"] / max(a["wall_time"], 1e-9)
-    yield (
-        f"solver    {a['solver_method']}, {a['solver_steps']:,} steps, {a['solver_events']:,}"
+    steps = (
+        f"{a['solver_method']}, {a['solver_steps']:,} steps, {a['solver_events']:,}"
         f" events, {a['wall_time']:.2f} s ({speed:,.0f} steps/s)"
     )
+    exact = f"{a.get('solver_linear')}, {a['wall_time']:.2f} s"
+    yield f"solver    {steps if a['solver_steps'] else exact}"
     for body in run.body.values:
         yield from _motions(run, str(body))
     if "fender" in run.dims:

@@ -23,7 +23,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.scene import DOFS, Body, ForceElement, Scene, Solver
+from hydrosim.scene import DOFS, Body, ForceElement, LinearScenes, Scene, Solver
 
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per unit of mass [m^2]
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -73,7 +73,7 @@ def scene(
 ) -> Scene:
     """A scene without water."""
     bodies = (bodies,) if isinstance(bodies, Body) else tuple(bodies)
-    settings = Solver(**{"step": output_step, **solver})
+    settings = Solver(**{"step": output_step, "linear": LinearScenes.STEP, **solver})
     return Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=output_step)
 
 

@@ -27,7 +27,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
-from hydrosim.scene import DOFS, Body, Method, Scene, Solver, Unstable
+from hydrosim.scene import DOFS, Body, LinearScenes, Method, Scene, Solver, Unstable
 from hydrosim.simulation import scene_step_limits
 from hydrosim.stability import ray_limits
 
@@ -60,7 +60,7 @@ def dashpot(step: float, method: Method) -> Scene:
     """A mass of 2 kg on a damper of 50 N s/m: eigenvalue -25 1/s."""
     damper = LinearMooring("block", np.zeros((6, 6)), damping=50.0 * np.eye(6))
     body = Body("block", 2.0, np.eye(3), dofs=("surge",), velocity=(1.0, 0, 0, 0, 0, 0))
-    solver = Solver(method=method, step=step)
+    solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"damper": damper}
     return Scene("dashpot", 40.0, (body,), forces=forces, solver=solver, output_step=step)
 

@@ -26,7 +26,7 @@ from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
 from hydrosim.case.waves import Waves
-from hydrosim.scene import DOFS, Kinematics, Method, Place, SecondOrder, Unstable
+from hydrosim.scene import DOFS, Kinematics, LinearScenes, Method, Place, SecondOrder, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -544,6 +544,7 @@ class Solver(Strict):
     kinematics: Kinematics = Kinematics.EXACT
     events: StrictBool = True
     unstable: Unstable = Unstable.WARN
+    linear: LinearScenes = LinearScenes.EXACT
 
 
 class Output(Strict):

@@ -49,6 +49,8 @@ CATALOGUE = (
     stream_load,
 )
 FENDER, SPRING = CATALOGUE.index(fender), CATALOGUE.index(spring)
+LINEAR_MOORING, LINEAR_DAMPING = CATALOGUE.index(linear_mooring), CATALOGUE.index(linear_damping)
+APPLIED = CATALOGUE.index(applied_force)
 
 
 @kernel

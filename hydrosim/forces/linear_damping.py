@@ -3,8 +3,9 @@
     F = -C u,   u = R^T (v - U),  R^T omega
 
 v, omega: velocity of the centre of gravity and angular velocity; U: the current, for damping that
-is relative to it, else 0; C: damping (6, 6). By `damping_ratio` C_ii = 2 r sqrt(k (m + a(w_n))), so
-that the DOF by itself decays with r of critical damping more than without: k is the hydrostatic
+is relative to it, else 0; C: damping (6, 6). With small angles R is the identity: what turning does
+to a damping force is of second order. By `damping_ratio` C_ii = 2 r sqrt(k (m + a(w_n))), so that
+the DOF by itself decays with r of critical damping more than without: k is the hydrostatic
 stiffness and that of the linear moorings of the body, m + a(w_n) mass and added mass at the natural
 frequency w_n of both (couplings and other elements do not count).
 
@@ -78,5 +79,21 @@ def _damping(
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
     for e in p:
-        u = relative_velocity(e.body, e.stream, motion)
-        rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
+        if bodies.exact:
+            u = relative_velocity(e.body, e.stream, motion)
+            rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
+        else:
+            rate[e.row] += _resist(e, motion.velocity, wrench[e.row])
+
+
+@kernel
+def _resist(e, v, wrench):
+    """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power it takes."""
+    k, lost = 6 * e.body, 0.0
+    for i in range(6):
+        for j in range(6):
+            stream = e.stream[j] if j < 2 else 0.0
+            resistance = e.damping[i, j] * (v[k + j] - stream)
+            wrench[k + i] -= resistance
+            lost += v[k + i] * resistance
+    return lost

@@ -21,6 +21,7 @@ from hydrosim.scene import (
     ConstantRadiation,
     ConvolutionRadiation,
     Environment,
+    LinearScenes,
     Method,
     Radiation,
     RadiationModel,
@@ -78,8 +79,8 @@ def decay(radiation: Radiation | RadiationModel, step: float, **solver: Any) -> 
         position=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
         radiation=radiation,
     )
-    solver = {"step": step, **solver}
-    return Scene("decay", 32.0, (body,), Environment(), solver=Solver(**solver), output_step=0.8)
+    settings = Solver(**{"step": step, "linear": LinearScenes.STEP, **solver})
+    return Scene("decay", 32.0, (body,), Environment(), solver=settings, output_step=0.8)
 
 
 def exact_decay(time: np.ndarray) -> np.ndarray:

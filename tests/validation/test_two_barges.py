@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.check import survey
@@ -217,7 +218,8 @@ def test_a_run_of_both_goes_on_where_another_ended(moored: Scene) -> None:
     whole = hs.simulate(scene)
     first = hs.simulate(replace(scene, duration=8.0))
     rest = hs.simulate(replace(scene, duration=12.0, initial=Start(first)))
-    assert np.array_equal(rest.position[-1], whole.position[-1])
+    # both are propagated; the polynomials of the loads beside the restart are not the same
+    assert_allclose(rest.position[-1], whole.position[-1], rtol=1e-9, atol=1e-9)
     names = [str(name) for name in whole.state.values]
     assert any("of starboard and" in name for name in names if name.startswith("radiation"))
     assert len(set(names)) == len(names)

@@ -1,0 +1,261 @@
+"""Linear scenes are not stepped: their motions are propagated exactly, from record to record.
+
+    z' = J z + G (f(t) + rest),   z = (q, q', radiation states),   f = F_wave1 + F_wave2 + F_applied
+
+(`linearity` says which scenes are linear.) The forces f are read at nodes: those of the stages that
+a stepped run would take, or more where the waves' table or a regular wave needs them. Between the
+nodes f is a polynomial, and the response to it is exact, see `integrate.exponential`; corners of
+tables and ends of ramps are ends of intervals. The energies in y are integrals, by polynomials
+through 6 nodes, of powers that are exact there: the residual of the ledger is their error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from math import ceil, isclose
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy import linalg
+
+from hydrosim.dynamics import Model, new_work, rhs
+from hydrosim.exact_kernels import add_energies, keep_states, sample_loads
+from hydrosim.forces import APPLIED, LINEAR_DAMPING, LINEAR_MOORING
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.integrate import Tableau
+from hydrosim.integrate.exponential import (
+    POINTS,
+    Interval,
+    area_weights,
+    extended,
+    follow,
+    interval,
+)
+from hydrosim.linear import linearise
+from hydrosim.run import Clock, Record
+from hydrosim.stepper import STATUS, State, new_scratch
+
+PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
+FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval
+TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
+CLOSE = 1e-9  # of the distance of records: times as close are the same
+
+
+class Resistances(NamedTuple):
+    """Rows (nb,) of forces that take the power v (B v - b) at the free coordinates' rates v (n,):
+    ``B`` (nb, n, n) and ``b`` (nb, n)."""
+
+    row: np.ndarray
+    B: np.ndarray
+    b: np.ndarray
+
+
+class Response(NamedTuple):
+    """Of an interval in p parts, and rates and memory forces (2, n) at its p + 1 nodes, in one row:
+    those of z at its start are z @ ``by_state``, those of the forces around it f @ ``by_load``.
+    ``weights`` (p + 1,) [s] are those of the nodes in integrals."""
+
+    interval: Interval
+    by_state: np.ndarray
+    by_load: np.ndarray
+    weights: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Equation:
+    """z' = J z + G (f + rest) for z (m,): ``G`` (m, n), and ``rest`` (n,) what acts at all times.
+
+    ``memory`` (n, m - 2 n) is the radiation force, against v, per radiation state. ``rows`` (nr,)
+    are those of the forces in f; ``resistances`` take energy besides the memory."""
+
+    J: np.ndarray
+    G: np.ndarray
+    rest: np.ndarray
+    memory: np.ndarray
+    rows: np.ndarray
+    resistances: Resistances
+
+    def response(self, length: float, parts: int) -> Response:
+        """That of an interval of this ``length`` [s] with so many parts."""
+        of, n = interval(self.J, self.G, length, parts), self.rest.size
+        needed = linalg.block_diag(np.eye(n), self.memory)  # of all but q: for the powers
+        by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
+        weights = length / parts * area_weights(parts)
+        return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
+
+    def gains(
+        self, f: np.ndarray, starts: np.ndarray, loads: np.ndarray, response: Response, size: int
+    ) -> np.ndarray:
+        """What the ``size`` energies in y gain (nk, size) in intervals with the states ``starts``
+        (nk, m), the forces ``f`` (nk, ...) around them and ``loads`` (nodes, nr, n) inside."""
+        found = starts @ response.by_state + f @ response.by_load
+        found = found.reshape(len(f), -1, 2, self.rest.size)
+        v, memory, gained = found[:, :, 0], found[:, :, 1], np.zeros((len(f), size))
+        add_energies(v, memory, loads, response.weights, self.resistances, self.rows, gained)
+        return gained
+
+
+def propagate(
+    clock: Clock,
+    method: Tableau,
+    model: Model,
+    state: State,
+    record: Record,
+    counters: np.ndarray,
+) -> Iterator[float]:
+    """Record the run of a linear scene from ``state`` on, which is left at its end, or where
+    ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
+    work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
+    times, y = record_times(clock), state.y.copy()
+    keep_states(times[:1], y[None], model, state, work, scratch, record, counters)
+    equation, finest = linear_equation(model, state), node_spacing(clock, model)
+    response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
+    yield times[0]
+    for stops in stretches(times, clock.breakpoints):
+        length = _length(stops, clock)
+        pieces, parts = division(length, finest)
+        of, first = response(length / pieces, parts), 1
+        loads = loads_at_rest(stops, pieces * parts, equation.rows, model, state)
+        for states in march(y, loads, of, equation, pieces):
+            y, last = states[-1], first + len(states)
+            chosen = np.isin(stops[first:last], times)
+            there, known = stops[first:last][chosen], states[chosen]
+            keep_states(there, known, model, state, work, scratch, record, counters)
+            if counters[STATUS]:
+                return
+            yield float(stops[last - 1])
+            first = last
+    state.y[:] = y
+
+
+def record_times(clock: Clock) -> np.ndarray:
+    """Times (nt,) of the records of a run."""
+    points = np.append(np.arange(0, clock.points, clock.every), clock.points)
+    return np.minimum(clock.start + (clock.first + points) * clock.step, clock.end)
+
+
+def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray]:
+    """``times`` and ``breakpoints`` as stretches of equal distances, without a breakpoint inside;
+    one begins where the last ended."""
+    close = CLOSE * float(np.max(np.diff(times)))
+    apart = [np.abs(times - t).min() > close for t in breakpoints]
+    stops = np.union1d(times, breakpoints[np.array(apart, dtype=bool)])
+    corner = [int(np.abs(stops - t).argmin()) for t in breakpoints]
+    distance = np.diff(stops)
+    uneven = 1 + np.flatnonzero(np.abs(np.diff(distance)) > close)
+    for first, last in pairwise(sorted({0, *corner, *uneven.tolist(), stops.size - 1})):
+        yield stops[first : last + 1]
+
+
+def _length(stops: np.ndarray, clock: Clock) -> float:
+    """Distance of the stops, that of the records to the bit where it is that."""
+    length, usual = float(stops[-1] - stops[0]) / (stops.size - 1), clock.every * clock.step
+    return usual if isclose(length, usual, rel_tol=CLOSE) else length
+
+
+def node_spacing(clock: Clock, model: Model) -> float:
+    """Largest distance of nodes [s]: half a step, as the stages of rk4, or less where the waves'
+    tables are finer, and whole parts of that where a frequency needs them."""
+    own = min([clock.pace / 2.0, *model.waves.step])
+    applied = model.elements[APPLIED].parts["signal"]["frequency"]
+    highest = max([0.0, *model.waves.omega, *np.abs(applied)])
+    return float(own / max(ceil(highest * own / PHASE), 1))
+
+
+def division(length: float, finest: float) -> tuple[int, int]:
+    """Pieces of a ``length`` and parts of a piece, so that parts are no longer than ``finest`` and,
+    if it can be, as long: then the nodes are on the waves' table."""
+    total = max(ceil(length / finest * (1.0 - CLOSE)), FEWEST)
+    for pieces in range(ceil(total / MOST), total // FEWEST + 1):
+        if total % pieces == 0:
+            return pieces, total // pieces
+    pieces = ceil(total / WANTED)
+    return pieces, ceil(total / pieces)
+
+
+def linear_equation(model: Model, state: State) -> Equation:
+    """The equation of a linear scene: about the place of rest at the start, it holds everywhere and
+    at all times."""
+    at_rest = state._replace(y=np.zeros(model.size))
+    # differences of any size are exact, and large ones are best in rounding
+    linear = linearise(model, at_rest, step=1.0)
+    n, m, J = linear.active.size, linear.states.size, linear.jacobian
+    waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
+    rows = np.array([*waves, *model.elements[APPLIED].each["row"]], dtype=np.int64)
+    loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
+    rhs(0.0, at_rest.y, state.modes, state.history, model, new_work(model), slope)
+    return Equation(
+        J=J,
+        G=np.vstack([np.zeros((n, n)), linalg.inv(linear.inertia), np.zeros((m - 2 * n, n))]),
+        rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
+        memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
+        rows=rows,
+        resistances=_resistances(model),
+    )
+
+
+def _resistances(model: Model) -> Resistances:
+    """Of radiation with constant damping, of moorings and of linear damping."""
+    elements = (*model.elements[LINEAR_MOORING], *model.elements[LINEAR_DAMPING])
+    size, active = 6 * model.bodies.each.size, model.bodies.active
+    B, b = np.zeros((1 + len(elements), size, size)), np.zeros((1 + len(elements), size))
+    B[0, model.damping.row, model.damping.column] = model.damping.B
+    for k, e in enumerate(elements, start=1):
+        own = slice(6 * e["body"], 6 * e["body"] + 6)
+        B[k, own, own] = e["damping"]
+        if "stream" in e.dtype.names:
+            b[k, own] = e["damping"][:, :2] @ e["stream"]
+    rows = np.array([RADIATION, *(e["row"] for e in elements)], dtype=np.int64)
+    return Resistances(rows, B[:, active[:, None], active], b[:, active])
+
+
+def loads_at_rest(
+    stops: np.ndarray, parts: int, rows: np.ndarray, model: Model, state: State
+) -> np.ndarray:
+    """Loads (nodes, nr, n) of the rows of forces at ``parts`` nodes per distance of ``stops``."""
+    count = (stops.size - 1) * parts
+    loads = np.empty((count + 1, rows.size, model.bodies.active.size))
+    step = (stops[-1] - stops[0]) / count
+    sample_loads(stops[0], step, rows, model, state, new_work(model), loads)
+    return loads
+
+
+def march(
+    y: np.ndarray, loads: np.ndarray, response: Response, equation: Equation, pieces: int
+) -> Iterator[np.ndarray]:
+    """States (nk, ny) after every ``pieces`` intervals from ``y`` (ny,) on, many at a time, under
+    ``loads`` (nodes, nr, n)."""
+    m, parts, first = len(equation.J), response.weights.size - 1, 0
+    f = extended(np.einsum("krn->kn", loads) + equation.rest)
+    for around, states in motions(y[:m], f, response.interval, pieces):
+        here = loads[first * parts :]
+        gained = equation.gains(around, states[:-1], here, response, y.size - m)
+        known = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
+        y, first = known[-1], first + len(known)
+        yield known[pieces - 1 :: pieces]
+
+
+def motions(
+    z: np.ndarray, f: np.ndarray, of: Interval, pieces: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Forces (nk, ...) around intervals and states (nk + 1, m) from the start of the first on, many
+    intervals at a time and multiples of ``pieces``; ``z`` (m,) is the state at the very start, and
+    ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
+    width, parts = of.loads.shape[2], len(of.states) - 1
+    around = sliding_window_view(f.ravel(), width)[:: parts * f.shape[1]]
+    transposed, together = (
+        np.ascontiguousarray(of.states[-1].T),
+        max(TOGETHER // pieces, 1) * pieces,
+    )
+    for k in range(0, len(around), together):
+        here = np.ascontiguousarray(around[k : k + together])
+        states = np.empty((len(here) + 1, z.size))
+        states[0] = z
+        np.matmul(here, of.loads[-1].T, out=states[1:])
+        follow(transposed, states)
+        z = states[-1]
+        yield here, states

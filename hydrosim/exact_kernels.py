@@ -1,0 +1,67 @@
+"""Kernels of `exact`: loads on bodies at rest, energies, and records of states that are known."""
+
+from __future__ import annotations
+
+from hydrosim.dynamics import power
+from hydrosim.forces import APPLIED, applied_force
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.kernels import assign, clear, kernel
+from hydrosim.run import check, keep
+from hydrosim.stepper import RUNNING, STATUS
+from hydrosim.waves.loads import wave_loads
+
+
+@kernel
+def sample_loads(start, step, rows, model, state, work, loads):
+    """What waves and applied forces do on the free coordinates at start + k step, into ``loads``
+    (nk, nr, n), for the ``rows`` (nr,) of forces and bodies at rest as ``work`` has them when new.
+    """
+    bodies, elements, wrench = model.bodies, model.elements, work.wrench
+    for k in range(loads.shape[0]):
+        t = start + k * step
+        for r in range(rows.size):
+            clear(wrench[rows[r]])
+        wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+        applied_force.add_force(
+            *(t, state.y, state.modes, work.motion, bodies),
+            *(elements[APPLIED], wrench, work.rate, work.total),
+        )
+        for r in range(rows.size):
+            for j in range(bodies.active.size):
+                loads[k, r, j] = wrench[rows[r], bodies.active[j]]
+
+
+@kernel
+def add_energies(v, memory, loads, weights, resistances, rows, energies):
+    """Add to ``energies`` (nk, ne) the integrals of all powers over nk intervals, by the values at
+    their nodes and ``weights`` (ni,).
+
+    ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces; ``loads`` (nodes, nr, n) belong
+    to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take
+    the power v (B v - b), with B (nb, n, n) and b (nb, n).
+    """
+    resisting, B, b = resistances
+    for k in range(energies.shape[0]):
+        for i in range(weights.size):
+            u, w, waves = v[k, i], weights[i], 0.0
+            for r in range(rows.size):
+                rate = power(loads[k * (weights.size - 1) + i, r], u)
+                energies[k, rows[r]] += w * rate
+                waves += rate if r < 2 else 0.0
+            energies[k, -1] += w * abs(waves)
+            energies[k, RADIATION] += w * power(memory[k, i], u)
+            for e in range(resisting.size):
+                for j in range(u.size):
+                    energies[k, resisting[e]] += w * u[j] * (power(B[e, j], u) - b[e, j])
+
+
+@kernel
+def keep_states(times, states, model, state, work, scratch, record, counters):
+    """Record the ``states`` (nk, ny) at ``times`` (nk,), as steps to there would have been; stops
+    where ``counters[STATUS]`` says why."""
+    for k in range(times.size):
+        assign(state.y, states[k])
+        check(state.y, model.bodies, counters)
+        if counters[STATUS] != RUNNING:
+            return
+        keep(times[k], model, state, work, scratch, record, counters)
