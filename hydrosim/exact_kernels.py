@@ -22,10 +22,11 @@ def sample_loads(start, step, rows, model, state, work, loads):
         for r in range(rows.size):
             clear(wrench[rows[r]])
         wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
-        applied_force.add_force(
-            *(t, state.y, state.modes, work.motion, bodies),
-            *(elements[APPLIED], wrench, work.rate, work.total),
-        )
+        if elements[APPLIED].each.size > 0:
+            applied_force.add_force(
+                *(t, state.y, state.modes, work.motion, bodies),
+                *(elements[APPLIED], wrench, work.rate, work.total),
+            )
         for r in range(rows.size):
             for j in range(bodies.active.size):
                 loads[k, r, j] = wrench[rows[r], bodies.active[j]]
