@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.linear import linearise, natural_modes
+    from hydrosim.many import simulate_many
     from hydrosim.model import compile_scene
     from hydrosim.scene import Scene
     from hydrosim.simulation import simulate
@@ -33,6 +34,7 @@ _HOME = {
     "compile_scene": "model",
     "Scene": "scene",
     "simulate": "simulation",
+    "simulate_many": "many",
 }
 __all__ = sorted(_HOME)
 

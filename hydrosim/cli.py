@@ -19,11 +19,12 @@ from rich.console import Console
 
 from hydrosim.commands import db
 from hydrosim.commands.compare import compare, record
+from hydrosim.commands.compiling import announce_compile
 from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
 from hydrosim.commands.statistics import statistics
+from hydrosim.commands.sweep import sweep
 from hydrosim.errors import HydrosimError, InputError, SimulationError
-from hydrosim.kernels import compiled_before, kernel_cache
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,7 @@ app.command()(compare)
 app.command()(record)
 app.command()(linear)
 app.command()(statistics)
+app.command()(sweep)
 out, err = Console(), Console(stderr=True)
 
 
@@ -88,7 +90,7 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
         _say(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
-    _announce_compile()
+    announce_compile(err)
     for part in survey(case.scene()):
         _say(part) if isinstance(part, str) else out.print(part)
 
@@ -119,7 +121,7 @@ def converge(
     case = load_case(case_file, settings)
     _complete(case)
     scene = case.scene()
-    _announce_compile()
+    announce_compile(err)
     with err.status("running") as status:
         study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
     dataset = to_dataset(study, scene.title)
@@ -153,12 +155,6 @@ def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
     raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
 
 
-def _announce_compile() -> None:
-    if not compiled_before():
-        what = "compiling the kernels, once for this version (about 40 s), into"
-        err.print(f"{what} {kernel_cache()}", highlight=False, soft_wrap=True)
-
-
 def _complete(case: Case) -> None:
     """Make the runs that the case needs, and say so."""
     from hydrosim.stages import complete
@@ -183,7 +179,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
 
     scene = opened(case.scene())
     start = begin(scene)
-    _announce_compile()
+    announce_compile(err)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

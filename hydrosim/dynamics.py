@@ -33,7 +33,7 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, kernel
+from hydrosim.kernels import assign, clear, inlined, kernel
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -41,6 +41,7 @@ from hydrosim.radiation.memory import (
     radiation_damping,
     radiation_states,
 )
+from hydrosim.refs import ref
 from hydrosim.rigid import (
     Bodies,
     Motion,
@@ -137,7 +138,7 @@ def rhs(t, y, modes, history, model, work, dy):
     accelerate(modes, model, work, acceleration)
 
 
-@kernel
+@inlined
 def accelerate(modes, model, work, x):
     """Turn generalised forces ``x`` (n,) into accelerations; reactions of the points that rigid
     friction holds go into ``work.holds`` and their rows of ``work.wrench``."""
@@ -168,20 +169,21 @@ def still(y, modes, model, work):
 def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
     """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
     differences of size ``step``; ``scratch`` (3, ny)."""
+    constants, room, past = ref(model), ref(work), ref(history)
     shifted, ahead, behind = scratch[0], scratch[1], scratch[2]
     assign(shifted, y)
     for j in range(states.size):
         k = states[j]
         shifted[k] = y[k] + step
-        rhs(t, shifted, modes, history, model, work, ahead)
+        rhs(t, shifted, modes, past, constants, room, ahead)
         shifted[k] = y[k] - step
-        rhs(t, shifted, modes, history, model, work, behind)
+        rhs(t, shifted, modes, past, constants, room, behind)
         shifted[k] = y[k]
         for i in range(states.size):
             J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
 
 
-@kernel
+@inlined
 def forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity

@@ -20,7 +20,8 @@ from numba import njit
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
-SOURCES = {"kernels.py", "dynamics.py", "stepper.py", "crossing.py", "run.py", "exact_kernels.py"}
+SOURCES = {"kernels.py", "refs.py", "dynamics.py", "stepper.py", "crossing.py", "run.py"}
+SOURCES |= {"exact_kernels.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 
@@ -58,13 +59,26 @@ def kernel(function: Callable[..., Any]) -> Any:
     Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
     the many arrays of a model are handed from call to call without counting references.
     """
+    return _compiled(function, "never")
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A `kernel` that is not compiled by itself but becomes a part of the kernels that call it.
+
+    numba compiles all that a kernel calls together with it, once more for every kernel above: a
+    kernel that calls the equation of motion costs a second or two however short it is.
+    """
+    return _compiled(function, "always")
+
+
+def _compiled(function: Callable[..., Any], inline: Any) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
     before = config.CACHE_DIR
     config.CACHE_DIR = str(kernel_cache())
     try:
-        return njit(**OPTIONS)(function)
+        return njit(inline=inline, **OPTIONS)(function)
     finally:
         config.CACHE_DIR = before
 

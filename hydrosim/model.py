@@ -29,6 +29,7 @@ from hydrosim.scene import (
     DOFS,
     Body,
     ConvolutionRadiation,
+    Environment,
     Kinematics,
     Method,
     Scene,
@@ -55,8 +56,17 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     scene.
     """
     notes = Notes() if notes is None else notes
-    _check(scene)
     scene = restart.opened(scene)
+    model, state = compile_calm(scene, notes)
+    return add_waves(scene, model, notes), state
+
+
+def compile_calm(scene: Scene, notes: Notes) -> tuple[Model, State]:
+    """An `opened` scene in calm water: scenes that differ in their waves alone have it in common.
+
+    Fills the databases of ``notes``; raises as `compile_scene` does.
+    """
+    _check(scene)
     notes.wet.extend(wet_groups(scene))
     bodies, alone = _bodies(scene), each_alone(notes.wet)
     groups = [group for wet in notes.wet for group in _groups(wet, bodies.active)]
@@ -66,7 +76,6 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
-    in_waves = wave_bodies(scene, notes.wet)
     model = Model(
         bodies=bodies,
         added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
@@ -76,20 +85,14 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         damping=radiation.constant_damping(
             _whole(scene, [(wet.dofs, wet.damping) for wet in notes.wet])
         ),
-        waves=wave_loads_model(
-            scene.environment,
-            in_waves,
-            # from 0, wherever the run begins: its loads are then to the bit those of a longer run
-            *(0.0, scene.solver.step / 2, restart.begin(scene) + scene.duration),
-        ),
-        following=following_model(sea(scene.environment), in_waves),
+        waves=wave_loads_model(Environment(), (), 0.0, scene.solver.step, scene.duration),
+        following=following_model((), ()),
         elements=elements,
         rows=rows,
         radiation=first,
         energy=energy,
         size=energy + rows + 1,
     )
-    take_note(scene, model, notes)
     state = _first_state(scene, model)
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
@@ -97,6 +100,23 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
         return model, state
     restart.check_fit(scene, model)
     return model, restart.resume(scene, model, state)
+
+
+def add_waves(scene: Scene, calm: Model, notes: Notes) -> Model:
+    """The model of `compile_calm` in the waves of its scene; ``notes`` are filled but for the
+    databases, which must be there. Raises InputError where a database does not fit the waves."""
+    in_waves = wave_bodies(scene, notes.wet)
+    model = calm._replace(
+        waves=wave_loads_model(
+            scene.environment,
+            in_waves,
+            # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+            *(0.0, scene.solver.step / 2, restart.begin(scene) + scene.duration),
+        ),
+        following=following_model(sea(scene.environment), in_waves),
+    )
+    take_note(scene, model, notes)
+    return model
 
 
 def _check(scene: Scene) -> None:

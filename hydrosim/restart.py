@@ -47,15 +47,18 @@ def opened(scene: Scene) -> Scene:
     Raises InputError if there is no such run, or nothing kept of its state at that time.
     """
     start = scene.initial
-    if start is None:
-        return scene
+    return scene if start is None else replace(scene, initial=opened_start(start))
+
+
+def opened_start(start: Start) -> Start:
+    """The start with its run in memory and its time as recorded; raises as `opened` does."""
     run = _read(start.run) if isinstance(start.run, Path | str) else start.run
     if "state_value" not in run:
         raise InputError(
             f"initial.run: {_source(run)} has no states to start from; expected the result of"
             " `hydrosim run` or simulate; run that case again."
         )
-    return replace(scene, initial=Start(run, _recorded(run, start.time)))
+    return Start(run, _recorded(run, start.time))
 
 
 def begin(scene: Scene) -> float:

@@ -79,12 +79,17 @@ def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset
 def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
     model, state = compile_scene(scene, notes)
-    exact = propagated(scene, model)
-    if not exact:
-        notes.warnings.extend(_stability_warnings(scene, model, state))
+    notes.warnings.extend(stability_warnings(scene, model, state))
+    return run_compiled(scene, model, state, notes, progress)
+
+
+def run_compiled(
+    scene: Scene, model: Model, state: State, notes: Notes, progress: Progress | None
+) -> xr.Dataset:
+    """`simulate` for a scene that is compiled; ``state`` is carried to the end."""
     clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
     record = new_record(model, clock)
-    run = propagate if exact else _chunks
+    run = propagate if propagated(scene, model) else _chunks
     chunks = run(clock, METHODS[scene.solver.method], model, state, record, counters)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
@@ -114,10 +119,11 @@ def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     return dataset
 
 
-def _stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
+def stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
     """What there is to say of a step above the stable limit; InputError if that is not wanted."""
     step = scene.solver.step
-    limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(scene, model, state)
+    unlimited = scene.solver.method in UNLIMITED or propagated(scene, model)
+    limits = [] if unlimited else scene_step_limits(scene, model, state)
     found = [limit.describe(step) for limit in limits if limit.step < step]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")

@@ -223,7 +223,9 @@ def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Re
 def _added_mass_in_resonance(db: HydroDatabase, dof: int, mass: float, stiffness: float) -> float:
     """a(w_n) with w_n^2 = k / (m + a(w_n)), by fixed-point iteration."""
     added = db.added_mass[:, dof, dof]
-    a = added[0]
+    a, before = added[0], np.nan
     for _ in range(50):
-        a = np.interp(np.sqrt(stiffness / (mass + a)), db.frequency, added)
+        if a == before:
+            break
+        a, before = np.interp(np.sqrt(stiffness / (mass + a)), db.frequency, added), a
     return float(a)

@@ -1,0 +1,95 @@
+"""`hydrosim sweep`: a case over parameters and seeds, on all cores."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.commands.compiling import announce_compile
+from hydrosim.commands.options import result_path
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.sweep import Study
+
+SHOWN = 5  # failures that are told
+out, err = Console(), Console(stderr=True)
+
+
+def sweep(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="RUNS.nc", help="Result file.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
+    ] = None,
+) -> None:
+    """Run a case with all combinations of parameters and seeds; write one netCDF file."""
+    from hydrosim.sweep import load_study
+
+    path = result_path(output, study_file)
+    study = load_study(study_file)
+    announce_compile(err)
+    with _with_progress(study, path, workers) as runs:
+        status = runs.status.values.tolist()
+        for line in (*_lines(runs), f"result    {path}"):
+            out.print(line, markup=False, highlight=False, soft_wrap=True)
+    if {"interrupted", "not run"} & {*status}:
+        raise typer.Exit(130)
+    if "failed" in status:
+        raise typer.Exit(3)
+
+
+def _with_progress(study: Study, path: Path, workers: int | None) -> xr.Dataset:
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from hydrosim.sweep import run_study
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    times = (TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, *times, console=err, transient=True) as bar:
+        task = bar.add_task("runs", total=len(study.scenes))
+        return run_study(study, path, workers, lambda done, _: bar.update(task, completed=done))
+
+
+def _lines(runs: xr.Dataset) -> list[str]:
+    """How many runs came to which end, and why some failed; the largest deviations of all."""
+    status = runs.status.values.tolist()
+    counts = {name: status.count(name) for name in dict.fromkeys(status)}
+    lines = [f"{len(status)} runs: {', '.join(f'{n} {name}' for name, n in counts.items())}"]
+    failed = [k for k, name in enumerate(status) if name == "failed"]
+    messages = runs.status_message.values
+    lines += [f"run {k}: {messages[k]}" for k in failed[:SHOWN]]
+    if len(failed) > SHOWN:
+        lines.append(f"and {len(failed) - SHOWN} more, see status_message")
+    return [*lines, *_extremes(runs)] if "complete" in counts else lines
+
+
+def _extremes(runs: xr.Dataset) -> list[str]:
+    """Of each motion the smallest and the largest value of all runs, and the median of both."""
+    found = []
+    motion = runs.motion.load()
+    for body in runs.body.values:
+        for dof in runs.dof.values:
+            of = motion.sel(body=body, dof=dof)
+            if float(of.sel(statistic="std").max()) > 0.0:
+                turns = str(dof) in ("roll", "pitch", "yaw")
+                scale, unit = (180.0 / 3.141592653589793, "deg") if turns else (1.0, "m")
+                low, high = (scale * of.sel(statistic=name) for name in ("smallest", "largest"))
+                found.append(
+                    f"{body} {dof}: {float(low.min()):.3f} to {float(high.max()):.3f} {unit},"
+                    f" of the median run {float(low.median()):.3f} to {float(high.median()):.3f}"
+                )
+    return found

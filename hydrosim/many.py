@@ -1,0 +1,337 @@
+"""`simulate_many`: many runs at once, on all cores, into one file.
+
+What the runs have in common is made once: databases are opened once, and a run that differs from
+the one before it in its waves alone takes over its compiled model, its state at the start and its
+step limits. Time loops do without Python's lock, so that threads are enough. Results are written
+run by run in the order of the cases, whatever the order in which they finish.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
+from copy import deepcopy
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from numbers import Number
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.database import HydroDatabase, load
+from hydrosim.dynamics import Model
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.model import add_waves, compile_calm
+from hydrosim.notes import Notes
+from hydrosim.restart import opened_start
+from hydrosim.runs_file import COMPLETE, NOT_RUN, RunsFile
+from hydrosim.scene import Scene, Start
+from hydrosim.simulation import run_compiled, simulate, stability_warnings
+from hydrosim.stages import complete
+from hydrosim.statistics import statistics
+from hydrosim.stepper import State
+from hydrosim.wet import WetGroup
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
+
+AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
+FEWEST = 4  # output times, to have statistics of
+COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
+OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
+OWN |= {"status", "status_message"}  # attributes of a run that are no attributes of the set
+PLAIN = (str, Number, Path, type(None))
+
+Progress = Callable[[int, int], None]
+"""Called after each run with the number of runs that are done and that of all."""
+
+
+class _Parts(NamedTuple):
+    """What scenes that differ in their waves alone have in common."""
+
+    scene: Scene
+    model: Model
+    state: State
+    wet: list[WetGroup]
+    warnings: list[str]
+
+
+class _Outcome(NamedTuple):
+    status: str
+    message: str = ""
+    warnings: str = ""
+    found: xr.Dataset | None = None
+    attributes: Mapping[str, object] = {}
+
+
+def simulate_many(
+    cases: Iterable[Case | Scene],
+    output: Path | str | None = None,
+    *,
+    variables: Sequence[str] = ("position",),
+    labels: Mapping[str, Sequence[object]] | None = None,
+    start: float = 0.0,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Run all cases or scenes, on as many cores as there are ``workers``, by default all.
+
+    The dataset has a dimension ``run``, in the order of the cases, and of each run
+
+    * the ``variables`` chosen from its own dataset, at every output time,
+    * its `statistics` from ``start`` [s] on, `end_position`, and the time of the `first_contact`,
+    * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given,
+    * ``status``, and ``status_message`` where it is not "complete".
+
+    It is the same to the bit as that of single runs, and to the byte whatever the number of
+    workers. With ``output`` it is in that netCDF file, written run by run, and what is returned
+    reads from there when asked; else it is in memory. All runs have one duration, one output step
+    and the same bodies. A run that cannot go on is marked "failed" and the others go on; it has no
+    values. After an interrupt from the keyboard the runs done until then are returned, and others
+    marked. Raises InputError where the runs do not fit together.
+
+        seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
+        runs = simulate_many(seas, "seeds.nc")
+        runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
+    """
+    scenes = [prepared(case) for case in cases]
+    _check(scenes, labels or {}, start)
+    seeds = _seeds(scenes)
+    along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
+    known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
+    digest = partial(_digest, variables=list(variables), start=start)
+
+    def write(path: Path) -> None:
+        with closing(RunsFile(path, len(scenes), known, list(along))) as file:
+            _run_all(scenes, file, digest, workers or os.cpu_count() or 1, progress)
+
+    if output is None:
+        with TemporaryDirectory() as folder:
+            write(Path(folder, "runs.nc"))
+            return xr.load_dataset(Path(folder, "runs.nc"), engine="netcdf4")
+    unfinished = Path(f"{output}.partial")
+    write(unfinished)
+    unfinished.replace(output)
+    return xr.open_dataset(output, engine="netcdf4")
+
+
+def prepared(case: Case | Scene) -> Scene:
+    """The scene of a case, the runs that it needs made."""
+    if isinstance(case, Scene):
+        return case
+    complete(case, simulate)
+    return case.scene()
+
+
+def _check(scenes: Sequence[Scene], labels: Mapping[str, Sequence[object]], start: float) -> None:
+    """Refuse what does not fit into one dataset."""
+    if not scenes:
+        raise InputError("simulate_many: found no case; expected one or more.")
+    for name, values in labels.items():
+        if len(values) != len(scenes):
+            raise InputError(
+                f"labels.{name}: found {len(values)} values; expected one for each of the"
+                f" {len(scenes)} runs."
+            )
+    first = scenes[0]
+    for run, scene in enumerate(scenes):
+        for what, one, other in (
+            ("duration", first.duration, scene.duration),
+            ("output_step", first.output_step, scene.output_step),
+            ("bodies", [b.name for b in first.bodies], [b.name for b in scene.bodies]),
+        ):
+            if one != other:
+                raise InputError(
+                    f"simulate_many: found {what} {one} in run 0 and {other} in run {run}; expected"
+                    " the same in all."
+                )
+    if first.initial is None and not start + FEWEST * first.output_step <= first.duration:
+        raise InputError(
+            f"simulate_many: found start {start:g} s; expected a time well before the end of the"
+            f" runs, {first.duration:g} s."
+        )
+
+
+def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
+    """Seeds (runs,), or (runs, trains) if there are several wave trains; None if there is none, or
+    not as many in all runs."""
+    found = [[wave.seed for wave in scene.environment.waves] for scene in scenes]
+    if not found[0] or len({len(seeds) for seeds in found}) > 1:
+        return None
+    return np.array(found)[:, 0] if len(found[0]) == 1 else np.array(found)
+
+
+def _sources(scenes: Sequence[Scene]) -> dict[str, np.ndarray]:
+    """Where the scenes come from, as far as they differ in it."""
+    texts = {
+        name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
+    }
+    return {name: np.array(text) for name, text in texts.items() if len({*text}) > 1}
+
+
+def _run_all(
+    scenes: Sequence[Scene],
+    file: RunsFile,
+    digest: Callable[[xr.Dataset], xr.Dataset],
+    workers: int,
+    progress: Progress | None,
+) -> None:
+    """Run the scenes by so many threads; what they find is written by this one, in order."""
+    stop, shared, done = Event(), _Shared(), 0
+    pending: deque[Future[_Outcome]] = deque()
+
+    def take() -> None:
+        nonlocal done
+        _write(done, pending[0].result(), file)
+        pending.popleft()
+        done += 1
+        if progress is not None:
+            progress(done, len(scenes))
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for scene in scenes:
+                pending.append(pool.submit(_run, scene, shared.parts(scene), digest, stop))
+                while len(pending) > (1 + AHEAD) * workers:
+                    take()
+            while pending:
+                take()
+        except KeyboardInterrupt:
+            stop.set()
+            progress = None
+            while pending:
+                take()
+        finally:
+            stop.set()
+
+
+def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
+    found = outcome.found
+    if found is None:
+        file.mark(run, outcome.status, outcome.message, outcome.warnings)
+    elif name := file.differs(found):
+        file.mark(run, "failed", f"its {name} is not that of the runs before it")
+    else:
+        file.add(run, found, outcome.attributes, outcome.warnings)
+
+
+def _run(
+    scene: Scene,
+    parts: _Parts | HydrosimError,
+    digest: Callable[[xr.Dataset], xr.Dataset],
+    stop: Event,
+) -> _Outcome:
+    """One run, in a thread of its own; it ends early once ``stop`` is set."""
+
+    def watch(*_: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    if isinstance(parts, HydrosimError):
+        return _Outcome("failed", str(parts))
+    if stop.is_set():
+        return _Outcome(NOT_RUN)
+    notes = Notes(wet=parts.wet)
+    try:
+        model = add_waves(scene, parts.model, notes)
+        notes.warnings.extend(parts.warnings)
+        run = run_compiled(scene, model, deepcopy(parts.state), notes, watch)
+    except HydrosimError as error:
+        return _Outcome("failed", str(error))
+    except KeyboardInterrupt:
+        return _Outcome("interrupted")
+    status = str(run.attrs["status"])
+    if status != COMPLETE:
+        return _Outcome(status)
+    common = {name: value for name, value in run.attrs.items() if name not in OWN}
+    return _Outcome(status, "", "\n".join(notes.warnings), digest(run), common)
+
+
+def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
+    """What is kept of a run."""
+    unknown = [name for name in variables if name not in run]
+    if unknown:
+        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
+        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
+    end = run.position.isel(time=-1, drop=True)
+    end.attrs.update(long_name="displacement and angles at the end of the run")
+    figures = statistics(run, start).assign(end_position=end)
+    if "fender" in run.dims:
+        touching = (run.fender_mode != 0).any("fender").values
+        first = run.time.values[touching.argmax()] if touching.any() else np.nan
+        said = {"units": "s", "long_name": "time of the first contact of a fender"}
+        figures["first_contact"] = xr.DataArray(first, attrs=said)
+    counts = {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
+    return xr.merge([run[variables], figures.assign(counts)], join="outer", compat="equals")
+
+
+class _Shared:
+    """Compiles what each scene has in common with the one before it only once; reads databases, and
+    the run to start from, only once."""
+
+    def __init__(self) -> None:
+        self._databases: dict[Path, HydroDatabase] = {}
+        self._start: tuple[Start, Start] | None = None
+        self._scene: Scene | None = None
+        self._parts: _Parts | HydrosimError
+
+    def parts(self, scene: Scene) -> _Parts | HydrosimError:
+        """The parts of a scene, or why there are none."""
+        calm = replace(scene, title="", source={})
+        calm = replace(calm, environment=replace(scene.environment, waves=()))
+        if self._scene is None or not alike(calm, self._scene):
+            self._scene = calm
+            try:
+                self._parts = self._compiled(calm)
+            except HydrosimError as error:
+                self._parts = error
+        return self._parts
+
+    def _compiled(self, scene: Scene) -> _Parts:
+        scene, notes = self._opened(scene), Notes()
+        model, state = compile_calm(scene, notes)
+        warnings = stability_warnings(scene, model, state)
+        return _Parts(scene, model, state, notes.wet, warnings)
+
+    def _opened(self, scene: Scene) -> Scene:
+        bodies = tuple(
+            replace(body, hydrodynamics=self._database(body.hydrodynamics)) for body in scene.bodies
+        )
+        scene = replace(scene, bodies=bodies)
+        if scene.initial is None:
+            return scene
+        if self._start is None or not alike(self._start[0], scene.initial):
+            self._start = scene.initial, opened_start(scene.initial)
+        return replace(scene, initial=self._start[1])
+
+    def _database(self, source: HydroDatabase | Path | None) -> HydroDatabase | None:
+        if not isinstance(source, Path):
+            return source
+        if source not in self._databases:
+            self._databases[source] = load(source)
+        return self._databases[source]
+
+
+def alike(one: object, other: object) -> bool:
+    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
+    entry, numbers and texts; anything else only if it is the same object."""
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, np.asarray(other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if is_dataclass(one):
+        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    return isinstance(one, PLAIN) and one == other

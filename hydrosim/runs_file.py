@@ -1,0 +1,127 @@
+"""A netCDF file of many runs, written run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+RUN = "run"
+NOT_RUN, COMPLETE = "not run", "complete"
+MISSING = -1  # whole numbers of runs that have none
+LARGE = 1024  # values of a run from which on they are stored apart from those of other runs
+TEXTS = {
+    "status": f"complete, failed, interrupted, or {NOT_RUN}",
+    "status_message": "why a run failed",
+    "warnings": "what there is to say of the run",
+}
+
+
+class RunsFile:
+    """The datasets of ``count`` runs in a new file, along a dimension ``run``.
+
+    All runs have the variables, coordinates and sizes of the one that is added first; what is not
+    there of a run is NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are
+    known before. The same runs, added in the same order, give the same bytes.
+    """
+
+    def __init__(
+        self, path: Path, count: int, along: Mapping[str, np.ndarray], coordinates: Sequence[str]
+    ) -> None:
+        self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
+        self._file.set_auto_maskandscale(False)
+        self._first: xr.Dataset | None = None
+        self._attributes: dict[str, object] = {}
+        self._file.createDimension(RUN, count)
+        self._file.coordinates = " ".join(coordinates)
+        for name, values in {RUN: np.arange(count), **along}.items():
+            self._along(name, np.asarray(values))
+        for name, what in TEXTS.items():
+            text = self._file.createVariable(name, str, (RUN,))
+            text[:] = np.array([NOT_RUN if name == "status" else ""] * count, dtype=object)
+            text.long_name = what
+
+    def _along(self, name: str, values: np.ndarray) -> None:
+        """What is known of all runs, a number or a text each, or several."""
+        more = [f"{name}_{i}" for i in range(1, values.ndim)]
+        for dimension, size in zip(more, values.shape[1:], strict=True):
+            self._file.createDimension(dimension, size)
+        text = values.dtype.kind not in "iufb"
+        kind = str if text else np.int64 if values.dtype.kind in "iub" else np.float64
+        variable = self._file.createVariable(name, kind, (RUN, *more))
+        variable[:] = values.astype(object if text else kind)
+
+    def add(
+        self, run: int, found: xr.Dataset, attributes: Mapping[str, object], warnings: str = ""
+    ) -> None:
+        """Write a complete run; ``attributes`` are those of the file as far as all runs agree."""
+        if self._first is None:
+            self._define(found, attributes)
+        common = {n: v for n, v in self._attributes.items() if _same(attributes.get(n), v)}
+        for other in sorted(self._attributes.keys() - common.keys()):
+            self._file.delncattr(other)
+        self._attributes = common
+        for name, variable in found.data_vars.items():
+            self._file[str(name)][run] = variable.values
+        self.mark(run, COMPLETE, "", warnings)
+
+    def mark(self, run: int, status: str, message: str = "", warnings: str = "") -> None:
+        """Say how a run went; what was written until now is then in the file."""
+        for name, text in zip(TEXTS, (status, message, warnings), strict=True):
+            if text:
+                self._file[name][run] = text
+        self._file.sync()
+
+    def differs(self, found: xr.Dataset) -> str | None:
+        """A coordinate of a run that the runs before it have otherwise."""
+        if self._first is None:
+            return None
+        here, there = found.coords, self._first.coords
+        names = [*here, *(name for name in there if name not in here)]
+        return next(
+            (
+                str(name)
+                for name in names
+                if not (name in here and name in there and here[name].equals(there[name]))
+            ),
+            None,
+        )
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+    def _define(self, found: xr.Dataset, attributes: Mapping[str, object]) -> None:
+        for dimension, size in found.sizes.items():
+            self._file.createDimension(str(dimension), size)
+        for name, variable in found.variables.items():
+            if name in found.coords:
+                self._coordinate(str(name), variable)
+            else:
+                self._variable(str(name), variable)
+        self._first = found.coords.to_dataset()
+        self._attributes = dict(attributes)
+        self._file.setncatts(self._attributes)
+
+    def _coordinate(self, name: str, variable: xr.Variable) -> None:
+        text = variable.dtype.kind in "OU"
+        kind: Any = str if text else variable.dtype
+        made = self._file.createVariable(name, kind, [*map(str, variable.dims)])
+        made.setncatts(variable.attrs)
+        made[:] = variable.values.astype(object) if text else variable.values
+
+    def _variable(self, name: str, variable: xr.Variable) -> None:
+        kind: Any = variable.dtype
+        fill = {"f": np.nan, "i": MISSING}[kind.kind]
+        chunks = (1, *variable.shape) if variable.size >= LARGE else None
+        dims = (RUN, *map(str, variable.dims))
+        made = self._file.createVariable(name, kind, dims, fill_value=fill, chunksizes=chunks)
+        made.setncatts(variable.attrs)
+
+
+def _same(one: object, other: object) -> bool:
+    return type(one) is type(other) and np.array_equal(np.asarray(one), np.asarray(other))

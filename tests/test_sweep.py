@@ -1,0 +1,99 @@
+"""Studies: all combinations of parameters and seeds; a run of a study is the run of its case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command
+from moored_barge import CASES
+
+import hydrosim as hs
+from hydrosim.sweep import load_study
+
+HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
+
+
+def study(folder: Path, text: str, case: str = "base") -> Path:
+    """A study file about one of the reverse float-over cases, 10 s long."""
+    path = folder / "study.yaml"
+    path.write_text(f"case: {CASES}/{case}.yaml\nduration: 10 s\n{text}\n")
+    return path
+
+
+@pytest.fixture
+def sweep(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    return command(monkeypatch, capsys, "sweep")
+
+
+def test_all_combinations_with_the_seeds_of_one_after_each_other(tmp_path: Path) -> None:
+    text = f"parameters: {{{HEIGHT}: [1 m, 2 m], {STATIC}: [0.2, 0.4]}}\nseeds: 3-4"
+    found = load_study(study(tmp_path, text))
+    assert found.labels[HEIGHT] == ["1 m"] * 4 + ["2 m"] * 4
+    assert found.labels[STATIC] == [0.2, 0.2, 0.4, 0.4] * 2
+    trains = [scene.environment.waves[0] for scene in found.scenes]
+    assert [train.seed for train in trains] == [3, 4] * 4
+    assert [train.spectrum.significant_height for train in trains] == [1.0] * 4 + [2.0] * 4  # type: ignore[union-attr]
+    assert {scene.duration for scene in found.scenes} == {10.0}
+
+
+@pytest.mark.parametrize(
+    ("seeds", "expected"), [("7", [7]), ("[1, 5, 9]", [1, 5, 9]), ("0 - 2", [0, 1, 2])]
+)
+def test_seeds_are_a_number_a_list_or_a_span(
+    tmp_path: Path, seeds: str, expected: list[int]
+) -> None:
+    found = load_study(study(tmp_path, f"seeds: {seeds}"))
+    assert [scene.environment.waves[0].seed for scene in found.scenes] == expected
+    assert found.labels == {}
+
+
+def test_a_run_of_a_study_is_that_of_its_case(tmp_path: Path, sweep: Command) -> None:
+    text = f"parameters: {{{HEIGHT}: [1, 2]}}\nseeds: 1-2\noutput: {{step: 1 s}}"
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc", "--workers", 2)
+    assert result.code == 0
+    assert "4 runs: 4 complete" in result.out
+    assert "barge surge: " in result.out
+    settings = {"duration": 10, "output.step": 1, HEIGHT: 2, "environment.waves.seed": 1}
+    single = hs.simulate(hs.load_case(CASES / "base.yaml", settings))
+    with xr.open_dataset(tmp_path / "runs.nc") as runs:
+        assert runs[HEIGHT].values.tolist() == [1, 1, 2, 2]
+        assert runs.seed.values.tolist() == [1, 2, 1, 2]
+        assert np.array_equal(runs.position[2], single.position)
+
+
+def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Command) -> None:
+    """Of the steps, one is above the stable limit, and the case has that refused."""
+    text = "parameters: {solver.step: [0.1, 0.25]}"
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
+    assert result.code == 3
+    assert "2 runs: 1 complete, 1 failed" in result.out
+    assert "run 1: solver.step 0.25 s: largest stable step" in result.out
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("seeds: 9-1", ("study.yaml:3: seeds", 'found "9-1"', "1-100")),
+        ("seeds: [1, 1]", ("study.yaml:3: seeds", "each once")),
+        ("seeds: [-1]", ("study.yaml:3: seeds.0", "found -1", "not negative")),
+        ("parameters: {solver.step: []}", ("parameters", "one value or more")),
+        ("parameters: {solver.stop: [1]}", ("solver.stop", 'did you mean "step"')),
+        (f"parameters: {{{HEIGHT}: [1 kg]}}", ("significant_height", "1 kg")),
+        ("seed: 1", ("study.yaml:3: seed", "unknown key", 'did you mean "seeds"')),
+    ],
+)
+def test_a_study_that_is_not_valid_is_refused_with_its_line(
+    tmp_path: Path, text: str, words: tuple[str, ...]
+) -> None:
+    with pytest.raises(hs.InputError) as caught:
+        load_study(study(tmp_path, text))
+    assert all(word in str(caught.value) for word in words)
+
+
+def test_seeds_need_waves(tmp_path: Path) -> None:
+    path = study(tmp_path, "seeds: 1-2\nparameters: {environment.waves: [null]}")
+    with pytest.raises(hs.InputError, match=r"study\.yaml: seeds: the case .* has no waves"):
+        load_study(path)
