@@ -14,7 +14,7 @@ from benchmarks.report import machine, save
 
 QUESTIONS = (
     *("steps_per_second", "error_against_step", "stability_map", "reading"),
-    *("radiation_fits", "memory", "synthesis", "many_runs", "validation"),
+    *("linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "validation"),
 )
 
 

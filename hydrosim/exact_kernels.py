@@ -6,6 +6,7 @@ from hydrosim.dynamics import power
 from hydrosim.forces import APPLIED, applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.kernels import assign, clear, kernel
+from hydrosim.refs import ref
 from hydrosim.run import check, keep
 from hydrosim.stepper import RUNNING, STATUS
 from hydrosim.waves.loads import wave_loads
@@ -16,16 +17,18 @@ def sample_loads(start, step, rows, model, state, work, loads):
     """What waves and applied forces do on the free coordinates at start + k step, into ``loads``
     (nk, nr, n), for the ``rows`` (nr,) of forces and bodies at rest as ``work`` has them when new.
     """
-    bodies, elements, wrench = model.bodies, model.elements, work.wrench
+    constants, room = ref(model), ref(work)
+    bodies, elements, wrench = constants.bodies, constants.elements, work.wrench
     for k in range(loads.shape[0]):
         t = start + k * step
         for r in range(rows.size):
             clear(wrench[rows[r]])
-        wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
-        applied_force.add_force(
-            *(t, state.y, state.modes, work.motion, bodies),
-            *(elements[APPLIED], wrench, work.rate, work.total),
-        )
+        wave_loads(t, constants.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+        if elements[APPLIED].each.size > 0:
+            applied_force.add_force(
+                *(t, state.y, state.modes, room.motion, bodies),
+                *(elements[APPLIED], wrench, work.rate, work.total),
+            )
         for r in range(rows.size):
             for j in range(bodies.active.size):
                 loads[k, r, j] = wrench[rows[r], bodies.active[j]]
@@ -59,9 +62,12 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
 def keep_states(times, states, model, state, work, scratch, record, counters):
     """Record the ``states`` (nk, ny) at ``times`` (nk,), as steps to there would have been; stops
     where ``counters[STATUS]`` says why."""
+    # references, as a stepped run hands to the same kernels: they are compiled once for both
+    constants, now, room = ref(model), ref(state), ref(work)
+    spare, rows = ref(scratch), ref(record)
     for k in range(times.size):
-        assign(state.y, states[k])
-        check(state.y, model.bodies, counters)
+        assign(now.y, states[k])
+        check(now.y, constants.bodies, counters)
         if counters[STATUS] != RUNNING:
             return
-        keep(times[k], model, state, work, scratch, record, counters)
+        keep(times[k], constants, now, room, spare, rows, counters)
