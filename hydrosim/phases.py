@@ -1,7 +1,7 @@
 """The phases of an operation that begins free and ends held by friction, from the contact history.
 
     moored           until the first contact of any fender
-    initial contact  until no fender opens any more
+    initial contact  until there is always a fender in contact
     compressed       until the fenders stick nearly all the time
     stuck            to the end
 
@@ -37,7 +37,7 @@ def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:
         return phase
     touching = np.any(modes != OPEN, axis=1)
     first = int(touching.argmax()) if touching.any() else time.size
-    closed = _last(np.any(modes == OPEN, axis=1)) + 1
+    closed = _last(np.all(modes == OPEN, axis=1)) + 1
     stuck = max(closed, _sticks_from(time, modes))
     phase[first:] = Phase.INITIAL_CONTACT
     phase[max(first, closed) :] = Phase.COMPRESSED

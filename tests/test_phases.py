@@ -22,7 +22,7 @@ def test_all_phases() -> None:
     time, modes = history(
         (100.0, OPEN, OPEN),
         (50.0, SLIP, OPEN),
-        (50.0, OPEN, STICK),
+        (50.0, OPEN, OPEN),
         (60.0, SLIP, SLIP),
         (200.0, STICK, STICK),
     )
@@ -35,7 +35,7 @@ def test_all_phases() -> None:
 
 
 def test_a_run_that_ends_early_lacks_the_last_phases() -> None:
-    time, modes = history((100.0, OPEN, OPEN), (300.0, STICK, STICK), (1.0, OPEN, STICK))
+    time, modes = history((100.0, OPEN, OPEN), (300.0, STICK, STICK), (1.0, OPEN, OPEN))
     assert set(begins(time, contact_phases(time, modes))) == {Phase.MOORED, Phase.INITIAL_CONTACT}
     time, modes = history((100.0, OPEN, OPEN), (200.0, SLIP, STICK))
     assert set(begins(time, contact_phases(time, modes))) == {Phase.MOORED, Phase.COMPRESSED}

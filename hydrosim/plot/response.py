@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 TURNS = ("roll", "pitch", "yaw")
+STILL = 1e-6  # of the largest motion: it has no phase
 
 
 def draw_response(found: xr.Dataset, path: Path) -> None:
@@ -39,7 +40,8 @@ def _draw_motion(at: xr.Dataset, dof: str, size: Axes, phase: Axes) -> None:
         rao = at.sel(heading=heading)
         label = f"waves to {np.degrees(heading):.0f}°"
         size.plot(at.frequency, scale * rao.rao_amplitude, label=label, linewidth=1.2)
-        phase.plot(at.frequency, np.degrees(rao.rao_phase), ".", markersize=2.5)
+        moves = rao.rao_amplitude > STILL * float(at.rao_amplitude.max())
+        phase.plot(at.frequency, np.degrees(rao.rao_phase.where(moves)), ".", markersize=2.5)
     size.set_ylabel(f"amplitude [{unit}]")
     phase.set_ylabel("phase [deg]")
     phase.set_yticks([-180, -90, 0, 90, 180])
