@@ -15,7 +15,7 @@ from hydrosim.forces.contact.modes import MARGINS, MODE, STICK
 from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.kernels import assign, inlined, kernel
+from hydrosim.kernels import assign, inlined, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import (
     AFTER,
@@ -65,7 +65,7 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
     return stop, left
 
 
-@kernel
+@root
 def _left(t, y, model, state, work, scratch, out):
     """Margins of all contact modes at t, y; True if any mode has ended."""
     if out.size == 0:
@@ -82,7 +82,7 @@ def _left(t, y, model, state, work, scratch, out):
     return left_behind(out)
 
 
-@kernel
+@root
 def _land(t, h, model, method, state, work, scratch, counters):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
@@ -114,7 +114,7 @@ def _land(t, h, model, method, state, work, scratch, counters):
             on_cubic = _phi_on_cubic(x, t, h, model, state, work, scratch)
 
 
-@kernel
+@root
 def _zero_on_cubic(defect, t, h, model, state, work, scratch):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
@@ -149,7 +149,7 @@ def _phi_on_cubic(x, t, h, model, state, work, scratch):
     return phi(now, before, after)
 
 
-@kernel
+@root
 def _on_cubic(x, t, h, model, state, work, scratch, out):
     """Margins on the cubic through both ends of the uncut step: of coordinates, rates and nodes
     alone, but for the reactions of rigid friction."""
@@ -163,7 +163,7 @@ def _on_cubic(x, t, h, model, state, work, scratch, out):
     _left(t + x * h, stage, model, state, work, scratch, out)
 
 
-@kernel
+@root
 def _interpolate(x, h, i, j, state, scratch, out):
     """States i to j on the cubic through both ends of the uncut step."""
     k, full, slope = scratch.k[0], scratch.states[FULL], scratch.states[SLOPE]

@@ -33,7 +33,7 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, inlined, kernel
+from hydrosim.kernels import assign, clear, inlined, kernel, root
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -119,7 +119,7 @@ def dynamic_states(model: Model) -> np.ndarray:
     return np.concatenate([np.arange(fenders.state), np.sort(stretch)]).astype(np.int64)
 
 
-@kernel
+@root
 def rhs(t, y, modes, history, model, work, dy):
     """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Pure: it changes
     scratch and ``dy`` only."""
@@ -153,7 +153,7 @@ def accelerate(modes, model, work, x):
     add_reactions(modes, motion, model.bodies, fenders, holds, work.wrench)
 
 
-@kernel
+@root
 def still(y, modes, model, work):
     """Take from the rates in ``y`` what rigid friction does not let move, where it holds."""
     n, motion, holds = model.bodies.active.size, work.motion, work.holds
@@ -165,7 +165,7 @@ def still(y, modes, model, work):
         restore(holds.constraints, y[n : 2 * n])
 
 
-@kernel
+@root
 def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
     """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
     differences of size ``step``; ``scratch`` (3, ny)."""

@@ -57,28 +57,36 @@ def kernel(function: Callable[..., Any]) -> Any:
     """``numba.njit`` with hydrosim's cache folder; numpy's rules for division, no fast-math.
 
     Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
-    the many arrays of a model are handed from call to call without counting references.
+    the many arrays of a model are handed from call to call without counting references. The
+    machine code of a kernel becomes a part of whatever kernel calls it, for a call would hand over
+    dozens of words.
     """
-    return _compiled(function, "never")
+    return _compiled(function, forceinline=True)
+
+
+def root(function: Callable[..., Any]) -> Any:
+    """A `kernel` that is large and called from several places: its machine code is in one place."""
+    return _compiled(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A `kernel` that is not compiled by itself but becomes a part of the kernels that call it.
+    """A `kernel` that is not compiled by itself: its source becomes a part of its callers'.
 
-    numba compiles all that a kernel calls together with it, once more for every kernel above: a
-    kernel that calls the equation of motion costs a second or two however short it is.
+    numba compiles all that a kernel calls together with it, once more for every kernel above: one
+    that calls the equation of motion costs a second or two however short it is. For those with one
+    caller; the types of a long source take long to infer.
     """
-    return _compiled(function, "always")
+    return _compiled(function, inline="always")
 
 
-def _compiled(function: Callable[..., Any], inline: Any) -> Any:
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
     before = config.CACHE_DIR
     config.CACHE_DIR = str(kernel_cache())
     try:
-        return njit(inline=inline, **OPTIONS)(function)
+        return njit(**OPTIONS, **options)(function)
     finally:
         config.CACHE_DIR = before
 

@@ -12,7 +12,6 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing
 from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
@@ -24,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dynamics import Model
@@ -109,8 +109,13 @@ def simulate_many(
     digest = partial(_digest, variables=list(variables), start=start)
 
     def write(path: Path) -> None:
-        with closing(RunsFile(path, len(scenes), known, list(along))) as file:
+        with NETCDF4_PYTHON_LOCK:
+            file = RunsFile(path, len(scenes), known, list(along))
+        try:
             _run_all(scenes, file, digest, workers or os.cpu_count() or 1, progress)
+        finally:
+            with NETCDF4_PYTHON_LOCK:
+                file.close()
 
     if output is None:
         with TemporaryDirectory() as folder:
@@ -189,7 +194,9 @@ def _run_all(
 
     def take() -> None:
         nonlocal done
-        _write(done, pending[0].result(), file)
+        outcome = pending[0].result()
+        with NETCDF4_PYTHON_LOCK:  # netCDF knows no threads, and a worker may collect an open file
+            _write(done, outcome, file)
         pending.popleft()
         done += 1
         if progress is not None:

@@ -17,7 +17,7 @@ from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
-from hydrosim.kernels import assign, inlined, kernel
+from hydrosim.kernels import assign, inlined, kernel, root
 from hydrosim.radiation.history import push
 from hydrosim.refs import ref
 from hydrosim.rigid import accelerations
@@ -100,7 +100,7 @@ def new_record(model: Model, clock: Clock) -> Record:
     return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype))
 
 
-@kernel
+@root
 def advance(first, count, clock, model, method, state, work, scratch, record, counters):
     """Go from grid point ``first`` over up to ``count`` more; stops early where
     ``counters[STATUS]`` says why.
@@ -253,7 +253,7 @@ def check(y, bodies, counters):
             counters[STATUS] = CAPSIZED
 
 
-@kernel
+@root
 def keep(t, model, state, work, scratch, record, counters):
     """Record the state and everything that follows from it, in the order of `channels`."""
     y, modes, motion = state.y, state.modes, work.motion

@@ -24,7 +24,7 @@ from hydrosim.integrate import (
     stage_state,
 )
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
-from hydrosim.kernels import assign, inlined, kernel
+from hydrosim.kernels import assign, inlined, root
 from hydrosim.radiation.history import VelocityHistory
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
@@ -81,7 +81,7 @@ def new_scratch(model: Model, method: Tableau, control: Control, pace: float) ->
     )
 
 
-@kernel
+@root
 def step(t, h, model, method, state, work, scratch, counters):
     """One step of the method from ``state`` into ``scratch.states[END]``.
 

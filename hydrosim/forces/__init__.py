@@ -36,7 +36,7 @@ from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
-from hydrosim.kernels import kernel
+from hydrosim.kernels import kernel, root
 from hydrosim.scene import ForceElement
 
 CATALOGUE = (
@@ -98,7 +98,7 @@ def new_modes(elements: tuple[Any, ...]) -> np.ndarray:
     return np.zeros((rows, COLUMNS), dtype=np.int64)
 
 
-@kernel
+@root
 def settle(t, y, modes, motion, bodies, elements):
     """Fill ``modes`` for a start from ``y``."""
     transitions.settle(t, y, modes, motion, bodies, elements[FENDER])

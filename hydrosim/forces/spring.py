@@ -37,7 +37,7 @@ from hydrosim.forces.contact.modes import (
 )
 from hydrosim.forces.contact.normal import NormalCurve, curve_force, find_segment
 from hydrosim.forces.layout import Layout
-from hydrosim.kernels import kernel
+from hydrosim.kernels import kernel, root
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
@@ -197,7 +197,7 @@ def margins(modes, motion, bodies, p, out):
             out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T
 
 
-@kernel
+@root
 def switch(i, which, modes, motion, bodies, p):
     """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
     line, mode = p.lines[i], modes[row(i, modes, p)]
@@ -212,7 +212,7 @@ def switch(i, which, modes, motion, bodies, p):
         mode[MODE] = TAUT
 
 
-@kernel
+@root
 def settle(modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import clear, kernel
+from hydrosim.kernels import clear, kernel, root
 from hydrosim.radiation.dots import dot
 from hydrosim.radiation.history import EVEN, VelocityHistory, node_before, oldest_node
 from hydrosim.radiation.history import velocity_history as new_history
@@ -109,7 +109,7 @@ def history_for(kernel: ConvolutionKernel, dofs: int, capacity: int) -> Velocity
     return new_history(dofs, capacity, kernel.even_step, kernel.weight.shape[-1], places)
 
 
-@kernel
+@root
 def radiation_memory(t, v, history, p, force):
     """Subtract int K(t - s) v(s) ds from ``force``, for the velocities of the nodes and ``v`` at t.
 

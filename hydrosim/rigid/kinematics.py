@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import assign, kernel
+from hydrosim.kernels import assign, kernel, root
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
 BODY = np.dtype([("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3)])
@@ -59,7 +59,7 @@ def new_motion(bodies: Bodies) -> Motion:
     return Motion(bodies.locked.copy(), zero, unit, unit.copy(), zero.copy(), zero.copy())
 
 
-@kernel
+@root
 def place_bodies(q, u, bodies, motion):
     """Fill ``motion`` from the free coordinates ``q`` (n,) and their rates ``u`` (n,)."""
     for j in range(bodies.active.size):

@@ -46,7 +46,7 @@ from hydrosim.forces.contact.modes import (
     SLIP,
     STICK,
 )
-from hydrosim.kernels import kernel
+from hydrosim.kernels import kernel, root
 
 AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
@@ -123,7 +123,7 @@ def find_headings(t, y, modes, motion, bodies, p, out):
                 y[k], y[k + 1] = out[i, 0], out[i, 1]
 
 
-@kernel
+@root
 def switch(i, which, size, t, y, modes, motion, bodies, reactions, p):
     """Put point ``i`` into the mode that follows when margin ``which``, which was of this ``size``
     before or after, has reached zero."""
@@ -226,7 +226,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
     return False
 
 
-@kernel
+@root
 def settle(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
