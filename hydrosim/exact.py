@@ -120,9 +120,10 @@ def propagate(
         pieces, parts = division(length, finest)
         of, first = response(length / pieces, parts), 1
         loads = loads_at_rest(stops, pieces * parts, equation.rows, model, state)
+        recorded = np.isin(stops, times)
         for states in march(y, loads, of, equation, pieces):
             y, last = states[-1], first + len(states)
-            chosen = np.isin(stops[first:last], times)
+            chosen = recorded[first:last]
             there, known = stops[first:last][chosen], states[chosen]
             keep_states(there, known, model, state, work, scratch, record, counters)
             if counters[STATUS]:

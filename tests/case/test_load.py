@@ -128,7 +128,9 @@ def test_all_problems_at_once_with_their_lines(refusal: Refusal) -> None:
         "case.yaml:5: bodies.block.mass",
         "case.yaml:12: solver.stp",
     ]
-    assert lines[2].endswith('step, tolerance, kinematics, events, unstable; did you mean "step"?')
+    assert lines[2].endswith(
+        'step, tolerance, kinematics, events, unstable, linear; did you mean "step"?'
+    )
 
 
 def test_place_of_a_list_entry(refusal: Refusal) -> None:
