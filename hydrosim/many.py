@@ -8,10 +8,12 @@ run by run in the order of the cases, whatever the order in which they finish.
 
 from __future__ import annotations
 
+import gc
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
@@ -23,7 +25,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
-from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dynamics import Model
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
 
 AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
+COLLECTED = 16  # runs after which garbage is collected
 FEWEST = 4  # output times, to have statistics of
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
@@ -109,13 +111,12 @@ def simulate_many(
     digest = partial(_digest, variables=list(variables), start=start)
 
     def write(path: Path) -> None:
-        with NETCDF4_PYTHON_LOCK:
-            file = RunsFile(path, len(scenes), known, list(along))
+        file = RunsFile(path, len(scenes), known, list(along))
         try:
-            _run_all(scenes, file, digest, workers or os.cpu_count() or 1, progress)
+            with _collected_here():
+                _run_all(scenes, file, digest, workers or os.cpu_count() or 1, progress)
         finally:
-            with NETCDF4_PYTHON_LOCK:
-                file.close()
+            file.close()
 
     if output is None:
         with TemporaryDirectory() as folder:
@@ -181,6 +182,20 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, np.ndarray]:
     return {name: np.array(text) for name, text in texts.items() if len({*text}) > 1}
 
 
+@contextmanager
+def _collected_here() -> Iterator[None]:
+    """Leaves the collection of garbage to this thread: netCDF knows no threads, and a worker might
+    come upon a file that somebody left open, and close it, while this thread writes."""
+    gc.collect()
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
 def _run_all(
     scenes: Sequence[Scene],
     file: RunsFile,
@@ -195,10 +210,11 @@ def _run_all(
     def take() -> None:
         nonlocal done
         outcome = pending[0].result()
-        with NETCDF4_PYTHON_LOCK:  # netCDF knows no threads, and a worker may collect an open file
-            _write(done, outcome, file)
+        _write(done, outcome, file)
         pending.popleft()
         done += 1
+        if done % COLLECTED == 0:
+            gc.collect()
         if progress is not None:
             progress(done, len(scenes))
 
