@@ -6,11 +6,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the command: small m
 
 from collections.abc import Callable
 
+import hypothesis
 import pytest
 import xarray as xr
 from moored_barge import scene_of
 
 import hydrosim as hs
+
+hypothesis.settings.register_profile("hydrosim", deadline=None)  # no test is about wall time
+hypothesis.settings.load_profile("hydrosim")
 
 
 @pytest.fixture(scope="session")
