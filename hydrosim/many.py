@@ -261,6 +261,8 @@ def _run(
         return _Outcome("failed", str(parts))
     if stop.is_set():
         return _Outcome(NOT_RUN)
+    # what is read from files is read: netCDF knows no threads
+    scene = replace(scene, bodies=parts.scene.bodies, initial=parts.scene.initial)
     notes = Notes(wet=parts.wet)
     try:
         model = add_waves(scene, parts.model, notes)

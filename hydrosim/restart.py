@@ -52,7 +52,7 @@ def opened(scene: Scene) -> Scene:
 
 def opened_start(start: Start) -> Start:
     """The start with its run in memory and its time as recorded; raises as `opened` does."""
-    run = _read(start.run) if isinstance(start.run, Path | str) else start.run
+    run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
     if "state_value" not in run:
         raise InputError(
             f"initial.run: {_source(run)} has no states to start from; expected the result of"
