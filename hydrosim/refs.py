@@ -4,7 +4,8 @@ A model is a tuple of tuples of a hundred arrays. numba hands every word of it t
 is called with it, which costs time at each call and most of the time to compile. ``ref(model)`` is
 one pointer; fields are read where they are used, and those that are tuples are references again.
 
-A reference is to the stack of the kernel that made it: hand it down, never return it.
+A reference is to the stack of the kernel that made it: hand it down, never return it. It is for
+kernels, which do not count references to arrays; numba's own memory manager would lose count.
 """
 
 from __future__ import annotations

@@ -7,7 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from hydrosim.kernels import OPTIONS
 from hydrosim.refs import ref
+
+bare = njit(**{**OPTIONS, "cache": False})  # without numba's memory manager, as all kernels
 
 
 class Inner(NamedTuple):
@@ -21,23 +24,23 @@ class Outer(NamedTuple):
     number: int
 
 
-@njit
+@bare
 def leaf(inner, i):
     return inner.x[i] + (10.0 if inner.flag else 0.0)
 
 
-@njit
+@bare
 def total(outer):
     several = outer.several
     return leaf(outer.inner, 1) + leaf(several[0], 0) + several[1][2] + outer.number
 
 
-@njit
+@bare
 def fill(inner):
     inner.x[0] = 7.0
 
 
-@njit
+@bare
 def through(outer):
     here = ref(outer)
     fill(here.inner)
