@@ -24,6 +24,7 @@ from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
+from hydrosim.commands.terminal import show
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ app.command()(record)
 app.command()(linear)
 app.command()(statistics)
 app.command()(sweep)
-out, err = Console(), Console(stderr=True)
+err = Console(stderr=True)
 
 
 @app.command()
@@ -87,12 +88,12 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated(stage))]
     for reason in missing:
-        _say(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+        show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
     announce_compile(err)
     for part in survey(case.scene()):
-        _say(part) if isinstance(part, str) else out.print(part)
+        show(part)
 
 
 @app.command()
@@ -127,8 +128,7 @@ def converge(
     dataset = to_dataset(study, scene.title)
     write(dataset, path)
     draw_work_precision(dataset, path.with_suffix(".png"))
-    out.print(convergence(study))
-    _say(f"result    {path}, {path.with_suffix('.png')}")
+    show(convergence(study), f"result    {path}, {path.with_suffix('.png')}")
 
 
 @app.command()
@@ -146,7 +146,7 @@ def plot(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     for picture in draw(dataset, folder, run_file.stem):
-        _say(f"picture   {picture}")
+        show(f"picture   {picture}")
 
 
 def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
@@ -207,14 +207,7 @@ def _save(dataset: xr.Dataset, path: Path) -> None:
 def _summary(dataset: xr.Dataset, path: Path) -> None:
     from hydrosim.summary import lines
 
-    for line in lines(dataset):
-        _say(line)
-    _say(f"result    {path}")
-
-
-def _say(line: str) -> None:
-    """One line as it is: no markup, no colours, not broken."""
-    out.print(line, markup=False, highlight=False, soft_wrap=True)
+    show(*lines(dataset), f"result    {path}")
 
 
 def main() -> None:

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console, RenderableType
 
 from hydrosim.commands.options import numbers, result_path
+from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
-
-out = Console()
 
 RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")]
 Channels = Annotated[
@@ -86,10 +84,10 @@ def compare(
     out_of = beyond(found, tolerances)
     write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), path)
     draw_comparison(found, f"{run_file.name} and {recorded.name}", picture)
-    _show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
-    _show(f"result    {path}, {picture}")
+    show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
+    show(f"result    {path}, {picture}")
     if tolerances:
-        _show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
+        show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
         raise typer.Exit(1)
 
@@ -122,7 +120,7 @@ def record(
     asked = _patterns(channels)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
     write_recording(run, path, names, step, digits)
-    _show(f"result    {path}, {len(names)} channels")
+    show(f"result    {path}, {len(names)} channels")
 
 
 def _spare(results: Sequence[Path], inputs: Sequence[Path]) -> None:
@@ -147,12 +145,3 @@ def _edges(text: str) -> tuple[float, float]:
     if len(edges) != 2 or edges[0] >= edges[1]:
         raise InputError(f"--bands: found {text!r}; expected two numbers that rise, as in 0.1,2.5.")
     return edges[0], edges[1]
-
-
-def _show(*parts: RenderableType) -> None:
-    """Tables, and lines as they are: no markup, no colours, not broken."""
-    for part in parts:
-        if isinstance(part, str):
-            out.print(part, markup=False, highlight=False, soft_wrap=True)
-        else:
-            out.print(part)

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console, RenderableType
 
 from hydrosim.commands.given import overruled, with_given
+from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def info(file: DatabaseFile, given: Given) -> None:
     from hydrosim.database.summary import contents
 
     db = read(file, given)
-    _show(contents(db, recognise(file)[0].NAME), *_not_used(db, given))
+    show(contents(db, recognise(file)[0].NAME), *_not_used(db, given))
 
 
 @app.command()
@@ -60,12 +60,12 @@ def check(
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
     told = [] if refused else [memory(db)]
-    _show(verdicts(findings), *remarks(findings), *told, *_not_used(db, given))
+    show(verdicts(findings), *remarks(findings), *told, *_not_used(db, given))
     if output is not None:
         from hydrosim.plot.database import draw_database
 
         draw_database(db, output)
-        _show(f"picture   {output}")
+        show(f"picture   {output}")
     if refused:
         raise typer.Exit(2)
     if strict and not all(finding.passed for finding in findings):
@@ -92,8 +92,8 @@ def convert(
         warnings.simplefilter("always")
         db = load(file, given)
         files = write(db, out)
-    _show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
-    _show(*(f"result    {path}" for path in files))
+    show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
+    show(*(f"result    {path}" for path in files))
 
 
 @app.command()
@@ -109,7 +109,7 @@ def build(
     from hydrosim.database.build.command import build_database
 
     for path in build_database(recipe, output, jobs, picture):
-        typer.echo(f"result    {path}")
+        show(f"result    {path}")
 
 
 def _not_used(db: HydroDatabase, given: Given) -> list[str]:
@@ -125,13 +125,3 @@ def _drawable(path: Path) -> None:
         raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
     if path.is_dir() or not path.parent.is_dir():
         raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
-
-
-def _show(*parts: RenderableType) -> None:
-    """Tables, and lines as they are: no markup, no colours, not broken."""
-    out = Console()
-    for part in parts:
-        if isinstance(part, str):
-            out.print(part, markup=False, highlight=False, soft_wrap=True)
-        else:
-            out.print(part)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,11 +11,12 @@ from rich.console import Console
 from rich.table import Table
 
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
+from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
     import xarray as xr
 
-out, err = Console(), Console(stderr=True)
+err = Console(stderr=True)
 
 
 def linear(
@@ -58,10 +60,7 @@ def linear(
         found = linear_analysis(scene, wanted)
     write(found, path)
     draw_response(found, path.with_suffix(".png"))
-    for table in tables(found):
-        out.print(table)
-    text = f"result    {path}, {path.with_suffix('.png')}"
-    out.print(text, markup=False, highlight=False, soft_wrap=True)
+    show(*tables(found), f"result    {path}, {path.with_suffix('.png')}")
 
 
 def tables(found: xr.Dataset) -> list[Table]:
@@ -89,5 +88,6 @@ def tables(found: xr.Dataset) -> list[Table]:
 def _figure(at: xr.Dataset, name: str, turns: bool) -> str:
     if name not in at:
         return ""
-    value = float(at[name]) * (180.0 / 3.141592653589793 if turns else 1.0)
-    return "" if value != value else f"{value:.4g}"
+    value = float(at[name])
+    value = degrees(value) if turns else value
+    return "" if isnan(value) else f"{value:.4g}"

@@ -6,11 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from hydrosim.commands.options import result_path
-
-out = Console()
+from hydrosim.commands.terminal import show
 
 
 def statistics(
@@ -37,5 +35,4 @@ def statistics(
         )
     found = of_run(run, start)
     write(found, path)
-    for line in (*lines(found), f"result    {path}"):
-        out.print(line, markup=False, highlight=False, soft_wrap=True)
+    show(*lines(found), f"result    {path}")

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from hydrosim.commands.compiling import announce_compile
 from hydrosim.commands.options import result_path
+from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from hydrosim.sweep import Study
 
 SHOWN = 5  # failures that are told
-out, err = Console(), Console(stderr=True)
+err = Console(stderr=True)
 
 
 def sweep(
@@ -37,8 +38,7 @@ def sweep(
     announce_compile(err)
     with _with_progress(study, path, workers) as runs:
         status = runs.status.values.tolist()
-        for line in (*_lines(runs), f"result    {path}"):
-            out.print(line, markup=False, highlight=False, soft_wrap=True)
+        show(*_lines(runs), f"result    {path}")
     if {"interrupted", "not run"} & {*status}:
         raise typer.Exit(130)
     if "failed" in status:

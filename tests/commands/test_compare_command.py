@@ -20,7 +20,7 @@ def hydrosim(
 ) -> Command:
     """Runs the command with these arguments where a run is, on a wide terminal."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hydrosim.commands.compare.out.width", 200, raising=False)
+    monkeypatch.setenv("COLUMNS", "200")
     RUN.to_netcdf("run.nc")
     return command(monkeypatch, capsys)
 
