@@ -211,10 +211,11 @@ def forces(t, y, modes, history, model, work, dy):
 @kernel
 def total_force(wrench, total):
     """Sum over the rows of ``wrench`` (nr, 6 nb) into ``total``."""
-    clear(total)
-    for row in range(wrench.shape[0]):
-        for i in range(total.size):
-            total[i] += wrench[row, i]
+    for i in range(total.size):
+        entry = 0.0
+        for row in range(wrench.shape[0]):
+            entry += wrench[row, i]
+        total[i] = entry
 
 
 @kernel

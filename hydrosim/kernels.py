@@ -64,6 +64,12 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, forceinline=True)
 
 
+def summing(function: Callable[..., Any]) -> Any:
+    """A `kernel` whose sums may be taken in any order, so that they vectorise: what it returns
+    changes by roundings alone."""
+    return _compiled(function, forceinline=True, fastmath={"reassoc", "contract"})
+
+
 def root(function: Callable[..., Any]) -> Any:
     """A `kernel` that is large and called from several places: its machine code is in one place."""
     return _compiled(function)

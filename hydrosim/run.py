@@ -7,7 +7,7 @@ by the method itself, the mode switches, and the rest of the step follows (`hydr
 
 from __future__ import annotations
 
-from math import isfinite, prod
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
-from hydrosim.kernels import assign, inlined, kernel, root
+from hydrosim.kernels import assign, inlined, kernel, root, summing
 from hydrosim.radiation.history import push
 from hydrosim.refs import ref
 from hydrosim.rigid import accelerations
@@ -245,12 +245,20 @@ def _renew(left, work, scratch):
 @kernel
 def check(y, bodies, counters):
     """Set the status where a number is not finite or a pitch angle is too steep."""
-    n = bodies.active.size
-    for j in range(y.size):
-        if not isfinite(y[j]):
-            counters[STATUS] = NOT_FINITE
-        elif j < n and bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST and bodies.exact:
+    for j in range(bodies.active.size if bodies.exact else 0):
+        if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
+    if nothing(y) != 0.0:
+        counters[STATUS] = NOT_FINITE
+
+
+@summing
+def nothing(y):
+    """Zero times the sum of ``y``: zero if all of it is finite, else not a number."""
+    total = 0.0
+    for j in range(y.size):
+        total += 0.0 * y[j]
+    return total
 
 
 @root
