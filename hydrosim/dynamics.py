@@ -68,6 +68,7 @@ class Model(NamedTuple):
 
     bodies: Bodies
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
+    factor: np.ndarray  # (n, n), `cholesky` of the inertia at rest, which small angles do not change
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
@@ -127,15 +128,18 @@ def rhs(t, y, modes, history, model, work, dy):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     forces(t, y, modes, history, model, work, dy)
 
-    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
     total_force(work.wrench, work.total)
-    subtract_inertial(model.bodies, motion, work.mass, work.total)
-
-    assign(dy[:n], y[n : 2 * n])
     acceleration = dy[n : 2 * n]
-    generalised_force(model.bodies, motion, work.total, acceleration)
-    acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    accelerate(modes, model, work, acceleration)
+    assign(dy[:n], y[n : 2 * n])
+    if model.bodies.exact or work.holds.point.size > 0:
+        mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
+        subtract_inertial(model.bodies, motion, work.mass, work.total)
+        generalised_force(model.bodies, motion, work.total, acceleration)
+        acceleration_map(model.bodies, motion, work.mass, work.inertia)
+        accelerate(modes, model, work, acceleration)
+    else:
+        generalised_force(model.bodies, motion, work.total, acceleration)
+        cholesky_solve(model.factor, acceleration)
 
 
 @inlined
@@ -192,7 +196,8 @@ def forces(t, y, modes, history, model, work, dy):
     x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     radiation_states(x, v, model.states, dx, wrench[RADIATION])
-    radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    if model.convolution.row.size > 0:
+        radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
     radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     if model.following.body.size > 0:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
 from hydrosim.kernels import assign, kernel
+from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.vectors import matvec
 
 
@@ -54,6 +57,22 @@ def cholesky(H):
         for k in range(i):
             square -= H[i, k] * H[i, k]
         H[i, i] = 1.0 / sqrt(square)
+
+
+def factor_at_rest(bodies: Bodies, added_mass: np.ndarray) -> np.ndarray:
+    """`cholesky` (n, n) of the inertia of the free coordinates, all angles being small."""
+    M = added_mass.copy()
+    for b, body in enumerate(bodies.each):
+        k = 6 * b
+        M[k : k + 3, k : k + 3] += body["mass"] * np.eye(3)
+        M[k + 3 : k + 6, k + 3 : k + 6] += body["inertia"]
+    H = M[np.ix_(bodies.active, bodies.active)]
+    try:
+        factor = np.linalg.cholesky(H)
+    except np.linalg.LinAlgError:
+        return np.full_like(H, np.nan)
+    np.fill_diagonal(factor, 1.0 / np.diag(factor))
+    return np.ascontiguousarray(factor)
 
 
 @kernel
