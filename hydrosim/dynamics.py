@@ -68,7 +68,7 @@ class Model(NamedTuple):
 
     bodies: Bodies
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
-    factor: np.ndarray  # (n, n), `cholesky` of the inertia at rest, which small angles do not change
+    factor: np.ndarray  # (n, n), `cholesky` of the inertia, if angles are small
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
