@@ -33,7 +33,7 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, inlined, kernel, root
+from hydrosim.kernels import assign, clear, kernel, root
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -142,7 +142,7 @@ def rhs(t, y, modes, history, model, work, dy):
         cholesky_solve(model.factor, acceleration)
 
 
-@inlined
+@kernel
 def accelerate(modes, model, work, x):
     """Turn generalised forces ``x`` (n,) into accelerations; reactions of the points that rigid
     friction holds go into ``work.holds`` and their rows of ``work.wrench``."""
@@ -187,7 +187,7 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
             J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
 
 
-@inlined
+@kernel
 def forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
