@@ -99,3 +99,12 @@ def clear(target):
     """target[:] = 0 for a flat array."""
     for i in range(target.size):
         target[i] = 0.0
+
+
+@kernel
+def any_negative(values):
+    """True if any of a flat array is negative."""
+    for i in range(values.size):
+        if values[i] < 0.0:
+            return True
+    return False

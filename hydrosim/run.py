@@ -22,6 +22,9 @@ from hydrosim.radiation.history import push
 from hydrosim.refs import ref
 from hydrosim.rigid import accelerations
 from hydrosim.stepper import (
+    AFTER,
+    BEFORE,
+    BUT_FOR_SLIP,
     CAPSIZED,
     CHATTERING,
     END,
@@ -36,6 +39,7 @@ from hydrosim.stepper import (
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
+    UNKNOWN,
     step,
 )
 from hydrosim.waves.loads import wave_loads
@@ -233,13 +237,18 @@ def _breakpoint_after(t, goal, clock):
 
 @kernel
 def _renew(left, work, scratch):
-    """After a step: the slope at its end begins the next, where it is known, the modes stay and
-    rigid friction does not change the state."""
-    scratch.fresh[0] = 0
-    if scratch.fresh[1] != 0 and not left and work.holds.point.size == 0:
+    """After a step: the slope at its end, where it is known, and the margins there begin the next,
+    if the modes stay and rigid friction does not change the state."""
+    fresh, margins = scratch.fresh, scratch.margins
+    known = fresh[1] != 0
+    fresh[0], fresh[1], fresh[2] = 0, 0, UNKNOWN
+    if left or work.holds.point.size > 0:
+        return
+    assign(margins[BEFORE], margins[AFTER])
+    fresh[2] = BUT_FOR_SLIP  # whose headings are new at each step
+    if known:
         assign(scratch.k[0], scratch.states[SLOPE])
-        scratch.fresh[0] = 1
-    scratch.fresh[1] = 0
+        fresh[0] = 1
 
 
 @kernel

@@ -1,6 +1,8 @@
-"""Vectors of three and of six as tuples: no allocation, and formulas that read like formulas."""
+"""Vectors of two, three and six as tuples: no allocation, and formulas that read like formulas."""
 
 from __future__ import annotations
+
+from math import sqrt
 
 from hydrosim.kernels import kernel
 
@@ -44,6 +46,12 @@ def matvec(A, a):
         A[1, 0] * a[0] + A[1, 1] * a[1] + A[1, 2] * a[2],
         A[2, 0] * a[0] + A[2, 1] * a[1] + A[2, 2] * a[2],
     )
+
+
+@kernel
+def length(a):
+    """|a| of a vector of two."""
+    return sqrt(a[0] * a[0] + a[1] * a[1])
 
 
 @kernel
