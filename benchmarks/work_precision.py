@@ -265,8 +265,8 @@ def _first_order(trials: list[Trial]) -> str:
     best = min((t for t in trials if t.solver == SCIPY_CONVOLUTION), key=lambda t: t.error)
     ours = min(t.seconds for t in trials if t.solver == Method.RK4 and t.error <= ASKED)
     return (
-        f"{SCIPY_CONVOLUTION}: {best.error:.1e} for {best.seconds / ours:.0f} times the CPU time that"
-        f" rk4 needs for {ASKED:g}."
+        f"{SCIPY_CONVOLUTION}: {best.error:.1e} for {best.seconds / ours:.0f} times the CPU time"
+        f" that rk4 needs for {ASKED:g}."
     )
 
 
