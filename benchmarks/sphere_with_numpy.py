@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import interp1d
 from scipy.linalg import block_diag
 
 from benchmarks.compiled import Compiled
@@ -27,8 +28,10 @@ Rates = Callable[[float, np.ndarray], np.ndarray]
 @dataclass(frozen=True)
 class Equation:
     """Matrices (6, 6), of the radiation A (s, s), B (s, 6), C (6, s), and the table of wave loads
-    (rows, 6), every `TABLE` [s]; ``kernel`` (lags, 6, 6), every ``lag`` [s], is for a
-    convolution. The table is read by `np.interp`, or ``by_hand``, which is faster."""
+    (rows, 6), every `TABLE` [s], which is read by `np.interp`, or ``by_hand``, which is faster.
+
+    The ``kernel`` (lags, 6, 6), every ``lag`` [s], is for a convolution with steps as long.
+    """
 
     inverse: np.ndarray
     stiffness: np.ndarray
@@ -78,7 +81,7 @@ def equation(run: Compiled) -> Equation:
     fine, _ = compile_scene(replace(scene, solver=replace(scene.solver, step=2 * TABLE)))
     B = [np.eye(6)[:, fit.dofs] @ fit.B.T for fit in run.fits]
     C = [np.eye(6)[:, fit.dofs] @ fit.C for fit in run.fits]
-    every = round(scene.solver.step / wet.memory.time[1])
+    lags = np.arange(0.0, wet.memory.time[-1], scene.solver.step)
     return Equation(
         inverse=constants.inverse,
         stiffness=constants.stiffness,
@@ -87,7 +90,7 @@ def equation(run: Compiled) -> Equation:
         B=np.hstack([np.zeros((6, 0)), *B]).T.copy(),
         C=np.hstack([np.zeros((6, 0)), *C]),
         waves=wave_loads(fine, TABLE),
-        kernel=wet.memory.kernel[::every],
+        kernel=interp1d(wet.memory.time, wet.memory.kernel, axis=0)(lags),
         lag=scene.solver.step,
     )
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from statistics import median
 from time import process_time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from benchmarks.compiled import Compiled
 from hydrosim.simulation import run_compiled
+
+Key = TypeVar("Key")
 
 
 class Timed(NamedTuple):
@@ -23,6 +26,11 @@ def timed(function: Callable[[], Any]) -> Timed:
     begin = process_time()
     result = function()
     return Timed(result, process_time() - begin)
+
+
+def time_all(run: Compiled) -> Timed:
+    """Simulate to a dataset; the time of that, all told but compiling the scene."""
+    return timed(partial(run_compiled, run.scene, run.model, run.first_state(), run.notes, None))
 
 
 class _Marks:
@@ -44,13 +52,13 @@ class _Marks:
 
 
 def time_loop(run: Compiled) -> Timed:
-    """Simulate to a dataset; the time is that of the time loop alone, records included."""
+    """Simulate to a dataset by steps; the time is that of their loop alone, records included."""
     marks = _Marks()
     result = run_compiled(run.scene, run.model, run.first_state(), run.notes, marks)
     return Timed(result, marks.seconds())
 
 
-def interleaved(runs: Mapping[str, Callable[[], Timed]], repeats: int) -> dict[str, Timed]:
+def interleaved(runs: Mapping[Key, Callable[[], Timed]], repeats: int) -> dict[Key, Timed]:
     """All runs in turn, ``repeats`` times after a first one that compiles: the last result of each,
     and the median of its times."""
     for run in runs.values():
