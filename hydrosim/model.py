@@ -22,7 +22,7 @@ from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
-from hydrosim.rigid import BODY, Bodies, Motion, factor_at_rest, place_bodies
+from hydrosim.rigid import BODY, Bodies, Motion, constant_inertia, place_bodies
 from hydrosim.run import Clock
 from hydrosim.scene import (
     ADAPTIVE,
@@ -80,7 +80,7 @@ def compile_calm(scene: Scene, notes: Notes) -> tuple[Model, State]:
     model = Model(
         bodies=bodies,
         added_mass=added_mass,
-        factor=factor_at_rest(bodies, added_mass),
+        inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
         convolution=_convolution(scene, notes.wet),
