@@ -96,6 +96,13 @@ class LinearScenes(StrEnum):
     STEP = "step"
 
 
+class Symmetry(StrEnum):
+    """What to do with a scene that is its own mirror image: solve it in its plane, or look away."""
+
+    USE = "use"
+    IGNORE = "ignore"
+
+
 class Kinematics(StrEnum):
     """Rigid-body kinematics: rotation matrices, or small angles throughout."""
 
@@ -350,7 +357,8 @@ class Solver:
 
     An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
     ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
-    stepped unless asked for, see `hydrosim.exact`.
+    stepped unless asked for, see `hydrosim.exact`; one that is its own mirror image has no sway,
+    roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.symmetry`.
     """
 
     method: Method = Method.RK4
@@ -360,6 +368,7 @@ class Solver:
     events: bool = True
     unstable: Unstable = Unstable.WARN
     linear: LinearScenes = LinearScenes.EXACT
+    symmetry: Symmetry = Symmetry.USE
 
 
 @dataclass(frozen=True)
