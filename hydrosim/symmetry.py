@@ -180,7 +180,7 @@ def _at_start(scene: Scene, model: Model, fresh: State, aside: Mapping[str, bool
     elif not _mirrored_contacts(model, state):
         yield "the contacts at the start"
     elif _growth(scene, model, fresh, leads) > GROWTH:
-        yield f"{', '.join(LATERAL)} are unstable"
+        yield f"{', '.join(LATERAL)} are not stable"
 
 
 def _remembers(state: State) -> bool:
