@@ -46,7 +46,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         f" {model.size} states in all"
     )
     if notes.symmetry:
-        yield notes.symmetry
+        yield f"solved {notes.symmetry}"
     yield solution(scene, model)
     if propagated(scene, model):
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"

@@ -3,7 +3,8 @@
 An element that acts on all coordinates of a body is its own image if it does not couple surge,
 heave and pitch with sway, roll and yaw. What acts at points needs an image among the elements: each
 point of a fender, a spring, an applied force or the load of a stream its own, at the other side or
-in the plane.
+in the plane. Points with rigid friction must be in the plane: beside it, how they share a load is
+not defined without motions that lead aside.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from hydrosim.scene import DOFS, ForceElement
 SMALL = 1e-6
 """Of what is there by symmetry: less than this is left of a zero in tables of six digits."""
 LATERAL = tuple(dof for dof, sign in zip(DOFS, MIRROR_SIGN, strict=True) if sign < 0.0)
+COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"
 BY_COORDINATES = (LinearMooring, LinearDamping, QuadraticDamping)
 
 Vector = Sequence[float] | np.ndarray
@@ -50,15 +52,11 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
     """What is not symmetric about the plane at ``y`` [m] among force elements, in words."""
     for name, element in elements.items():
         if any(couples(matrix, MIRROR_SIGN < 0.0) for matrix in _matrices(element)):
-            yield f"{name} couples {_others()} with {', '.join(LATERAL)}"
+            yield f"{name} {COUPLES}"
         match element:
             case Fender(friction=Coulomb(), points=points) if np.any(points[:, 1]):
                 yield f"{name} has rigid friction beside the plane"
     yield from (f"{name} has no mirror image" for name in dict.fromkeys(_alone(elements, y)))
-
-
-def _others() -> str:
-    return ", ".join(dof for dof in DOFS if dof not in LATERAL)
 
 
 def _matrices(element: ForceElement) -> Iterator[np.ndarray]:

@@ -378,8 +378,8 @@ class Start:
 
     Time goes on: the new run begins at that time, and waves, ramps and tables keep their phase;
     `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
-    must be those of ``run``; `Body.position` then holds for locked degrees of freedom only, and
-    `Body.velocity` for none.
+    must be those of ``run``, but for what is zero by symmetry; `Body.position` then holds for
+    locked degrees of freedom only, and `Body.velocity` for none.
     """
 
     run: xr.Dataset | Path | str

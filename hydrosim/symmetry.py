@@ -10,8 +10,9 @@ of what stays in it. Only waves along the plane are symmetric, to 0 or 180 deg: 
 to both sides each is another one.
 
 Limits: the symmetric motion may be one that the least push would end. So a scene is left as it is
-where sway, roll and yaw are unstable at its start (a hull that capsizes, a tanker that fishtails);
-what becomes unstable only later, as by a contact, is not noticed.
+where sway, roll and yaw are not stable at its start (a capsizing hull, a tanker that fishtails);
+what loses its stability later, as by a contact, is not noticed. Motions that nothing pulls back may
+count as unstable, for rounding makes them grow.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.modes import MODE
 from hydrosim.linear import linearise
-from hydrosim.mirror import LATERAL, SMALL, couples, without_image
+from hydrosim.mirror import COUPLES, LATERAL, SMALL, couples, without_image
 from hydrosim.model import check_scene, compile_calm
 from hydrosim.names import coordinate_names, moving_names
 from hydrosim.notes import Notes
@@ -116,7 +117,7 @@ def _couplings(group: WetGroup) -> Iterator[str]:
     for name in ("added_mass", "radiation_damping", "hydrostatic_stiffness"):
         matrices = getattr(db, name)
         if matrices is not None and couples(matrices, aside):
-            yield f"{name.replace('_', ' ')} of {db.source} leads to {', '.join(LATERAL)}"
+            yield f"{name.replace('_', ' ')} of {db.source} {COUPLES}"
 
 
 def _wave_loads(wanted: WaveForces) -> bool:

@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 from dry_scenes import moving, on_floor, steady, table
 from dry_scenes import scene as dry
-from moored_barge import SEA, hull, in_contact, in_waves, scene_of, with_body
+from moored_barge import CASES, SEA, hull, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 from scipy.linalg import block_diag
 
@@ -214,9 +214,11 @@ class TestAgreement:
         agrees(replace(scene, environment=environment, forces={**scene.forces, **water}), figure)
 
     def test_two_bodies_in_line(self, figure: Figure) -> None:
-        """That share a database, with all couplings in the plane and out of it, and a hawser."""
+        """That share a database, with all couplings in the plane and out of it, a hawser, and a
+        fender between them."""
         found, _ = agrees(in_line(), figure)
         assert found.sizes["body"] == 2
+        assert {0, 1, 2} == set(np.unique(found.fender_mode))
         assert float(found.spring_tension.max()) > 0.0
 
     def test_a_scene_that_is_linear_in_its_plane_is_not_stepped(self, figure: Figure) -> None:
@@ -294,6 +296,13 @@ def in_line() -> Scene:
         "hawser": Spring(
             *("rear", (130.0, 0.0, 5.0), (-130.0, 0.0, 5.0), 39.5, stretch, tension),
             anchor_body="front",
+        ),
+        "bumper": Fender(
+            "rear",
+            np.array([[169.8, 10.0, 5.0], [169.8, -10.0, 5.0]]),
+            Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front"),
+            NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7])),
+            StickSlip(0.4, 0.3, 5e6, 1e6, 1e5),
         ),
     }
     return replace(base, bodies=(front, rear), forces=forces)
@@ -399,11 +408,11 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "added mass": (
         lambda: unfitted(hydrodynamics=shifted("added_mass", (0, 1), 1e-3)),
-        "leads to sway, roll, yaw",
+        " couples surge, heave, pitch with sway, roll, yaw",
     ),
     "radiation damping": (
         lambda: unfitted(hydrodynamics=shifted("radiation_damping", (2, 3), 1e-3)),
-        "leads to sway, roll, yaw",
+        " couples surge, heave, pitch with sway, roll, yaw",
     ),
     "stiffness": (
         lambda: unfitted(hydrodynamics=shifted("hydrostatic_stiffness", (2, 3), 1e-3)),
@@ -461,6 +470,13 @@ def test_bodies_side_by_side_are_not_in_one_plane() -> None:
     (one,) = base.bodies
     other = replace(one, name="other", location=(0.0, 100.0))
     assert "other is beside barge" in reasons(replace(base, bodies=(one, other)))
+
+
+def test_the_key_of_a_case_file() -> None:
+    path = CASES / "base.yaml"
+    assert reduced(hs.load_case(path).scene())
+    scene = hs.load_case(path, ["solver.symmetry=ignore"]).scene()
+    assert reasons(scene) == "in all degrees of freedom: asked for by solver.symmetry"
 
 
 def test_all_reasons_are_told() -> None:
@@ -574,20 +590,40 @@ class TestRestart:
         back = replace(scene, initial=Start(turned[0]))
         assert "sway of barge at the start and others" in reasons(back)
 
-    def test_contacts_that_are_stretched_aside(self) -> None:
-        """Bodies in the plane, with friction to one side that is let go."""
-        scene = replace(in_contact(BREAK))
+    @pytest.mark.parametrize(
+        ("direction", "sides", "symmetric"),
+        [(1, (1, 1), True), (1, (1, 0), False), (2, (1, -1), True), (2, (1, 1), False)],
+    )
+    def test_contacts_that_are_stretched_before(
+        self, direction: int, sides: tuple[int, int], symmetric: bool
+    ) -> None:
+        """Bodies in the plane, the first two points a pair: stretches along it are equal, across it
+        opposite, or friction leads aside."""
+        scene = replace(in_contact(BREAK), duration=BREAK)
         before = hs.simulate(full(scene))
-        for name, told in (("stretch 2 of interface 1", True), ("stretch 1 of interface 1", True)):
-            value = before.state_value.copy()
-            value.loc[{"state": name}] += 1e-4
-            off = replace(full(scene), initial=Start(before.assign(state_value=value)))
-            text = reasons(with_solver(off, symmetry=Symmetry.USE))
-            assert ("the contacts at the start" in text) == told
+        value = before.state_value.copy()
+        for point, side in enumerate(sides, start=1):
+            value.loc[{"state": f"stretch {direction} of interface {point}"}] += 1e-3 * side
+        start = replace(scene, initial=Start(before.assign(state_value=value)))
+        if symmetric:
+            assert reduced(start)
+        else:
+            assert "the contacts at the start" in reasons(start)
+
+    def test_waves_that_are_left_from_before(self) -> None:
+        """Bodies in the plane, with the memory of other waves."""
+        before = hs.simulate(full(replace(scene_of("base"), duration=10.0)))
         value = before.state_value.copy()
         value.loc[{"state": "radiation 1 of sway, roll, yaw of barge"}] = 1.0
-        off = replace(scene, initial=Start(before.assign(state_value=value)))
-        assert "radiation 1 of sway, roll, yaw of barge at the start" in reasons(off)
+        start = replace(scene_of("base"), initial=Start(before.assign(state_value=value)))
+        assert "radiation 1 of sway, roll, yaw of barge at the start" in reasons(start)
+        memory = ConvolutionRadiation(length=20.0)
+        scene = with_body(replace(scene_of("base"), duration=10.0), radiation=memory)
+        before = hs.simulate(full(scene))
+        velocity = before.memory_velocity.copy()
+        velocity.loc[{"memory_dof": "yaw of barge"}] = 1e-6
+        start = replace(scene, initial=Start(before.assign(memory_velocity=velocity)))
+        assert "the motions before the start" in reasons(start)
 
     def test_a_run_with_fewer_degrees_of_freedom_is_refused_as_ever(self) -> None:
         """Locked is not zero by symmetry."""
@@ -629,7 +665,7 @@ class TestCheck:
 
     def test_says_why_not(self) -> None:
         lines = list(survey(sea_of(heading=0.1)))
-        assert "in all degrees of freedom: waves to 5.72958 deg" in lines
+        assert "solved in all degrees of freedom: waves to 5.72958 deg" in lines
         assert any("6 free coordinates" in str(line) for line in lines)
 
     def test_of_a_restart(self) -> None:
