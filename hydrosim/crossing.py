@@ -15,7 +15,7 @@ from hydrosim.forces.contact.modes import MARGINS, MODE, STICK
 from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, left_behind, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.kernels import assign, inlined, kernel, root
+from hydrosim.kernels import assign, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import (
     AFTER,
@@ -40,7 +40,7 @@ FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until 
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
-@inlined
+@kernel
 def cut(t, stop, located, model, method, state, work, scratch, counters):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
@@ -142,7 +142,7 @@ def _zero_on_cubic(defect, t, h, model, state, work, scratch):
     return x, f - defect
 
 
-@inlined
+@kernel
 def _phi_on_cubic(x, t, h, model, state, work, scratch):
     now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
     _on_cubic(x, t, h, model, state, work, scratch, now)
@@ -170,7 +170,7 @@ def _interpolate(x, h, i, j, state, scratch, out):
     hermite(x, h, state.y[i:j], k[i:j], full[i:j], slope[i:j], out[i:j])
 
 
-@inlined
+@kernel
 def _dip(t, h, model, state, work, scratch, counters):
     """Where in a step, as a part of it, a margin that falls at first and rises at last is below
     zero on the cubic through both ends; 1 where none is.
@@ -211,7 +211,7 @@ def _may_dip(margin):
     return False
 
 
-@inlined
+@kernel
 def _deepest(i, floor, t, h, model, state, work, scratch):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
@@ -234,13 +234,13 @@ def _deepest(i, floor, t, h, model, state, work, scratch):
     return 1.0
 
 
-@inlined
+@kernel
 def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
     _on_cubic(x, t, h, model, state, work, scratch, scratch.margins[TRIAL])
     return scratch.margins[TRIAL, i]
 
 
-@inlined
+@kernel
 def note_headings(t, model, state, work, headings):
     """Note where all points slip to at the start of a step."""
     if headings.size > 0:
@@ -250,7 +250,7 @@ def note_headings(t, model, state, work, headings):
         find_headings(t, state.y, state.modes, work.motion, model.bodies, fenders, headings)
 
 
-@inlined
+@kernel
 def switch_modes(located, step, t, model, state, work, scratch):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per row of modes."""
@@ -270,7 +270,7 @@ def switch_modes(located, step, t, model, state, work, scratch):
     make_consistent(t, model, state, work, scratch)
 
 
-@inlined
+@kernel
 def _switch(i, which, size, located, step, t, model, state, work):
     """Switch row ``i`` of the modes; a node that relaxes in few steps of length ``step`` is settled
     only a while later."""
@@ -285,7 +285,7 @@ def _switch(i, which, size, located, step, t, model, state, work):
         y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
 
 
-@inlined
+@kernel
 def make_consistent(t, model, state, work, scratch):
     """Bring what rigid friction holds to rest, and let break loose what it cannot hold."""
     still(state.y, state.modes, model, work)

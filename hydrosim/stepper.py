@@ -24,7 +24,7 @@ from hydrosim.integrate import (
     stage_state,
 )
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
-from hydrosim.kernels import assign, inlined, root
+from hydrosim.kernels import assign, kernel, root
 from hydrosim.radiation.history import VelocityHistory
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
@@ -103,7 +103,7 @@ def step(t, h, model, method, state, work, scratch, counters):
     advance_state(method, h, y, k, scratch.states[END])
 
 
-@inlined
+@kernel
 def _solve_stage(i, t, weight, model, state, work, scratch, counters):
     """Find k[i] = f(t, stage + weight k[i]); a second time with a new Jacobian if it must be."""
     newton = scratch.newton
@@ -123,7 +123,7 @@ def _solve_stage(i, t, weight, model, state, work, scratch, counters):
     counters[STATUS] = NO_SOLUTION
 
 
-@inlined
+@kernel
 def _iterate(i, t, weight, model, state, work, scratch, counters):
     """Newton's iterations for k[i] from k[i - 1]; True if they converge."""
     k, stage = scratch.k, scratch.states[STAGE]
