@@ -52,7 +52,8 @@ TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
     """The scene as arrays, and its state at the start; ``notes`` are filled if given. All degrees
-    of freedom are there: `simulate` takes out first what is zero by symmetry, see `planar`.
+    of freedom are there: `simulate` takes out first what is zero by symmetry, see
+    `hydrosim.symmetry`.
 
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.
