@@ -12,7 +12,7 @@ instability: else no second-order method could take an undamped mode.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -110,21 +110,23 @@ def _below(
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
     infinite for rays into the right half plane, where the motion itself grows."""
-    r = np.linspace(0.0, REACH, 8001)[1:]
-    limits = np.full(angle.size, np.inf)
-    for i, phi in enumerate(angle):
+    r, R = np.linspace(0.0, REACH, 8001)[1:], stability_function(method)
+    rays, which = np.unique(np.abs(angle), return_inverse=True)  # |R| is the same below and above
+    limits = np.full(rays.size, np.inf)
+    for i, phi in enumerate(rays):
         if np.cos(phi) <= 1e-9:
-            growth = np.abs(stability_function(method, r * np.exp(1j * phi)))
+            growth = np.abs(R(r * np.exp(1j * phi)))
             unstable = np.flatnonzero(growth > 1.0 + GROWTH * r / (2 * np.pi))
             limits[i] = r[unstable[0]] if unstable.size else np.inf
-    return limits
+    return limits[which]
 
 
-def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
+def stability_function(method: Tableau) -> Callable[[np.ndarray], np.ndarray]:
     """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
     z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
-    numerator = np.poly(method.a - np.outer(np.ones(method.b.size), method.b))[::-1]
-    return np.polyval(numerator, z) / np.polyval(np.poly(method.a)[::-1], z)
+    numerator = np.poly(method.a - np.outer(np.ones(method.b.size), method.b))
+    denominator = np.trim_zeros(np.poly(method.a), "b")  # 1 of an explicit method
+    return lambda z: np.polyval(numerator[::-1], z) / np.polyval(denominator[::-1], z)
 
 
 def _modes(model: Model, names: list[str], each_alone: bool) -> Iterator[tuple[str, np.ndarray]]:
