@@ -2,19 +2,15 @@
 
 With a bare loop that does the least that the case asks for (`limit`), and with scipy's `solve_ivp`
 on the same equations with the same events (`with_scipy`), at a tolerance that gives no larger an
-error. All kernels are compiled before the clock starts; compiling is timed apart.
+error. All kernels are compiled before the clock starts; `start_up` times that.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from statistics import median
-from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import NamedTuple
 
@@ -22,7 +18,7 @@ import numpy as np
 
 from benchmarks import limit
 from benchmarks.base_case import FINEST, base_case, motions, short_case, touches
-from benchmarks.report import ROOT, Answer, Row
+from benchmarks.report import Answer, Row
 from benchmarks.with_scipy import free_of_integrals, solve
 from hydrosim import compile_scene, simulate
 from hydrosim.scene import Method, Scene, Tolerance
@@ -31,15 +27,6 @@ REPEATS = 7
 STEP = 0.1  # s
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 CORNERS = (200.0, 500.0)  # s: ends of the waves' ramp and of the first line of the lift
-FIRST_RUN = """
-from dataclasses import replace
-from time import perf_counter
-start = perf_counter()
-from benchmarks.base_case import base_case
-from hydrosim import simulate
-simulate(replace(base_case(), duration=1.0))
-print(perf_counter() - start)
-"""
 
 
 class Trial(NamedTuple):
@@ -51,13 +38,12 @@ class Trial(NamedTuple):
 
 
 def answer() -> Answer:
-    """Speeds of the base case, the same by scipy, and the time to compile."""
+    """Speeds of the base case, and the same by scipy."""
     difference, speeds = _speeds()
     return Answer(
         {
             f"Base case, 2000 s, rk4 at {STEP:g} s; medians of {REPEATS} interleaved runs": speeds,
             "The first 700 s of it, with surge at least as exact as rk4's": _same_error(),
-            "A run of 1 s in a new process": _first_runs(),
         },
         [f"Bare loop and hydrosim differ by {difference:.0e} m, rad until the first contact."],
     )
@@ -166,15 +152,3 @@ def _scipy() -> Callable[[float], Trial]:
 def _error(trial: Trial, reference: np.ndarray) -> float:
     """Largest error of surge [m]."""
     return float(np.abs(trial.motions - reference)[:, 0].max())
-
-
-def _first_runs() -> list[Row]:
-    """With an empty cache and with the cache that this leaves."""
-    with TemporaryDirectory() as folder:
-        environment = {**os.environ, "HYDROSIM_CACHE_DIR": folder}
-        command = [sys.executable, "-c", FIRST_RUN]
-        seconds = [
-            float(subprocess.check_output(command, cwd=ROOT, env=environment)) for _ in range(2)
-        ]
-    cases = ("empty: kernels compiled, radiation fitted", "as the first run left it")
-    return [{"cache": c, "time [s]": s} for c, s in zip(cases, seconds, strict=True)]

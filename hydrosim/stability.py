@@ -111,13 +111,14 @@ def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
     infinite for rays into the right half plane, where the motion itself grows."""
     r = np.linspace(0.0, REACH, 8001)[1:]
-    limits = np.full(angle.size, np.inf)
-    for i, phi in enumerate(angle):
+    rays, ray = np.unique(np.abs(angle), return_inverse=True)  # R(z*) = R(z)*
+    limits = np.full(rays.size, np.inf)
+    for i, phi in enumerate(rays):
         if np.cos(phi) <= 1e-9:
             growth = np.abs(stability_function(method, r * np.exp(1j * phi)))
             unstable = np.flatnonzero(growth > 1.0 + GROWTH * r / (2 * np.pi))
             limits[i] = r[unstable[0]] if unstable.size else np.inf
-    return limits
+    return limits[ray]
 
 
 def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
