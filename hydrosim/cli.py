@@ -6,6 +6,8 @@ wrong, 3 the simulation failed, 130 interrupted.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
@@ -19,7 +21,7 @@ from rich.console import Console
 
 from hydrosim.commands import db
 from hydrosim.commands.compare import compare, record
-from hydrosim.commands.compiling import announce_compile
+from hydrosim.commands.compiling import announced
 from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
 from hydrosim.commands.statistics import statistics
@@ -45,6 +47,10 @@ app.command()(linear)
 app.command()(statistics)
 app.command()(sweep)
 err = Console(stderr=True)
+# Loading makes many objects that stay: they need not be gone through for garbage all the time, nor
+# at the end, where it would take a third of a second.
+gc.set_threshold(50_000)
+atexit.register(gc.freeze)
 
 
 @app.command()
@@ -91,9 +97,9 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
         show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
-    announce_compile(err)
-    for part in survey(case.scene()):
-        show(part)
+    with announced(err):
+        for part in survey(case.scene()):
+            show(part)
 
 
 @app.command()
@@ -122,8 +128,7 @@ def converge(
     case = load_case(case_file, settings)
     _complete(case)
     scene = case.scene()
-    announce_compile(err)
-    with err.status("running") as status:
+    with announced(err), err.status("running") as status:
         study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
     dataset = to_dataset(study, scene.title)
     write(dataset, path)
@@ -179,7 +184,6 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
 
     scene = opened(case.scene())
     start = begin(scene)
-    announce_compile(err)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -187,7 +191,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         TextColumn("{task.fields[speed]}"),
         *(TimeElapsedColumn(), TimeRemainingColumn()),
     )
-    with Progress(*columns, console=err, transient=True) as bar:
+    with announced(err), Progress(*columns, console=err, transient=True) as bar:
         task = bar.add_task("simulating", total=scene.duration, speed="")
 
         def report(time: float, steps: int) -> None:

@@ -8,7 +8,6 @@ hold kernels (`SOURCES`): any edit there gives a new folder, and no kernel can b
 from __future__ import annotations
 
 import hashlib
-import os
 import sys
 from collections.abc import Callable
 from functools import lru_cache
@@ -17,6 +16,7 @@ from typing import Any
 
 import numba
 
+from hydrosim.cache import cache_root
 from hydrosim.linking import Part, Summing, Whole
 
 config: Any = numba.config
@@ -24,15 +24,6 @@ PACKAGE = Path(__file__).parent
 SOURCES = {"kernels.py", "linking.py", "refs.py", "exact_kernels.py"}
 SOURCES |= {"dynamics.py", "stepper.py", "crossing.py", "run.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
-
-
-def cache_root() -> Path:
-    """Folder of everything hydrosim may recompute: ``HYDROSIM_CACHE_DIR`` or the user's cache."""
-    chosen = os.environ.get("HYDROSIM_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "hydrosim"
 
 
 @lru_cache
@@ -46,11 +37,6 @@ def kernel_cache() -> Path:
         if path.relative_to(PACKAGE).parts[0] in SOURCES:
             digest.update(f"{path.stat().st_mtime_ns}".encode() + path.read_bytes())
     return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
-
-
-def compiled_before() -> bool:
-    """True if a run has already left its time loop in the cache (so no compile is ahead)."""
-    return any(kernel_cache().rglob("run.advance-*.nbi"))
 
 
 def kernel(function: Callable[..., Any]) -> Any:

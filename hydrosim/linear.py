@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, optimize
+from scipy import linalg
 
 from hydrosim.dynamics import Model, dynamic_states, jacobian, new_work
 from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
@@ -100,10 +100,12 @@ def linearise(
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
     """The mode of each free coordinate, by `participation`."""
+    from scipy.optimize import linear_sum_assignment  # slow to load, and no run needs it
+
     values, share = participation(linear)
     upper, n = np.flatnonzero(values.imag >= 0.0), linear.active.size
     per_coordinate = share[:n, upper] + share[n : 2 * n, upper]
-    rows, columns = optimize.linear_sum_assignment(-per_coordinate)
+    rows, columns = linear_sum_assignment(-per_coordinate)
     return [
         NaturalMode(int(linear.active[i]), complex(value), _natural_period(linear, i, value))
         for i, value in zip(rows, values[upper[columns]], strict=True)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hydrosim.dynamics import Model
 from hydrosim.forces import (
@@ -80,6 +79,8 @@ def _free_angles(body: int, model: Model) -> list[int]:
 
 def _turns(row: int, angle: int, model: Model) -> bool:
     """Whether the damping of a row depends on how far its body has turned about an axis."""
+    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
+
     damping = next(e["damping"] for e in model.elements[LINEAR_DAMPING] if e["row"] == row)
     axis = np.eye(3)[angle - ANGLES.start]
     R = np.kron(np.eye(2), Rotation.from_rotvec(axis).as_matrix())

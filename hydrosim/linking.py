@@ -14,16 +14,18 @@ from __future__ import annotations
 
 import copy
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from llvmlite import binding
-from numba.core import compiler, typing
+from numba.core import compiler, event, typing
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 
 from hydrosim.refs import Ref
 
@@ -56,6 +58,13 @@ class _WholeCode(JITCodeLibrary):
     def finalize(self) -> None:
         self._linking_libraries = list(dict.fromkeys(_below(self)))
         super().finalize()
+
+    def serialize_using_object_code(self) -> Any:
+        # no library links this one, so of its code before translation the names will do
+        names = [function.name for function in self.get_defined_functions()]
+        empty = "\n".join(f'define void @"{name}"() {{ unreachable }}' for name in names)
+        code = binding.parse_assembly(empty).as_bitcode()
+        return self.name, "object", (self._get_compiled_object(), code)
 
 
 def _below(library: Any) -> Iterator[Any]:
@@ -91,6 +100,13 @@ class _Cached(CompileResultCacheImpl):
 
 class _Cache(FunctionCache):
     _impl_class = _Cached
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """As numba's, but without all that only compilers need, which takes a quarter of a second
+        to load."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 _named: dict[str, tuple[str, str, Any]] = {}
@@ -177,3 +193,25 @@ class Whole(CPUDispatcher):
 
     def get_overload(self, sig: Any) -> Any:
         return self._names[tuple(sig)]
+
+
+class _First(event.Listener):
+    """Calls ``act`` at the first event of a kind."""
+
+    def __init__(self, act: Callable[[], None]) -> None:
+        self._waiting = [act]
+
+    def on_start(self, event: Any) -> None:
+        while self._waiting:
+            self._waiting.pop()()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def at_first_compile(act: Callable[[], None]) -> Iterator[None]:
+    """Call ``act`` before the first kernel is compiled meanwhile, if any is: those that come from
+    the disk are not."""
+    with event.install_listener("numba:compile", _First(act)):
+        yield

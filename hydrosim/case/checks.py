@@ -29,6 +29,9 @@ class Problem(NamedTuple):
     text: str
 
 
+RELATIVE = "relative paths begin at the folder of the file that they are in"
+
+
 def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     """All contradictions in ``case``; relative paths in it are relative to ``folder``."""
     yield from _check_names(case)
@@ -122,8 +125,7 @@ def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
     place = os.path.normpath(path)
     if not os.path.isfile(place):
         found = "a directory" if os.path.isdir(place) else "no such file"
-        remedy = "relative paths begin at the case file's folder"
-        yield Problem(keys, f"found {found} at {place}; expected {wanted}; {remedy}")
+        yield Problem(keys, f"found {found} at {place}; expected {wanted}; {RELATIVE}")
 
 
 def recorded(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
@@ -153,7 +155,7 @@ def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:
             found = "a directory" if os.path.isdir(path) else "no such file"
             expected = {"file": "a recorded series", "case": "the case that the file is a run of"}
             text = f"found {found} at {path}; expected {expected[key]}"
-            yield Problem((*keys, key), f"{text}; relative paths begin at the case file's folder")
+            yield Problem((*keys, key), f"{text}; {RELATIVE}")
         elif not (home := (folder / form.file).parent).is_dir():
             yield Problem((*keys, "file"), f"found no folder {home}; expected it; make it first")
 

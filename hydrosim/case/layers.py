@@ -20,13 +20,15 @@ EXTENDS = "extends"
 MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
 KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
 NAMED = {"bodies", "forces"}  # mappings with names that the user gives
+FILES = {"hydrodynamics", "file", "case", "run"}  # keys of files: relative to the file they are in
 
 
 def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     """Text and nodes of a case file, laid over the file that its key `extends` names, if any.
 
     Mappings are laid over each other key by key, except one with a `type`, `law` or `spectrum` of
-    its own, which replaces; null removes. ``above`` are the files that led here. The text is the
+    its own, which replaces; null removes. Relative paths in the file below begin at its folder, and
+    are changed to begin at that of ``path``. ``above`` are the files that led here. The text is the
     file's own, or that of the whole if it extends another. InputError says what cannot be read.
     """
     text = _read_text(path)
@@ -43,7 +45,8 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
         raise wrong(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
     if base.resolve() in chain:
         raise wrong(named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file")
-    whole = _overlay(read_case(base, chain)[1], _mapping(over, node))
+    under = _moved(read_case(base, chain)[1], Path(str(plain(named))).parent)
+    whole = _overlay(under, _mapping(over, node))
     return f"# {path.name} over {base.name}\n{written(whole)}", whole
 
 
@@ -86,6 +89,22 @@ def _read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None
+
+
+def _moved(node: Node, folder: Path) -> Node:
+    """``node`` with ``folder`` before all relative paths."""
+    if isinstance(node, SequenceNode):
+        items = [_moved(item, folder) for item in node.value]
+        return SequenceNode(node.tag, items, *_marks(node), node.flow_style)
+    if not isinstance(node, MappingNode):
+        return node
+    moved = {key: (name, _moved(value, folder)) for key, (name, value) in entries(node).items()}
+    for key in FILES & moved.keys():
+        name, value = moved[key]
+        if isinstance(value, ScalarNode) and not _is_null(value):
+            path = str(folder / value.value)
+            moved[key] = name, ScalarNode(value.tag, path, *_marks(value), value.style)
+    return _mapping(moved, node)
 
 
 def _overlay(base: Node | None, over: Node) -> Node:

@@ -2,7 +2,7 @@
 
     Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
 
-makes a type for pydantic models. pint is loaded when the first unit is met.
+makes a type for pydantic models. pint is loaded when the first unit is met that no run before knew.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from typing import Any
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from hydrosim.case import factors
 
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 
@@ -175,6 +177,14 @@ def shown(value: object) -> str:
 @lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
     """What a number in ``unit`` is multiplied with to be in ``si``; ValueError says why not."""
+    found = factors.known(unit, si)
+    if found is None:
+        found = _computed(unit, si)
+        factors.keep(unit, si, found)
+    return found
+
+
+def _computed(unit: str, si: str) -> float:
     source, target = _known(unit), registry().parse_units(si)
     if not _same_kind(source, target, si in STRICT):
         raise ValueError(_why_not(unit, source, target))
@@ -211,7 +221,7 @@ def _why_not(unit: str, source: Any, target: Any) -> str:
 
 @lru_cache(maxsize=1)
 def registry() -> Any:
-    """pint's units and ours. Loading pint takes a quarter of a second, so not before it is used."""
+    """pint's units and ours. They take half a second to load, so not before they are used."""
     import pint
 
     units: Any = pint.UnitRegistry(on_redefinition="ignore")

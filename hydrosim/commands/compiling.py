@@ -1,14 +1,22 @@
-"""What is said before the first run of a version, which takes longer."""
+"""What is said where kernels are compiled, which makes a first run longer."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from rich.console import Console
 
-from hydrosim.kernels import compiled_before, kernel_cache
 
+@contextmanager
+def announced(err: Console) -> Iterator[None]:
+    """Whatever kernels are compiled meanwhile: that is said when the first of them is."""
+    from hydrosim.kernels import kernel_cache  # loads numba
+    from hydrosim.linking import at_first_compile
 
-def announce_compile(err: Console) -> None:
-    """Say it if a compile is ahead."""
-    if not compiled_before():
-        what = "compiling the kernels, once for this version (about a minute), into"
+    def say() -> None:
+        what = "compiling the kernels, once for this version (half a minute), into"
         err.print(f"{what} {kernel_cache()}", highlight=False, soft_wrap=True)
+
+    with at_first_compile(say):
+        yield

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
 from hydrosim.commands.terminal import show
 
@@ -56,7 +57,7 @@ def linear(
         Radiation.DATABASE if own else Radiation.MODEL,
     )
     scene = load_case(case_file, settings).scene()
-    with err.status("linear analysis"):
+    with announced(err), err.status("linear analysis"):
         found = linear_analysis(scene, wanted)
     write(found, path)
     draw_response(found, path.with_suffix(".png"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from hydrosim.commands.compiling import announce_compile
+from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import result_path
 from hydrosim.commands.terminal import show
 
@@ -35,8 +35,7 @@ def sweep(
 
     path = result_path(output, study_file)
     study = load_study(study_file)
-    announce_compile(err)
-    with _with_progress(study, path, workers) as runs:
+    with announced(err), _with_progress(study, path, workers) as runs:
         status = runs.status.values.tolist()
         show(*_lines(runs), f"result    {path}")
     if {"interrupted", "not run"} & {*status}:

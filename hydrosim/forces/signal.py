@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import copysign, cos, pi, sin
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from hydrosim.kernels import kernel
 
@@ -41,7 +41,7 @@ class Recorded:
         time, value = self.time, self.value
         if time.size < 9:
             return float(np.ptp(value))
-        return float(np.abs(CubicSpline(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
+        return float(np.abs(_spline(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,15 @@ def _pieces(signal: Signal) -> np.ndarray:
         return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=PIECE)
     time, value = np.asarray(signal.time, float), np.asarray(signal.value, float)
     if isinstance(signal, Recorded):
-        return _stacked(time[:-1], CubicSpline(time, value).c[::-1])
+        return _stacked(time[:-1], _spline(time, value).c[::-1])
     slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
     return _stacked(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
+
+
+def _spline(time: np.ndarray, value: np.ndarray) -> Any:
+    from scipy.interpolate import CubicSpline  # slow to load, and few scenes have a record
+
+    return CubicSpline(time, value)
 
 
 def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:

@@ -24,7 +24,6 @@ from math import atan2, pi, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from hydrosim.forces.layout import Layout
 from hydrosim.kernels import kernel
@@ -92,6 +91,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 def _splines(load: StreamLoad) -> np.ndarray:
     """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
+    from scipy.interpolate import CubicSpline  # slow to load, and few scenes have such a load
+
     headings = np.mod(load.headings, TURN)
     order = np.argsort(headings)
     values = np.stack([load.surge, load.sway, load.yaw], axis=1)[order]

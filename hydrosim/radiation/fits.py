@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import astuple, fields
@@ -15,8 +13,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from hydrosim.cache import cache_root, store
 from hydrosim.errors import InputError
-from hydrosim.kernels import cache_root
 from hydrosim.radiation.passivity import ROUNDING
 from hydrosim.radiation.retardation import Retardation
 from hydrosim.radiation.state_space import (
@@ -118,17 +116,8 @@ def _read(path: Path) -> tuple[StateSpace, ...]:
 
 
 def _write(path: Path, models: Sequence[StateSpace]) -> None:
-    """All or nothing, also when several processes fit the same database at once."""
     arrays: dict[str, Any] = {"groups": np.array(len(models))}
     for k, model in enumerate(models):
         arrays |= {f"{name}_{k}": getattr(model, name) for name in ARRAYS}
         arrays[f"report_{k}"] = np.array(astuple(model.report))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)
-        os.replace(partial, path)
-    finally:
-        with suppress(FileNotFoundError):
-            os.remove(partial)
+    store(path, lambda file: np.savez(file, **arrays))

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
-from scipy.optimize import nnls
 
 GRID = 400  # frequencies, on top of those about each pole
 ZOOMS, FINER = 5, 9  # a minimum is sought between its neighbours: so often, among so many points
@@ -156,6 +155,8 @@ def _lifted(model: Reciprocal, band: float, place: np.ndarray, value: np.ndarray
 
 def _least_distance(G: np.ndarray, h: np.ndarray) -> np.ndarray:
     """The shortest x with G x >= h, by non-negative least squares (Lawson & Hanson 1974, 23.4)."""
+    from scipy.optimize import nnls  # slow to load, and not needed where fits are in the cache
+
     size = np.linalg.norm(G, axis=1)
     G, h = G / size[:, None], h / size
     scale = np.abs(h).max()

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from hydrosim.radiation.passivity import ROUNDING, Reciprocal, passive
 from hydrosim.radiation.rational import (
@@ -122,8 +121,11 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
     block = kernel[:, active[:, None], active]
     scale = diagonal_scale(block)
     coupled = np.abs(block).max(axis=0) > tolerance * scale[:, None] * scale
-    count, label = connected_components(coupled, directed=False)
-    return [active[label == k] for k in range(count)]
+    together = coupled | coupled.T | np.eye(active.size, dtype=bool)
+    for _ in range(active.size):
+        together = together @ together  # and those that are coupled to these
+    first = together.argmax(axis=1) if active.size else active
+    return [active[first == i] for i in np.unique(first)]
 
 
 def fit_group(

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from hydrosim.errors import InputError
 from hydrosim.waves.components import Components
@@ -62,6 +61,8 @@ def separate_headings(database: QuadraticFunctions, waves: Components) -> bool:
 
 def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
     """Weights are products of those of frequency and heading nodes, heading by heading."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
+
     table = getattr(database, name)
     if table is None or database.qtf_frequency is None or database.qtf_heading is None:
         raise InputError(

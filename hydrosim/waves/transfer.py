@@ -17,9 +17,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from hydrosim.errors import InputError
+from hydrosim.waves.splines import interpolated
 
 _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
@@ -112,9 +112,9 @@ def _at(
     if weights is None:
         raise InputError(_not_covered(database, headings))
     if headings.size == 1:  # four times faster than the other way round
-        found = CubicSpline(database.frequency, np.tensordot(weights[0], values, (0, 1)))(inside)
+        found = interpolated(database.frequency, np.tensordot(weights[0], values, (0, 1)), inside)
     else:
-        at_nodes = CubicSpline(database.frequency, values)(inside)
+        at_nodes = interpolated(database.frequency, values, inside)
         found = np.einsum("ch,chj->cj", weights[which], at_nodes)
     largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
     loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * np.repeat(largest, 3)
@@ -127,6 +127,8 @@ def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndar
         return _trigonometric(x[:, None] - angle)
     if angle.size == 1:
         return np.ones((x.size, 1))
+    from scipy.interpolate import CubicSpline  # slow to load, and few databases are uneven
+
     if gap[-1] > _WIDEST_GAP:
         return np.asarray(CubicSpline(angle, np.eye(angle.size))(x))
     nodes = np.vstack([np.eye(angle.size), np.eye(angle.size)[:1]])

@@ -277,6 +277,43 @@ class TestExtends:
         assert lines[0].startswith("case.yaml:2: duration: found 0")
         assert lines[1].startswith("base.yaml:5: bodies.block.mass: found -1")
 
+    def test_paths_begin_at_the_file_that_they_are_in(self, tmp_path: Path, load: Load) -> None:
+        """Of the file below, of the one that extends it from another folder, and of a setting."""
+        for folder in ("below", "below/further", "runs"):
+            (tmp_path / folder).mkdir()
+        for file in ("below/record.txt", "runs/record.txt"):
+            (tmp_path / file).write_text("0 0\n1 0\n2 0\n3 0\n200 0\n")
+        record = "{file: ../record.txt, column: 2}"
+        push = f"  push: {{type: applied_force, body: block, force: {{surge: {record}}}}}\n"
+        (tmp_path / "below" / "further" / "base.yaml").write_text(
+            BLOCK.replace("forces:\n", "forces:\n" + push)
+        )
+        (tmp_path / "below" / "middle.yaml").write_text("extends: further/base.yaml")
+        middle = "extends: below/middle.yaml\n"
+
+        def read(text: str, *settings: str) -> Path:
+            force = load(text, settings).data.forces["push"].force.surge
+            return (tmp_path / force.file).resolve()
+
+        assert read(middle) == tmp_path / "below" / "record.txt"
+        own = middle + "forces: {push: {force: {surge: {file: runs/record.txt}}}}"
+        assert read(own) == tmp_path / "runs" / "record.txt"
+        setting = "forces.push.force.surge.file=runs/record.txt"
+        assert read(middle, setting) == tmp_path / "runs" / "record.txt"
+        absolute = f"forces.push.force.surge.file={tmp_path}/runs/record.txt"
+        assert read(middle, absolute) == tmp_path / "runs" / "record.txt"
+
+    def test_a_missing_file_is_told_where_it_was_looked_for(
+        self, tmp_path: Path, refusal: Refusal
+    ) -> None:
+        (tmp_path / "below").mkdir()
+        hull = "hydrodynamics: hulls/none.nc\n    centre_of_gravity: [0, 0, 0]\n    mass: 1e6"
+        text = BLOCK.replace("mass: 1e6", hull) + "environment: {water_depth: infinite}\n"
+        (tmp_path / "below" / "base.yaml").write_text(text)
+        message = refusal("extends: below/base.yaml")
+        assert message.startswith("below/base.yaml:5: bodies.block.hydrodynamics: found no such")
+        assert "below/hulls/none.nc" in message
+
     def test_a_chain(self, base: Path, tmp_path: Path, load: Load) -> None:
         (tmp_path / "middle.yaml").write_text("extends: base.yaml\ntitle: Middle\nduration: 5")
         data = load("extends: middle.yaml\ntitle: Top").data

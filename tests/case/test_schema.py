@@ -207,7 +207,7 @@ class TestBody:
         keys = f"mass: 1, dofs: [surge], centre_of_gravity: [0, 0, 0], hydrodynamics: {path}"
         message = refusal(body(keys) + "environment: {}")
         assert message.startswith(f"case.yaml:4: bodies.block.hydrodynamics: found {found} at ")
-        assert "relative paths begin at the case file's folder" in message
+        assert "relative paths begin at the folder of the file" in message
 
     @pytest.mark.parametrize("name", ["my block", "2", "a/b", "blöck", "a.b"])
     def test_names_are_words(self, refusal: Refusal, name: str) -> None:

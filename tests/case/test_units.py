@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -134,11 +135,35 @@ def test_ambiguous_tons_are_refused(unit: str) -> None:
     assert MASS.read("40 tonne") == MASS.read("40 t") == 40000.0
 
 
-def test_pint_is_not_loaded_before_a_unit_is_read() -> None:
+def test_pint_is_loaded_for_units_that_no_run_before_knew(tmp_path: Path) -> None:
+    assert loads_pint(tmp_path) == ["False", "True", "3000.0"]
+    assert loads_pint(tmp_path) == ["False", "False", "3000.0"]
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[1]", '{"km in m": null}'])
+def test_a_damaged_file_of_factors_is_made_again(tmp_path: Path, damage: str) -> None:
+    loads_pint(tmp_path)
+    (file,) = tmp_path.iterdir()
+    whole = file.read_text()
+    file.write_text(damage)
+    assert loads_pint(tmp_path)[-1] == "3000.0"
+    assert file.read_text() == whole
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert loads_pint(tmp_path / "file")[-1] == "3000.0"
+
+
+def loads_pint(cache: Path) -> list[str]:
+    """Whether a new process has loaded pint after a number and after a unit, and what it read."""
     code = (
         "import sys; from hydrosim.case.units import Quantity;"
         "q = Quantity('length', 'm', ''); q.read('3'); print('pint' in sys.modules);"
-        "q.read('3 km'); print('pint' in sys.modules)"
+        "length = q.read('3 km'); print('pint' in sys.modules); print(length)"
     )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert out.stdout.split() == ["False", "True"]
+    place = {"PYTHONPATH": str(Path(__file__).parents[2]), "HYDROSIM_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=place, capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.kernels import cache_root
+from hydrosim.cache import cache_root
 
 
 def key_of(*parts: str | bytes | float | np.ndarray) -> str:

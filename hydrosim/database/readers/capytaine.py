@@ -19,7 +19,6 @@ from typing import Any
 
 import netCDF4
 import numpy as np
-from scipy.io import netcdf_file
 
 from hydrosim.database import hdf5
 from hydrosim.database.database import Complex, HydroDatabase, Real
@@ -94,6 +93,8 @@ def _opened(path: Path) -> Any:
     library, of scipy, which does not take memory for what a damaged head promises."""
     with path.open("rb") as file:
         if file.read(len(_CLASSIC)) == _CLASSIC:
+            from scipy.io import netcdf_file  # slow to load, and few files are of that format
+
             return netcdf_file(path, mmap=False)
     if problem := hdf5.fault(path):
         raise OSError(problem)

@@ -7,7 +7,6 @@ from typing import Protocol, assert_never
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from hydrosim import scene
 from hydrosim.waves.spectra.peaks import Peak, Peaks
@@ -64,7 +63,11 @@ def cut_off(spectrum: scene.Density) -> float:
         high *= 2.0
     while above(0.5 * high) < wanted:
         high *= 0.5
-    return float(brentq(lambda omega: above(omega) - wanted, 0.5 * high, high, xtol=1e-14 * high))
+    low = 0.5 * high
+    while high - low > 1e-14 * high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if above(middle) > wanted else (low, middle)
+    return high
 
 
 @lru_cache

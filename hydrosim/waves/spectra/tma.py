@@ -15,7 +15,6 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import quad
 
 from hydrosim.scene import Tma
 from hydrosim.waves.dispersion import wavenumber
@@ -64,6 +63,7 @@ class TmaShape:
 
     def _shape_energy(self, low: float) -> float:
         """Integral from ``low`` on, over x = u^-4, in which the tail is finite and smooth."""
+        from scipy.integrate import quad  # slow to load, and few seas are of this kind
 
         def integrand(x: float) -> float:
             u = np.array([x**-0.25])

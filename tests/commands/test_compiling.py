@@ -1,0 +1,41 @@
+"""A compile is announced where one begins, and only there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+PROGRAM = """
+import sys
+from rich.console import Console
+from hydrosim.commands.compiling import announced
+import linked_kernels, test_linking as here
+with announced(Console(file=sys.stdout)):
+    print("begin")
+    linked_kernels.scaled(1.0, here.SCALE)
+    linked_kernels.summed(here.VALUES, here.SCALE)
+"""
+
+
+def test_the_first_compile_is_announced_once(tmp_path: Path) -> None:
+    first, *rest = said(tmp_path)
+    assert first == "begin"  # not before it is known that something is to be compiled
+    assert "".join(rest).startswith("compiling the kernels")
+    assert "".join(rest).count("compiling") == 1
+    assert str(tmp_path) in "".join(rest)
+
+
+def test_what_is_on_disk_is_not_announced(tmp_path: Path) -> None:
+    said(tmp_path)
+    assert said(tmp_path) == ["begin"]
+
+
+def said(cache: Path) -> list[str]:
+    """What `PROGRAM` prints in a new process with this cache folder."""
+    paths = {"PYTHONPATH": f"{TESTS.parent}:{TESTS}", "HYDROSIM_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], env=paths, capture_output=True, text=True, check=True
+    )
+    return done.stdout.splitlines()
