@@ -14,7 +14,7 @@ from benchmarks.report import machine, save
 
 QUESTIONS = (
     *("steps_per_second", "work_precision", "error_against_step", "stability_map", "reading"),
-    *("linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "validation"),
+    *("cost", "linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "validation"),
 )
 
 
