@@ -14,7 +14,16 @@ from benchmarks.report import machine, save
 
 QUESTIONS = (
     *("steps_per_second", "work_precision", "error_against_step", "stability_map", "reading"),
-    *("cost", "linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "validation"),
+    *(
+        "cost",
+        "skips",
+        "linear_scene",
+        "radiation_fits",
+        "memory",
+        "synthesis",
+        "many_runs",
+        "validation",
+    ),
 )
 
 
