@@ -33,7 +33,7 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, inlined, kernel, root
+from hydrosim.kernels import assign, clear, kernel, root
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -68,6 +68,7 @@ class Model(NamedTuple):
 
     bodies: Bodies
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
+    factor: np.ndarray  # (n, n), `cholesky` of the inertia, if angles are small
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
@@ -127,18 +128,21 @@ def rhs(t, y, modes, history, model, work, dy):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     forces(t, y, modes, history, model, work, dy)
 
-    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
     total_force(work.wrench, work.total)
-    subtract_inertial(model.bodies, motion, work.mass, work.total)
-
-    assign(dy[:n], y[n : 2 * n])
     acceleration = dy[n : 2 * n]
-    generalised_force(model.bodies, motion, work.total, acceleration)
-    acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    accelerate(modes, model, work, acceleration)
+    assign(dy[:n], y[n : 2 * n])
+    if model.bodies.exact or work.holds.point.size > 0:
+        mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
+        subtract_inertial(model.bodies, motion, work.mass, work.total)
+        generalised_force(model.bodies, motion, work.total, acceleration)
+        acceleration_map(model.bodies, motion, work.mass, work.inertia)
+        accelerate(modes, model, work, acceleration)
+    else:
+        generalised_force(model.bodies, motion, work.total, acceleration)
+        cholesky_solve(model.factor, acceleration)
 
 
-@inlined
+@kernel
 def accelerate(modes, model, work, x):
     """Turn generalised forces ``x`` (n,) into accelerations; reactions of the points that rigid
     friction holds go into ``work.holds`` and their rows of ``work.wrench``."""
@@ -183,7 +187,7 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
             J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
 
 
-@inlined
+@kernel
 def forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
@@ -192,7 +196,8 @@ def forces(t, y, modes, history, model, work, dy):
     x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     radiation_states(x, v, model.states, dx, wrench[RADIATION])
-    radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    if model.convolution.row.size > 0:
+        radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
     radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     if model.following.body.size > 0:
@@ -211,10 +216,11 @@ def forces(t, y, modes, history, model, work, dy):
 @kernel
 def total_force(wrench, total):
     """Sum over the rows of ``wrench`` (nr, 6 nb) into ``total``."""
-    clear(total)
-    for row in range(wrench.shape[0]):
-        for i in range(total.size):
-            total[i] += wrench[row, i]
+    for i in range(total.size):
+        entry = 0.0
+        for row in range(wrench.shape[0]):
+            entry += wrench[row, i]
+        total[i] = entry
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The one door to numba: compiled kernels and where they are cached.
+"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.linking`.
 
 numba's disk cache notices an edit of the file a kernel is in, but not of the files it calls
 into. hydrosim therefore keeps its cache in a folder named after a hash of all sources that may
@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba import njit
+
+from hydrosim.linking import Part, Summing, Whole
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
-SOURCES = {"kernels.py", "refs.py", "dynamics.py", "stepper.py", "crossing.py", "run.py"}
-SOURCES |= {"exact_kernels.py"}
+SOURCES = {"kernels.py", "linking.py", "refs.py", "exact_kernels.py"}
+SOURCES |= {"dynamics.py", "stepper.py", "crossing.py", "run.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
-OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 
 
 def cache_root() -> Path:
@@ -54,39 +54,35 @@ def compiled_before() -> bool:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """``numba.njit`` with hydrosim's cache folder; numpy's rules for division, no fast-math.
+    """A function that numba compiles; numpy's rules for division, no fast-math.
 
     Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
     the many arrays of a model are handed from call to call without counting references. The
     machine code of a kernel becomes a part of whatever kernel calls it, for a call would hand over
     dozens of words.
     """
-    return _compiled(function, forceinline=True)
+    return _compiled(Part, function)
+
+
+def summing(function: Callable[..., Any]) -> Any:
+    """A `kernel` whose sums may be taken in any order, so that they vectorise: what it returns
+    changes by roundings alone."""
+    return _compiled(Summing, function)
 
 
 def root(function: Callable[..., Any]) -> Any:
     """A `kernel` that is large and called from several places: its machine code is in one place."""
-    return _compiled(function)
+    return _compiled(Whole, function)
 
 
-def inlined(function: Callable[..., Any]) -> Any:
-    """A `kernel` that is not compiled by itself: its source becomes a part of its callers'.
-
-    numba compiles all that a kernel calls together with it, once more for every kernel above: one
-    that calls the equation of motion costs a second or two however short it is. For those with one
-    caller; the types of a long source take long to infer.
-    """
-    return _compiled(function, inline="always")
-
-
-def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
     before = config.CACHE_DIR
     config.CACHE_DIR = str(kernel_cache())
     try:
-        return njit(**OPTIONS, **options)(function)
+        return kind(function)
     finally:
         config.CACHE_DIR = before
 
@@ -103,3 +99,12 @@ def clear(target):
     """target[:] = 0 for a flat array."""
     for i in range(target.size):
         target[i] = 0.0
+
+
+@kernel
+def any_negative(values):
+    """True if any of a flat array is negative."""
+    for i in range(values.size):
+        if values[i] < 0.0:
+            return True
+    return False

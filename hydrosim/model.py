@@ -22,7 +22,7 @@ from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
-from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
+from hydrosim.rigid import BODY, Bodies, Motion, factor_at_rest, place_bodies
 from hydrosim.run import Clock
 from hydrosim.scene import (
     ADAPTIVE,
@@ -76,9 +76,11 @@ def compile_calm(scene: Scene, notes: Notes) -> tuple[Model, State]:
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
+    added_mass = _whole(scene, [(w.dofs, w.added_mass) for w in notes.wet])
     model = Model(
         bodies=bodies,
-        added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
+        added_mass=added_mass,
+        factor=factor_at_rest(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
         convolution=_convolution(scene, notes.wet),

@@ -197,8 +197,8 @@ def _possible(
     fenders, springs = model.elements[FENDER], model.elements[SPRING]
     out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    flat, bodies = out.reshape(-1), model.bodies
-    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, flat)
+    flat, bodies, every = out.reshape(-1), model.bodies, np.full(out.size, -1.0)
+    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, every, flat)
     spring.margins(modes, motion, bodies, springs, flat)
     steepest = [fenders.points["steepest"], springs.lines["steepest"]]
     touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)

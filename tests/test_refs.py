@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import jit
 
-from hydrosim.kernels import OPTIONS
+from hydrosim.linking import OPTIONS
 from hydrosim.refs import ref
 
-bare = njit(**{**OPTIONS, "cache": False})  # without numba's memory manager, as all kernels
+bare = jit(**OPTIONS)  # without numba's memory manager, as all kernels
 
 
 class Inner(NamedTuple):
