@@ -14,8 +14,8 @@ from benchmarks.report import machine, save
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
-    *("linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "reading"),
-    "validation",
+    *("cost", "skips", "linear_scene", "radiation_fits", "memory", "synthesis", "many_runs"),
+    *("reading", "validation"),
 )
 
 

@@ -12,13 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.limit import bare, growth, inertia_of, radiate
+from benchmarks.compiled import Compiled
+from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
 from hydrosim.dynamics import Model
 from hydrosim.forces import CATALOGUE, linear_mooring
 from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
 from hydrosim.radiation.history import push
-from hydrosim.radiation.memory import RadiationStates
-from hydrosim.scene import Scene
 
 
 class Sphere(NamedTuple):
@@ -27,7 +26,7 @@ class Sphere(NamedTuple):
     inverse: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
-    states: RadiationStates
+    states: States
     waves: np.ndarray
 
 
@@ -43,15 +42,16 @@ class Memory(NamedTuple):
     piece: np.ndarray
 
 
-def sphere_of(model: Model, scene: Scene) -> Sphere:
+def sphere_of(run: Compiled) -> Sphere:
     """The constants, out of the compiled scene."""
+    model = run.model
     mooring = model.elements[CATALOGUE.index(linear_mooring)][0]
     return Sphere(
         inverse=np.linalg.inv(inertia_of(model)),
         stiffness=model.stiffness[0] + mooring["stiffness"],
         damping=mooring["damping"].copy(),
-        states=model.states,
-        waves=wave_loads(model, scene.solver.step / 2),
+        states=states_of(run.fits),
+        waves=wave_loads(model, run.scene.solver.step / 2),
     )
 
 

@@ -77,7 +77,7 @@ class Equation:
 def equation(run: Compiled) -> Equation:
     """The matrices of a scene, out of the compiled one, and a finer table of its waves."""
     scene, (wet,) = run.scene, run.notes.wet
-    constants = sphere_of(run.model, scene)
+    constants = sphere_of(run)
     fine, _ = compile_scene(replace(scene, solver=replace(scene.solver, step=2 * TABLE)))
     B = [np.eye(6)[:, fit.dofs] @ fit.B.T for fit in run.fits]
     C = [np.eye(6)[:, fit.dofs] @ fit.C for fit in run.fits]

@@ -1,0 +1,67 @@
+"""The time loop takes no memory from the heap, at a step, an event or a record: the machine code of
+kernels calls nothing but other kernels and mathematics."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+import xarray as xr
+from numba.core.errors import NumbaError
+
+from hydrosim.kernels import kernel_cache
+from hydrosim.linking import OPTIONS
+
+KERNEL = "hydrosim."
+ENTRY = ("Py", "_Py", "numba_")  # what unpacks the arguments of a call from Python
+HARMLESS = {"cos", "sin", "sincos", "tan", "atan2", "hypot", "pow", "exp", "fmod", "floor"}
+HARMLESS |= {"memset", "memcpy", "memmove"}
+SYMBOLS, ENTRIES, UNDEFINED = 2, 24, 0  # ELF: type of the table, bytes of an entry, section of none
+
+
+def makes_an_array(n):
+    return np.zeros(n).sum()
+
+
+def test_the_compiler_refuses_kernels_that_make_arrays() -> None:
+    with pytest.raises(NumbaError):
+        numba.jit(**OPTIONS)(makes_an_array)(3)
+    assert numba.jit(**{**OPTIONS, "_nrt": True})(makes_an_array)(3) == 0.0
+
+
+def test_the_loop_calls_no_allocator(base_run: xr.Dataset) -> None:
+    assert base_run.attrs["status"] == "complete"
+    called = {path.name.split("-")[0]: calls(path) for path in kernel_cache().rglob("*.nbc")}
+    assert {"run.advance", "stepper.step", "dynamics.rhs"} <= called.keys()
+    for names in called.values():
+        assert {name for name in names if not name.startswith((KERNEL, *ENTRY))} <= HARMLESS
+
+
+def test_an_allocator_would_be_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    allowed = numba.njit(cache=True)(makes_an_array)
+    assert allowed(3) == 0.0
+    (path,) = tmp_path.rglob("*.nbc")
+    assert any("NRT" in name and "alloc" in name.lower() for name in calls(path))
+
+
+def calls(path: Path) -> set[str]:
+    """Names of what the machine code in one of numba's cache files calls and does not hold."""
+    cached = path.read_bytes()
+    start = cached.find(b"\x7fELF\x02\x01")
+    if start < 0:
+        pytest.skip("the machine code is not in the format ELF")
+    code = cached[start:]
+    (at,), (count,) = struct.unpack_from("<Q", code, 40), struct.unpack_from("<H", code, 60)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", code, at + 64 * k) for k in range(count)]
+    _, _, _, _, first, size, names, *_ = next(s for s in sections if s[1] == SYMBOLS)
+    found = set()
+    for k in range(1, size // ENTRIES):
+        name, _, _, section = struct.unpack_from("<IBBH", code, first + ENTRIES * k)
+        if section == UNDEFINED:
+            begin = sections[names][4] + name
+            found.add(code[begin : code.index(b"\0", begin)].decode())
+    return found
