@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.kernels import kernel, summing
 from hydrosim.radiation.dots import dot_three
 
 AT_ONCE = 3
@@ -66,18 +66,21 @@ def radiation_states(x, v, p, dx, force):
             row += AT_ONCE * own_x.size
 
 
-@kernel
+@summing
 def _decay_and_rotate(x, decay, rotation, real, dx):
     """dx = Lambda x of one group; contiguous loops without branches, so that they vectorise."""
-    pairs = (x.size - real) // 2
-    for k in range(x.size):
+    for k in range(real):
         dx[k] = decay[k] * x[k]
+    pairs = (x.size - real) // 2
+    one, two = x[real : real + pairs], x[real + pairs :]
+    d_one, d_two = dx[real : real + pairs], dx[real + pairs :]
+    a, b = decay[real:], rotation[real:]
     for k in range(pairs):
-        dx[real + k] += rotation[real + k] * x[real + pairs + k]
-        dx[real + pairs + k] -= rotation[real + k] * x[real + k]
+        d_one[k] = a[k] * one[k] + b[k] * two[k]
+        d_two[k] = a[k] * two[k] - b[k] * one[k]
 
 
-@kernel
+@summing
 def _drive_by_three(B, u, dx):
     """dx += u B for the three rows of B, which follow each other."""
     n = dx.size

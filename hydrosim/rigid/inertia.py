@@ -27,14 +27,15 @@ from hydrosim.rigid.vectors import dot, vector
 
 
 class Inertia(NamedTuple):
-    """Constants for nt ``steady`` and na ``turning`` coordinates: where they stand among the free
-    ones (nt,), (na,), and among all six of each body, ``force`` (nt,) and ``angle`` (na,); M_tt^-1
-    ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G ``gain`` (nt, 3 nb), D ``rest``
-    (3 nb, 3 nb)."""
+    """Constants for nt ``steady`` and na ``turning`` coordinates, (nt,), (na,) among the free ones:
+    where the steady stand among all six of each body, ``force`` (nt,); ``body`` (na,) and which
+    ``angle`` (na,) of it; M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G ``gain``
+    (nt, 3 nb), D ``rest`` (3 nb, 3 nb)."""
 
     steady: np.ndarray
     turning: np.ndarray
     force: np.ndarray
+    body: np.ndarray
     angle: np.ndarray
     inverse: np.ndarray
     coupling: np.ndarray
@@ -71,7 +72,8 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
     coupling = np.ascontiguousarray(M[np.ix_(r, t)])
     gain = inverse @ coupling.T
     return Inertia(
-        *(np.flatnonzero(~turns), np.flatnonzero(turns), t, bodies.active[turns]),
+        *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
+        *(bodies.active[turns] // 6, bodies.active[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
     )
 
@@ -124,44 +126,41 @@ def _find_moments(p, motion, F, room, y):
 @kernel
 def _turn(p, motion, room, x):
     """Accelerations of the angles from the moments, and what they change of the translations."""
-    for i in range(p.angle.size):
-        k, axis = _axis(p.angle[i], motion)
-        room.angles[i] = dot(axis, vector(room.moment, k))
-        for j in range(i + 1):
-            room.schur[i, j] = _between(k, axis, p.angle[j], motion, room.W)
+    for i in range(p.turning.size):
+        room.angles[i] = dot(_axis(i, p, motion), vector(room.moment, 3 * p.body[i]))
+    for i in range(p.turning.size):
+        _multiply(room.W, 3 * p.body[i], _axis(i, p, motion), room.moment)
+        for j in range(i, p.turning.size):
+            room.schur[j, i] = dot(_axis(j, p, motion), vector(room.moment, 3 * p.body[j]))
     cholesky(room.schur)
     cholesky_solve(room.schur, room.angles)
 
     for i in range(room.moment.size):  # from here on omega'
         room.moment[i] = motion.bias[_rotation(i)]
-    for i in range(p.angle.size):
-        k, axis = _axis(p.angle[i], motion)
+    for i in range(p.turning.size):
         x[p.turning[i]] = room.angles[i]
+        axis = _axis(i, p, motion)
         for j in range(3):
-            room.moment[k + j] += axis[j] * room.angles[i]
+            room.moment[3 * p.body[i] + j] += axis[j] * room.angles[i]
     for i in range(p.steady.size):
+        change = 0.0
         for j in range(room.moment.size):
-            x[p.steady[i]] -= p.gain[i, j] * room.moment[j]
+            change += p.gain[i, j] * room.moment[j]
+        x[p.steady[i]] -= change
 
 
 @kernel
-def _between(k, axis, other, motion, W):
-    """Entry of E^T W E for an ``axis`` of the body with the rotations from k, and another angle."""
-    m, turned = _axis(other, motion)
-    moment = (
-        dot(vector(W[k], m), turned),
-        dot(vector(W[k + 1], m), turned),
-        dot(vector(W[k + 2], m), turned),
-    )
-    return dot(axis, moment)
+def _axis(i, p, motion):
+    """Axis of a turning coordinate: its column of E."""
+    E, j = motion.rate_map[p.body[i]], p.angle[i]
+    return (E[0, j], E[1, j], E[2, j])
 
 
 @kernel
-def _axis(angle, motion):
-    """Where among all rotations those of its body begin, and the axis (column of E) of an angle."""
-    b = angle // 6
-    E, j = motion.rate_map[b], angle - 6 * b - 3
-    return 3 * b, (E[0, j], E[1, j], E[2, j])
+def _multiply(W, k, axis, out):
+    """``out`` = W times the ``axis`` of the body whose rotations begin at k."""
+    for i in range(out.size):
+        out[i] = dot(vector(W[i], k), axis)
 
 
 @kernel
