@@ -62,7 +62,7 @@ def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.n
     wanted = np.zeros(6) if element.natural_period is None else element.natural_period
     omega = np.divide(2.0 * np.pi, wanted, out=np.zeros(6), where=wanted > 0.0)
     k = np.zeros(6)
-    for _ in range(TUNING):
+    for _ in range(TUNING if np.any(omega) else 0):
         total, mass = layout.resonance(body, k)
         k = np.where(omega > 0.0, omega**2 * mass - (total - k), 0.0)
     for dof, period, own in zip(DOFS, wanted, k, strict=True):

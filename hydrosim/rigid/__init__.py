@@ -1,5 +1,12 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
+from hydrosim.rigid.inertia import (
+    Inertia,
+    Turning,
+    accelerate_freely,
+    constant_inertia,
+    new_turning,
+)
 from hydrosim.rigid.kinematics import (
     BODY,
     Bodies,
@@ -17,7 +24,6 @@ from hydrosim.rigid.kinematics import (
 from hydrosim.rigid.mass import (
     cholesky,
     cholesky_solve,
-    factor_at_rest,
     kinetic_energy,
     mass_matrix,
 )

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
-
 from hydrosim.kernels import assign, kernel
-from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.vectors import matvec
 
 
@@ -19,11 +16,11 @@ def mass_matrix(bodies, rotation, added_mass, M):
     for b in range(bodies.each.size):
         for i in range(3):
             M[6 * b + i, 6 * b + i] += bodies.each[b].mass
-            _add_earth_inertia(6 * b + 3, i, bodies.each[b].inertia, rotation[b], bodies.exact, M)
+            add_earth_inertia(6 * b + 3, i, bodies.each[b].inertia, rotation[b], bodies.exact, M)
 
 
 @kernel
-def _add_earth_inertia(k, j, inertia, R, exact, M):
+def add_earth_inertia(k, j, inertia, R, exact, M):
     """Add column j of R I R^T, in linear kinematics of I itself, to ``M`` from k, k on."""
     if exact:
         column = matvec(R, matvec(inertia, (R[j, 0], R[j, 1], R[j, 2])))
@@ -57,22 +54,6 @@ def cholesky(H):
         for k in range(i):
             square -= H[i, k] * H[i, k]
         H[i, i] = 1.0 / sqrt(square)
-
-
-def factor_at_rest(bodies: Bodies, added_mass: np.ndarray) -> np.ndarray:
-    """`cholesky` (n, n) of the inertia of the free coordinates, all angles being small."""
-    M = added_mass.copy()
-    for b, body in enumerate(bodies.each):
-        k = 6 * b
-        M[k : k + 3, k : k + 3] += body["mass"] * np.eye(3)
-        M[k + 3 : k + 6, k + 3 : k + 6] += body["inertia"]
-    H = M[np.ix_(bodies.active, bodies.active)]
-    try:
-        factor = np.linalg.cholesky(H)
-    except np.linalg.LinAlgError:
-        return np.full_like(H, np.nan)
-    np.fill_diagonal(factor, 1.0 / np.diag(factor))
-    return np.ascontiguousarray(factor)
 
 
 @kernel

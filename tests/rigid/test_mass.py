@@ -9,7 +9,7 @@ from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.rigid import cholesky, cholesky_solve, factor_at_rest, kinetic_energy, mass_matrix
+from hydrosim.rigid import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.scene import Kinematics
 
 RNG = np.random.default_rng(7)
@@ -29,17 +29,6 @@ def test_cholesky_equals_lapack(n):
     np.fill_diagonal(L, 1.0 / np.diag(L))
     assert np.tril(L) == pytest.approx(linalg.cholesky(A, lower=True), abs=1e-12)
     assert x == pytest.approx(linalg.solve(A, b, assume_a="pos"), rel=1e-9)
-
-
-def test_factor_at_rest_is_that_of_the_free_coordinates():
-    bodies = [block(2.0, name="a"), block(5.0, name="b", dofs=("heave", "yaw"))]
-    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5))[0]
-    added, free, x = positive_definite(12), model.bodies.active, RNG.normal(size=8)
-    blocks = [block for m in (2.0, 5.0) for block in (m * np.eye(3), m * INERTIA)]
-    H = (added + linalg.block_diag(*blocks))[np.ix_(free, free)]
-    solution = x.copy()
-    cholesky_solve(factor_at_rest(model.bodies, added), solution)
-    assert H @ solution == pytest.approx(x, rel=1e-9)
 
 
 def test_cholesky_of_a_matrix_without_mass_is_not_a_number():
