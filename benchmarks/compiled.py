@@ -15,6 +15,7 @@ from hydrosim.notes import Notes
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepper import State
+from hydrosim.symmetry import planar
 
 
 class Compiled(NamedTuple):
@@ -31,9 +32,10 @@ class Compiled(NamedTuple):
         return deepcopy(self.state)
 
 
-def compiled(scene: Scene) -> Compiled:
-    """The scene as it is."""
+def compiled(scene: Scene, in_plane: bool = False) -> Compiled:
+    """The scene as it is, or in its plane if it is symmetric, as `simulate` has it."""
     notes = Notes()
+    scene = planar(scene, notes) if in_plane else scene
     model, state = compile_scene(scene, notes)
     fits = [fit.on_dofs(wet.dofs[fit.dofs]) for wet in notes.wet for fit in wet.fits]
     return Compiled(scene, model, state, tuple(fits), notes)

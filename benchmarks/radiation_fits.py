@@ -167,8 +167,8 @@ def _by_poles(
     for order in range(4, MOST_POLES + 1, 4):
         poles = find(s, values, order)
         fractions = partial_fractions(s, poles)
-        stacked = [np.concatenate([x.real, x.imag]) for x in (fractions, values)]
-        residues = np.linalg.lstsq(*stacked, rcond=None)[0]
+        left, right = (np.concatenate([x.real, x.imag]) for x in (fractions, values))
+        residues = np.linalg.lstsq(left, right, rcond=None)[0]
         error = np.abs(fractions @ residues - values)[: problem.inside].max()
         if error <= 0.5 * tolerance:
             break

@@ -21,6 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from benchmarks.report import Answer, Row
 from hydrosim import SimulationError, compile_scene, simulate
@@ -85,9 +86,7 @@ def _block(push: float, fender: Fender) -> Scene:
     return Scene("block", DURATION, (body,), forces=forces, output_step=RECORDED)
 
 
-def _fender(
-    law: FrictionSlope | StickSlip, time: Sequence[float], force: Sequence[float]
-) -> Fender:
+def _fender(law: FrictionSlope | StickSlip, time: ArrayLike, force: ArrayLike) -> Fender:
     plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     normal = PrescribedNormal(Table(np.array(time), np.array(force)))
     return Fender("block", np.zeros((1, 3)), plane, normal, law)
@@ -149,7 +148,7 @@ def _limit(scene: Scene, method: Method) -> float:
 
 def _counts(law: str, found: Map) -> list[Row]:
     """How many runs are wrong above and below the limit, and how far from it the exceptions are."""
-    rows = []
+    rows: list[Row] = []
     for (method, events), errors in found.errors.items():
         ratio = np.where(np.isnan(errors), nan, STEPS[:, None] / found.limits[method])
         wrong = errors >= WRONG

@@ -66,9 +66,9 @@ def _scenes() -> dict[str, Scene]:
         "free barge": free_barge(),
         "2 barges": barges(2),
         "4 barges": barges(4),
-        "base case, 4 fenders": base_case(),
-        "base case, 16 fenders": with_fenders(16),
         "base case, 64 fenders": with_fenders(64),
+        "base case, 16 fenders": with_fenders(16),
+        "base case, 4 fenders": base_case(),
     }
 
 
@@ -78,6 +78,7 @@ def _by_scene() -> list[Row]:
         f"sphere, {n} states": with_states(compiled(sphere(DURATION)), n) for n in (60, 120, 240)
     }
     runs |= {name: compiled(scene) for name, scene in _scenes().items()}
+    runs["the same in its plane"] = compiled(base_case(), in_plane=True)
     found = interleaved({name: partial(time_loop, run) for name, run in runs.items()}, REPEATS)
     return [
         {
@@ -193,7 +194,7 @@ def _base_case() -> list[Row]:
         {
             LIMIT: partial(timed, partial(limit.run, barge, steps, STEP, every)),
             **{name: partial(time_loop, run) for name, run in runs.items()},
-            "simulate, all told": partial(timed, partial(simulate, scene)),
+            "simulate in its plane, all told": partial(timed, partial(simulate, scene)),
         },
         REPEATS,
     )

@@ -119,17 +119,22 @@ def _sphere() -> tuple[list[Trial], float]:
 def _base_case() -> tuple[list[Trial], float]:
     """All trials of the base case, and the error of the reference."""
     runs: Runs = {
-        (method, step): partial(_attempt, compiled(short_case(step, method)))
+        (method, step): partial(_attempt, _short(step, method))
         for method, steps in BASE_STEPS.items()
         for step in steps
     }
     for relative in TOLERANCES[2:]:
         tolerance = Tolerance(relative, relative, relative / 100)  # angles: as if at 100 m
         scene = _tolerant(short_case(0.1, Method.DOPRI5), tolerance)
-        runs[Method.DOPRI5, relative] = partial(time_loop, compiled(scene))
-    fine, coarse = (_motion(compiled(short_case(step)), SURGE) for step in (FINEST, 2 * FINEST))
+        runs[Method.DOPRI5, relative] = partial(time_loop, compiled(scene, in_plane=True))
+    fine, coarse = (_motion(_short(step), SURGE) for step in (FINEST, 2 * FINEST))
     found = interleaved(runs, REPEATS)
     return _judged(found, fine, SURGE), _largest(coarse - fine, fine) / 15
+
+
+def _short(step: float, method: Method = Method.RK4) -> Compiled:
+    """The base case, which is symmetric, in its plane."""
+    return compiled(short_case(step, method), in_plane=True)
 
 
 def _attempt(run: Compiled) -> Timed:
