@@ -13,7 +13,14 @@ from importlib import import_module
 from benchmarks.report import machine, save
 
 QUESTIONS = (
-    *("start_up", "steps_per_second", "error_against_step", "stability_map", "reading"),
+    *(
+        "start_up",
+        "steps_per_second",
+        "work_precision",
+        "error_against_step",
+        "stability_map",
+        "reading",
+    ),
     *("linear_scene", "radiation_fits", "memory", "synthesis", "many_runs", "validation"),
 )
 

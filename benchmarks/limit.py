@@ -20,7 +20,7 @@ from hydrosim.radiation.memory import RadiationStates
 from hydrosim.rigid import mass_matrix, place_bodies
 from hydrosim.scene import Scene
 
-bare = njit(error_model="numpy", nogil=True)
+bare = njit(error_model="numpy", nogil=True, fastmath=True)  # sums in any order
 
 
 class Barge(NamedTuple):
@@ -53,7 +53,7 @@ def barge(model: Model, scene: Scene) -> Barge:
         raise ValueError(f"the table of waves has a step of {waves.step[0]} s, not of {h / 2} s")
     point = fenders.points[0]
     return Barge(
-        inertia=_inertia(model),
+        inertia=inertia_of(model),
         stiffness=model.stiffness[0] + mooring["stiffness"],
         damping=mooring["damping"],
         states=model.states,
@@ -71,11 +71,17 @@ def barge(model: Model, scene: Scene) -> Barge:
     )
 
 
-def _inertia(model: Model) -> np.ndarray:
+def inertia_of(model: Model) -> np.ndarray:
+    """Mass and added mass (6 nb, 6 nb) at rest."""
     work, n = new_work(model), model.bodies.active.size
     place_bodies(np.zeros(n), np.zeros(n), model.bodies, work.motion)
     mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
     return work.mass
+
+
+def growth(t: np.ndarray, ramp: float) -> np.ndarray:
+    """Of the waves at the times ``t`` [s]."""
+    return 0.5 - 0.5 * np.cos(pi * np.minimum(t, ramp) / ramp)
 
 
 def run(p: Barge, steps: int, step: float, every: int) -> np.ndarray:
@@ -135,20 +141,24 @@ def radiate(x, v, p, dx, force):
     """The states of all groups, and their forces."""
     for g in range(p.real.size):
         first, last, at = p.state[g], p.state[g + 1], p.matrix[g]
-        pairs = (last - first - p.real[g]) // 2
-        begin = first + p.real[g]
-        for k in range(first, last):
-            dx[k] = p.decay[k] * x[k]
-        for k in range(begin, begin + pairs):
-            dx[k] += p.rotation[k] * x[k + pairs]
-            dx[k + pairs] -= p.rotation[k] * x[k]
+        real, size = p.real[g], last - first
+        state, rate = x[first:last], dx[first:last]
+        decay, rotation = p.decay[first:last], p.rotation[first + real : last]
+        for k in range(size):
+            rate[k] = decay[k] * state[k]
+        pairs = (size - real) // 2
+        upper, lower = state[real : real + pairs], state[real + pairs :]
+        upper_rate, lower_rate = rate[real : real + pairs], rate[real + pairs :]
+        for k in range(pairs):
+            upper_rate[k] += rotation[k] * lower[k]
+            lower_rate[k] -= rotation[k] * upper[k]
         for j in range(p.member[g], p.member[g + 1]):
-            d, total = p.dof[j], 0.0
-            for k in range(last - first):
-                dx[first + k] += p.B[at + k] * v[d]
-                total += p.C[at + k] * x[first + k]
-            force[d] -= total
-            at += last - first
+            B, C, u, total = p.B[at : at + size], p.C[at : at + size], v[p.dof[j]], 0.0
+            for k in range(size):
+                rate[k] += B[k] * u
+                total += C[k] * state[k]
+            force[p.dof[j]] -= total
+            at += size
 
 
 @bare

@@ -17,33 +17,36 @@ from hydrosim.linearity import propagated, solution
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
-from hydrosim.scene import Scene
+from hydrosim.scene import ConvolutionRadiation, Scene
 from hydrosim.simulation import scene_step_limits
 from hydrosim.stepper import State
-from hydrosim.wet import with_states
+from hydrosim.symmetry import planar
+from hydrosim.wet import radiation_of, with_states
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
-    notes, scene = Notes(), opened(scene)
-    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in scene.bodies)
-    model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
+    decided, given = Notes(), opened(scene)
+    scene = planar(given, decided)
     if scene.initial is not None:
         compile_scene(scene)  # refuses what does not fit
-        state = resume(scene, model, state)
+    notes = Notes(symmetry=decided.symmetry, zero=decided.zero)
+    model, state = _with_states(scene, notes)
     clock = compile_clock(scene, model)
     yield scene.title
     for key, value in started_from(scene).items():
         yield f"{key.replace('_', ' ')}: {value}"
-    if bodies != scene.bodies:
+    if any(isinstance(radiation_of(body), ConvolutionRadiation) for body in scene.bodies):
         yield "radiation by convolution; states are for step limits and natural periods alone"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
+    if notes.symmetry:
+        yield f"solved {notes.symmetry}"
     yield solution(scene, model)
     if propagated(scene, model):
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
@@ -67,7 +70,16 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"warning: {line}"
     if not propagated(scene, model):
         yield from _limits(scene, model, state)
+    if scene is not given:
+        model, state = _with_states(given, Notes())
     yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
+
+
+def _with_states(scene: Scene, notes: Notes) -> tuple[Model, State]:
+    """The compiled scene, and its state at the start, with states instead of a convolution."""
+    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in scene.bodies)
+    model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
+    return model, state if scene.initial is None else resume(scene, model, state)
 
 
 def _limits(scene: Scene, model: Model, state: State) -> Iterator[str]:

@@ -11,21 +11,25 @@ from __future__ import annotations
 from hydrosim.dynamics import rhs, still
 from hydrosim.forces import FENDER, SPRING, spring
 from hydrosim.forces.contact.fender import SETTLED, STATES
-from hydrosim.forces.contact.modes import MARGINS, MODE, STICK
+from hydrosim.forces.contact.modes import MARGINS, MODE, SLIP, STICK
 from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
-from hydrosim.integrate import between, hermite, left_behind, phi, scaled
+from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.kernels import assign, kernel, root
+from hydrosim.kernels import any_negative, assign, clear, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import (
     AFTER,
     BEFORE,
+    BUT_FOR_SLIP,
     EARLY,
     END,
     EVALUATIONS,
+    EVERY,
     FULL,
+    KNOWN,
     LATE,
     NOW,
+    ONE,
     SLOPE,
     SPARE,
     STAGE,
@@ -44,8 +48,8 @@ NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 def cut(t, stop, located, model, method, state, work, scratch, counters):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
-    end, after = scratch.states[END], scratch.margins[AFTER]
-    left = _left(stop, end, model, state, work, scratch, after)
+    end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.margins[EVERY]
+    left = _left(stop, end, model, state, work, scratch, every, after)
     if after.size == 0 or not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
@@ -58,7 +62,7 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, model, method, state, work, scratch, counters)
-        left = _left(stop, end, model, state, work, scratch, after)
+        left = _left(stop, end, model, state, work, scratch, every, after)
     if left:
         stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
     scratch.fresh[1] = 0
@@ -66,8 +70,9 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
 
 
 @root
-def _left(t, y, model, state, work, scratch, out):
-    """Margins of all contact modes at t, y; True if any mode has ended."""
+def _left(t, y, model, state, work, scratch, watched, out):
+    """Margins at t, y of the contact modes that ``watched`` has a negative one of, and of springs;
+    True if any mode has ended."""
     if out.size == 0:
         return False
     n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
@@ -76,10 +81,26 @@ def _left(t, y, model, state, work, scratch, out):
     else:
         place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     headings, reactions = scratch.headings, holds.reaction
-    margins(t, y, state.modes, work.motion, model.bodies, fenders, headings, reactions, out)
+    motion, bodies = work.motion, model.bodies
+    margins(t, y, state.modes, motion, bodies, fenders, headings, reactions, watched, out)
     if model.elements[SPRING].lines.size > 0:
-        spring.margins(state.modes, work.motion, model.bodies, model.elements[SPRING], out)
-    return left_behind(out)
+        spring.margins(state.modes, motion, bodies, model.elements[SPRING], out)
+    return any_negative(out)
+
+
+@root
+def _find_before(t, model, state, work, scratch):
+    """Margins at the start of the step, as far as the step before has not left them there."""
+    fresh, watched, one = scratch.fresh, scratch.margins[EVERY], scratch.margins[ONE]
+    if fresh[2] == KNOWN:
+        return
+    if fresh[2] == BUT_FOR_SLIP:
+        watched = one
+        for i in range(model.elements[FENDER].points.size):
+            one[MARGINS * i] = -1.0 if state.modes[i, MODE] == SLIP else 0.0
+    _left(t, state.y, model, state, work, scratch, watched, scratch.margins[BEFORE])
+    clear(one)
+    fresh[2] = KNOWN
 
 
 @root
@@ -92,15 +113,16 @@ def _land(t, h, model, method, state, work, scratch, counters):
     """
     end = scratch.states[END]
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
+    every = scratch.margins[EVERY]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     assign(scratch.states[FULL], end)
-    _left(t, state.y, model, state, work, scratch, before)
+    _find_before(t, model, state, work, scratch)
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, model, state, work, scratch)
     while True:
         step(t, x * h, model, method, state, work, scratch, counters)
-        _left(t + x * h, end, model, state, work, scratch, now)
+        _left(t + x * h, end, model, state, work, scratch, every, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
@@ -145,25 +167,27 @@ def _zero_on_cubic(defect, t, h, model, state, work, scratch):
 @kernel
 def _phi_on_cubic(x, t, h, model, state, work, scratch):
     now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
-    _on_cubic(x, t, h, model, state, work, scratch, now)
+    _on_cubic(x, t, h, model, state, work, scratch, after, now)
     return phi(now, before, after)
 
 
 @root
-def _on_cubic(x, t, h, model, state, work, scratch, out):
-    """Margins on the cubic through both ends of the uncut step: of coordinates, rates and nodes
+def _on_cubic(x, t, h, model, state, work, scratch, watched, out):
+    """`_left` on the cubic through both ends of the uncut step: of coordinates, rates and nodes
     alone, but for the reactions of rigid friction."""
     fenders, stage = model.elements[FENDER], scratch.states[STAGE]
     if work.holds.point.size > 0:
         _interpolate(x, h, 0, stage.size, state, scratch, stage)
     else:
-        nodes = fenders.state
         _interpolate(x, h, 0, 2 * model.bodies.active.size, state, scratch, stage)
-        _interpolate(x, h, nodes, nodes + STATES * fenders.points.size, state, scratch, stage)
-    _left(t + x * h, stage, model, state, work, scratch, out)
+        for i in range(fenders.points.size):
+            if any_negative(watched[MARGINS * i : MARGINS * (i + 1)]):
+                k = fenders.state + STATES * i
+                _interpolate(x, h, k, k + 2, state, scratch, stage)  # its stretch
+    _left(t + x * h, stage, model, state, work, scratch, watched, out)
 
 
-@root
+@kernel
 def _interpolate(x, h, i, j, state, scratch, out):
     """States i to j on the cubic through both ends of the uncut step."""
     k, full, slope = scratch.k[0], scratch.states[FULL], scratch.states[SLOPE]
@@ -178,16 +202,16 @@ def _dip(t, h, model, state, work, scratch, counters):
     It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
     step, or before another event, is not jumped over. The margins of the end are in NOW.
     """
-    margin, end = scratch.margins, scratch.states[END]
+    margin, every, end = scratch.margins, scratch.margins[EVERY], scratch.states[END]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     scratch.fresh[1] = 1
     assign(scratch.states[FULL], end)
-    _left(t, state.y, model, state, work, scratch, margin[BEFORE])
-    _on_cubic(NEAR, t, h, model, state, work, scratch, margin[EARLY])
+    _find_before(t, model, state, work, scratch)
+    _on_cubic(NEAR, t, h, model, state, work, scratch, every, margin[EARLY])
     if not _may_dip(margin):
         return 1.0
-    _on_cubic(1.0 - NEAR, t, h, model, state, work, scratch, margin[LATE])
+    _on_cubic(1.0 - NEAR, t, h, model, state, work, scratch, every, margin[LATE])
     for i in range(margin.shape[1]):
         first, last = margin[BEFORE, i], margin[NOW, i]
         falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
@@ -236,8 +260,11 @@ def _deepest(i, floor, t, h, model, state, work, scratch):
 
 @kernel
 def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
-    _on_cubic(x, t, h, model, state, work, scratch, scratch.margins[TRIAL])
-    return scratch.margins[TRIAL, i]
+    one, out = scratch.margins[ONE], scratch.margins[TRIAL]
+    one[i] = -1.0
+    _on_cubic(x, t, h, model, state, work, scratch, one, out)
+    one[i] = 0.0
+    return out[i]
 
 
 @kernel

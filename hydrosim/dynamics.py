@@ -44,7 +44,10 @@ from hydrosim.radiation.memory import (
 from hydrosim.refs import ref
 from hydrosim.rigid import (
     Bodies,
+    Inertia,
     Motion,
+    Turning,
+    accelerate_freely,
     acceleration_map,
     cholesky,
     cholesky_solve,
@@ -52,6 +55,7 @@ from hydrosim.rigid import (
     kinetic_energy,
     mass_matrix,
     new_motion,
+    new_turning,
     place_bodies,
 )
 from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
@@ -68,6 +72,7 @@ class Model(NamedTuple):
 
     bodies: Bodies
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
+    inertia: Inertia
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
     states: RadiationStates
     convolution: ConvolutionKernel
@@ -90,6 +95,7 @@ class Work(NamedTuple):
     total: np.ndarray  # (6 nb,)
     mass: np.ndarray  # (6 nb, 6 nb)
     inertia: np.ndarray  # (n, n)
+    turning: Turning
     holds: Holds
     following: np.ndarray  # of `following_loads`
 
@@ -105,6 +111,7 @@ def new_work(model: Model) -> Work:
         np.zeros(m),
         np.zeros((m, m)),
         np.zeros((n, n)),
+        new_turning(model.inertia),
         new_holds(law.size, int(np.count_nonzero(law == COULOMB)), n),
         np.zeros(POINTS + 6),
     )
@@ -127,22 +134,27 @@ def rhs(t, y, modes, history, model, work, dy):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     forces(t, y, modes, history, model, work, dy)
 
-    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
     total_force(work.wrench, work.total)
-    subtract_inertial(model.bodies, motion, work.mass, work.total)
-
-    assign(dy[:n], y[n : 2 * n])
     acceleration = dy[n : 2 * n]
-    generalised_force(model.bodies, motion, work.total, acceleration)
-    acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    accelerate(modes, model, work, acceleration)
+    assign(dy[:n], y[n : 2 * n])
+    subtract_gyroscopic(model.bodies, motion, work.total)
+    if work.holds.point.size == 0:
+        accelerate_freely(
+            model.inertia, model.bodies, motion, work.total, work.turning, acceleration
+        )
+    else:
+        accelerate(modes, model, work, acceleration)
 
 
 @kernel
 def accelerate(modes, model, work, x):
-    """Turn generalised forces ``x`` (n,) into accelerations; reactions of the points that rigid
-    friction holds go into ``work.holds`` and their rows of ``work.wrench``."""
+    """Accelerations ``x`` (n,) where rigid friction may hold points; their reactions go into
+    ``work.holds`` and their rows of ``work.wrench``."""
     motion, fenders, holds = work.motion, model.elements[FENDER], work.holds
+    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
+    subtract_bias(model.bodies, motion, work.mass, work.total)
+    generalised_force(model.bodies, motion, work.total, x)
+    acceleration_map(model.bodies, motion, work.mass, work.inertia)
     hold_points(modes, motion, model.bodies, fenders, work.total, holds)
     solve_for_pivots(holds.constraints)
     eliminate(holds.constraints, work.inertia, x)
@@ -192,7 +204,8 @@ def forces(t, y, modes, history, model, work, dy):
     x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     radiation_states(x, v, model.states, dx, wrench[RADIATION])
-    radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
+    if model.convolution.row.size > 0:
+        radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
     radiation_damping(v, model.damping, wrench[RADIATION])
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     if model.following.body.size > 0:
@@ -211,10 +224,11 @@ def forces(t, y, modes, history, model, work, dy):
 @kernel
 def total_force(wrench, total):
     """Sum over the rows of ``wrench`` (nr, 6 nb) into ``total``."""
-    clear(total)
-    for row in range(wrench.shape[0]):
-        for i in range(total.size):
-            total[i] += wrench[row, i]
+    for i in range(total.size):
+        entry = 0.0
+        for row in range(wrench.shape[0]):
+            entry += wrench[row, i]
+        total[i] = entry
 
 
 @kernel
@@ -227,20 +241,24 @@ def power(force, v):
 
 
 @kernel
-def subtract_inertial(bodies, motion, mass, total):
-    """total -= omega x (R I R^T omega) + (M + A_inf) S' q'; both vanish for small angles."""
-    if not bodies.exact:
-        return
-    for b in range(bodies.each.size):
+def subtract_gyroscopic(bodies, motion, total):
+    """total -= omega x (R I R^T omega), which vanishes for small angles."""
+    for b in range(bodies.each.size if bodies.exact else 0):
         k, R = 6 * b + 3, motion.rotation[b]
         omega = vector(motion.velocity, k)
         body_omega = matvec(R.T, omega)
         gyroscopic = cross(omega, matvec(R, matvec(bodies.each[b].inertia, body_omega)))
         for i in range(3):
             total[k + i] -= gyroscopic[i]
-            if motion.bias[k + i] != 0.0:
-                for j in range(total.size):
-                    total[j] -= mass[j, k + i] * motion.bias[k + i]
+
+
+@kernel
+def subtract_bias(bodies, motion, mass, total):
+    """total -= (M + A_inf) S' q', which vanishes for small angles."""
+    for i in range(total.size if bodies.exact else 0):
+        if motion.bias[i] != 0.0:
+            for j in range(total.size):
+                total[j] -= mass[j, i] * motion.bias[i]
 
 
 @kernel

@@ -17,7 +17,7 @@ from typing import Any
 import numba
 
 from hydrosim.cache import cache_root
-from hydrosim.linking import Part, Whole
+from hydrosim.linking import Part, Summing, Whole
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parent
@@ -50,6 +50,12 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _compiled(Part, function)
 
 
+def summing(function: Callable[..., Any]) -> Any:
+    """A `kernel` whose sums may be taken in any order, so that they vectorise: what it returns
+    changes by roundings alone."""
+    return _compiled(Summing, function)
+
+
 def root(function: Callable[..., Any]) -> Any:
     """A `kernel` that is large and called from several places: its machine code is in one place."""
     return _compiled(Whole, function)
@@ -79,3 +85,12 @@ def clear(target):
     """target[:] = 0 for a flat array."""
     for i in range(target.size):
         target[i] = 0.0
+
+
+@kernel
+def any_negative(values):
+    """True if any of a flat array is negative."""
+    for i in range(values.size):
+        if values[i] < 0.0:
+            return True
+    return False

@@ -125,17 +125,21 @@ class _Flags(compiler.Flags):
 
 
 @cache
-def _part_flags() -> Any:
-    """Options of all parts: they are not compiled to the end."""
+def _part_flags(fastmath: frozenset[str]) -> Any:
+    """Options of parts: they are not compiled to the end."""
     flags: Any = _Flags()
-    CPUDispatcher.targetdescr.options.parse_as_flags(flags, {**OPTIONS, "forceinline": True})
+    options = {**OPTIONS, "forceinline": True, "fastmath": set(fastmath)}
+    CPUDispatcher.targetdescr.options.parse_as_flags(flags, options)
     flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     return flags
 
 
 class _Kernel(CPUDispatcher):
+    fastmath: frozenset[str] = frozenset()
+
     def __init__(self, function: Any) -> None:
-        super().__init__(function, targetoptions=OPTIONS, pipeline_class=_WholeCompiler)
+        options = {**OPTIONS, "fastmath": set(self.fastmath)}
+        super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self._cache = _Cache(function)
 
     def __reduce__(self) -> str:  # type: ignore[override]
@@ -164,10 +168,16 @@ class Part(_Kernel):
         context: Any = self.targetctx
         code = _PartCode(context.codegen(), self.py_func.__qualname__)
         result = compiler.compile_extra(
-            self.typingctx, context, self.py_func, args, None, _part_flags(), {}, code
+            self.typingctx, context, self.py_func, args, None, _part_flags(self.fastmath), {}, code
         )
         context.insert_user_function(result.fndesc, result.fndesc, [code])
         return result
+
+
+class Summing(Part):
+    """A part whose sums may be taken in any order."""
+
+    fastmath = frozenset({"reassoc", "contract"})
 
 
 class Whole(_Kernel):

@@ -29,7 +29,7 @@ import xarray as xr
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dynamics import Model
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.model import add_waves, compile_calm
+from hydrosim.model import add_waves, check_scene, compile_calm
 from hydrosim.notes import Notes
 from hydrosim.restart import opened_start
 from hydrosim.runs_file import COMPLETE, NOT_RUN, RunsFile
@@ -38,7 +38,8 @@ from hydrosim.simulation import run_compiled, simulate, stability_warnings
 from hydrosim.stages import complete
 from hydrosim.statistics import statistics
 from hydrosim.stepper import State
-from hydrosim.wet import WetGroup
+from hydrosim.symmetry import planar, wave_asymmetries
+from hydrosim.wet import WetGroup, wet_groups
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -56,13 +57,13 @@ Progress = Callable[[int, int], None]
 
 
 class _Parts(NamedTuple):
-    """What scenes that differ in their waves alone have in common."""
+    """What scenes that differ in their waves alone have in common, if these are symmetric alike;
+    ``notes`` are those without waves."""
 
     scene: Scene
     model: Model
     state: State
-    wet: list[WetGroup]
-    warnings: list[str]
+    notes: Notes
 
 
 class _Outcome(NamedTuple):
@@ -263,10 +264,10 @@ def _run(
         return _Outcome(NOT_RUN)
     # what is read from files is read: netCDF knows no threads
     scene = replace(scene, bodies=parts.scene.bodies, initial=parts.scene.initial)
-    notes = Notes(wet=parts.wet)
+    notes = replace(parts.notes, skipped=[], warnings=[], records=[])
     try:
         model = add_waves(scene, parts.model, notes)
-        notes.warnings.extend(parts.warnings)
+        notes.warnings.extend(parts.notes.warnings)
         run = run_compiled(scene, model, deepcopy(parts.state), notes, watch)
     except HydrosimError as error:
         return _Outcome("failed", str(error))
@@ -304,26 +305,33 @@ class _Shared:
     def __init__(self) -> None:
         self._databases: dict[Path, HydroDatabase] = {}
         self._start: tuple[Start, Start] | None = None
-        self._scene: Scene | None = None
-        self._parts: _Parts | HydrosimError
+        self._calm: Scene | None = None
+        self._wet: list[WetGroup] = []
+        self._made: tuple[list[str], _Parts] | None = None
 
     def parts(self, scene: Scene) -> _Parts | HydrosimError:
         """The parts of a scene, or why there are none."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
-        if self._scene is None or not alike(calm, self._scene):
-            self._scene = calm
-            try:
-                self._parts = self._compiled(calm)
-            except HydrosimError as error:
-                self._parts = error
-        return self._parts
+        if self._calm is None or not alike(calm, self._calm):
+            self._calm, self._wet, self._made = calm, [], None
+        try:
+            check_scene(scene)
+            scene = self._opened(scene)
+            self._wet = self._wet or wet_groups(scene)
+            aside = list(wave_asymmetries(scene, self._wet))
+            if self._made is None or self._made[0] != aside:
+                self._made = aside, self._compiled(scene)
+        except HydrosimError as error:
+            return error
+        return self._made[1]
 
     def _compiled(self, scene: Scene) -> _Parts:
-        scene, notes = self._opened(scene), Notes()
+        notes = Notes(wet=self._wet)
+        scene = planar(scene, notes)
         model, state = compile_calm(scene, notes)
-        warnings = stability_warnings(scene, model, state)
-        return _Parts(scene, model, state, notes.wet, warnings)
+        notes.warnings.extend(stability_warnings(scene, model, state))
+        return _Parts(scene, model, state, notes)
 
     def _opened(self, scene: Scene) -> Scene:
         bodies = tuple(

@@ -22,7 +22,8 @@ from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
 from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
-from hydrosim.rigid import BODY, Bodies, Motion, place_bodies
+from hydrosim.radiation.state_space import coupled_groups
+from hydrosim.rigid import BODY, Bodies, Motion, constant_inertia, place_bodies
 from hydrosim.run import Clock
 from hydrosim.scene import (
     ADAPTIVE,
@@ -50,7 +51,9 @@ TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
 
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
-    """The scene as arrays, and its state at the start; ``notes`` are filled if given.
+    """The scene as arrays, and its state at the start; ``notes`` are filled if given. All degrees
+    of freedom are there: `simulate` takes out first what is zero by symmetry, see
+    `hydrosim.symmetry`.
 
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.
@@ -64,10 +67,10 @@ def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, Stat
 def compile_calm(scene: Scene, notes: Notes) -> tuple[Model, State]:
     """An `opened` scene in calm water: scenes that differ in their waves alone have it in common.
 
-    Fills the databases of ``notes``; raises as `compile_scene` does.
+    Fills the databases of ``notes`` unless they are there; raises as `compile_scene` does.
     """
-    _check(scene)
-    notes.wet.extend(wet_groups(scene))
+    check_scene(scene)
+    notes.wet = notes.wet or wet_groups(scene)
     bodies, alone = _bodies(scene), each_alone(notes.wet)
     groups = [group for wet in notes.wet for group in _groups(wet, bodies.active)]
     states = radiation.state_space_model(groups)
@@ -76,12 +79,14 @@ def compile_calm(scene: Scene, notes: Notes) -> tuple[Model, State]:
     elements = forces.compile_elements(scene.forces, layout)
     energy = layout.state + fender.STATES * elements[FENDER].points.size
     rows = len(ROWS) + len(scene.forces)
+    added_mass = _whole(scene, [(w.dofs, w.added_mass) for w in notes.wet])
     model = Model(
         bodies=bodies,
-        added_mass=_whole(scene, [(w.dofs, w.added_mass) for w in notes.wet]),
+        added_mass=added_mass,
+        inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
-        convolution=_convolution(scene, notes.wet),
+        convolution=_convolution(scene, notes.wet, bodies.active),
         damping=radiation.constant_damping(
             _whole(scene, [(wet.dofs, wet.damping) for wet in notes.wet])
         ),
@@ -119,8 +124,9 @@ def add_waves(scene: Scene, calm: Model, notes: Notes) -> Model:
     return model
 
 
-def _check(scene: Scene) -> None:
-    """What a case file cannot get wrong, but a scene written in Python can."""
+def check_scene(scene: Scene) -> None:
+    """Raises InputError where a scene is wrong as no case file can be, but one written in Python
+    can."""
     names = [body.name for body in scene.bodies]
     steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
     whole = scene.solver.method in ADAPTIVE or abs(steps - round(steps)) <= 1e-9 * steps
@@ -291,7 +297,9 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     return np.array(rows)
 
 
-def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.ConvolutionKernel:
+def _convolution(
+    scene: Scene, groups: Sequence[WetGroup], active: np.ndarray
+) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if isinstance(wet.radiation, ConvolutionRadiation)]
     settings = list({wet.radiation: wet.memory.time[1] for wet in chosen}.values())
     if not settings:
@@ -302,11 +310,20 @@ def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.Convolut
             f"bodies.{names}.radiation: found convolutions with different tables; expected one"
             " length and one step for all of them."
         )
-    kernels = _whole(scene, [(wet.dofs, wet.memory.kernel) for wet in chosen])
+    kernels = _whole(scene, [(wet.dofs, _kernel(wet, active)) for wet in chosen])
     if scene.solver.method in ADAPTIVE:
         return radiation.convolution_model(settings[0], kernels)
     stages = METHODS[scene.solver.method].c.tolist()
     return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
+
+
+def _kernel(wet: WetGroup, active: np.ndarray) -> np.ndarray:
+    """Retardation functions of a database, without those of locked DOFs alone."""
+    kernel = wet.memory.kernel.copy()
+    for dofs in coupled_groups(kernel):
+        if not np.isin(wet.dofs[dofs], active).any():
+            kernel[:, dofs[:, None], dofs] = 0.0
+    return kernel
 
 
 def wave_bodies(scene: Scene, groups: Sequence[WetGroup]) -> list[WaveBody]:

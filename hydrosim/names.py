@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -61,11 +62,8 @@ def spring_names(scene: Scene) -> list[str]:
 def state_names(scene: Scene, model: Model) -> list[str]:
     """Names of all entries of y: coordinates, their rates, "radiation 1 of heave, pitch of barge",
     "slip distance of interface 1", "work of lift", "loss in mooring", ..."""
-    coordinates = coordinate_names(scene)
     return [
-        *coordinates,
-        *(f"rate of {name}" for name in coordinates),
-        *_radiation_names(scene, model),
+        *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
         *(
             f"{'work of' if supplies(scene, row) else 'loss in'} {name}"
@@ -75,18 +73,30 @@ def state_names(scene: Scene, model: Model) -> list[str]:
     ]
 
 
+def moving_names(scene: Scene, model: Model) -> dict[str, list[str]]:
+    """Names of the first entries of y, coordinates, rates and radiation, and of the coordinates
+    that each belongs to."""
+    coordinates = coordinate_names(scene)
+    return {
+        **{name: [name] for name in coordinates},
+        **{f"rate of {name}": [name] for name in coordinates},
+        **_radiation_names(scene, model),
+    }
+
+
 def memory_names(scene: Scene, model: Model) -> list[str]:
     """Names of the coordinates whose velocities a convolution remembers."""
     return [_coordinate(scene, dof) for dof in np.unique(model.convolution.column)]
 
 
-def _radiation_names(scene: Scene, model: Model) -> Iterator[str]:
-    states = model.states
-    for g, count in enumerate(np.diff(states.state)):
-        dofs = states.dof[states.member[g] : states.member[g + 1]]
-        group = dofs_of(dofs, [body.name for body in scene.bodies])
-        for k in range(count):
-            yield f"radiation {k + 1} of {group}"
+def _radiation_names(scene: Scene, model: Model) -> dict[str, list[str]]:
+    states, bodies = model.states, [body.name for body in scene.bodies]
+    groups = [states.dof[a:b] for a, b in pairwise(states.member)]
+    return {
+        f"radiation {k + 1} of {dofs_of(dofs, bodies)}": [_coordinate(scene, dof) for dof in dofs]
+        for dofs, count in zip(groups, np.diff(states.state), strict=True)
+        for k in range(count)
+    }
 
 
 def _coordinate(scene: Scene, dof: int) -> str:

@@ -23,12 +23,15 @@ OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond 
 @dataclass
 class Notes:
     """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated,
-    and the databases in use."""
+    and the databases in use; what became of `symmetry` in words, and the names of the coordinates
+    that are ``zero`` by it."""
 
     skipped: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     records: list[str] = field(default_factory=list)
     wet: list[WetGroup] = field(default_factory=list)
+    symmetry: str = ""
+    zero: tuple[str, ...] = ()
 
 
 def take_note(scene: Scene, model: Model, notes: Notes) -> None:
@@ -37,7 +40,7 @@ def take_note(scene: Scene, model: Model, notes: Notes) -> None:
     Raises InputError where a sea is mostly beyond a database's frequencies.
     """
     alone = each_alone(notes.wet)
-    notes.skipped.extend(_skipped(scene, model, alone))
+    notes.skipped.extend(_skipped(scene, model, alone, notes.zero))
     notes.records.extend(_records(scene))
     notes.warnings.extend(_fit_warnings(notes.wet))
     for body in scene.bodies:
@@ -124,9 +127,15 @@ def _records(scene: Scene) -> Iterator[str]:
             )
 
 
-def _skipped(scene: Scene, model: Model, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
+def _skipped(
+    scene: Scene, model: Model, wet: Mapping[str, HydroDatabase], zero: Sequence[str]
+) -> Iterator[str]:
     for body in scene.bodies:
-        locked = [dof for dof in DOFS if dof not in body.dofs]
+        left_out = [dof for dof in DOFS if dof not in body.dofs]
+        symmetric = [dof for dof in left_out if f"{dof} of {body.name}" in zero]
+        locked = [dof for dof in left_out if dof not in symmetric]
+        if symmetric:
+            yield f"{body.name}: {', '.join(symmetric)} zero by symmetry, not in the state"
         if locked:
             yield f"{body.name}: {', '.join(locked)} locked, not in the state"
         if body.name not in wet:

@@ -28,7 +28,14 @@ from hydrosim.forces.contact.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.names import MOVING, fender_names, memory_names, spring_names, state_names
+from hydrosim.names import (
+    MOVING,
+    fender_names,
+    memory_names,
+    moving_names,
+    spring_names,
+    state_names,
+)
 from hydrosim.output import read
 from hydrosim.radiation import VelocityHistory
 from hydrosim.radiation.history import push
@@ -79,7 +86,7 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
     y = np.array([there.get(name, 0.0) for name in state_names(scene, model)])
-    return State(y, _modes(scene, model, run, y), _history(model, run, time, fresh.history))
+    return State(y, _modes(scene, model, run, y), _history(scene, model, run, fresh.history))
 
 
 def _run(scene: Scene) -> xr.Dataset:
@@ -120,17 +127,18 @@ def check_fit(scene: Scene, model: Model) -> None:
     """Raises InputError where the bodies, degrees of freedom or radiation of an `opened` scene are
     not those of the run that it starts from."""
     run = _run(scene)
-    names = state_names(scene, model)[: model.elements[FENDER].state]
+    names = moving_names(scene, model)
+    names |= {f"memory of {name}": [name] for name in memory_names(scene, model)}
     stored = [str(name) for name in run.state.values if name.startswith(MOVING)]
     if "memory_acceleration" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
-    names += [f"memory of {name}" for name in memory_names(scene, model)]
+    zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
     problems = {
-        "it lacks": [name for name in names if name not in stored],
+        "it lacks": [name for name, of in names.items() if name not in stored and {*of} - zero],
         "it has, and this scene has not,": [name for name in stored if name not in names],
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
-    if not found and not _same_fit(model, run):
+    if not found and not _same_fit(scene, model, run):
         found = "its radiation states are of another fit (another database, or program version)"
     if found:
         raise InputError(
@@ -144,10 +152,12 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:SHOWN]) + more
 
 
-def _same_fit(model: Model, run: xr.Dataset) -> bool:
-    here = radiation.input_rates(model.states)
-    there = run.state_input.values[model.radiation :][: here.size]
-    return np.allclose(here, there, rtol=0.0, atol=SAME_FIT * np.abs(here).max(initial=0.0))
+def _same_fit(scene: Scene, model: Model, run: xr.Dataset) -> bool:
+    """Whether the radiation states that both have are of one fit."""
+    names, here = state_names(scene, model)[model.radiation :], radiation.input_rates(model.states)
+    there = dict(zip(run.state.values, run.state_input.values, strict=True))
+    missed = [there.get(name, x) - x for name, x in zip(names, here, strict=False)]
+    return np.abs(missed).max(initial=0.0) <= SAME_FIT * np.abs(here).max(initial=0.0)
 
 
 def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.ndarray:
@@ -197,18 +207,20 @@ def _possible(
     fenders, springs = model.elements[FENDER], model.elements[SPRING]
     out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    flat, bodies = out.reshape(-1), model.bodies
-    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, flat)
+    flat, bodies, every = out.reshape(-1), model.bodies, np.full(out.size, -1.0)
+    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, every, flat)
     spring.margins(modes, motion, bodies, springs, flat)
     steepest = [fenders.points["steepest"], springs.lines["steepest"]]
     touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)
     return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
 
 
-def _history(model: Model, run: xr.Dataset, time: float, fresh: VelocityHistory) -> VelocityHistory:
-    """The velocities that a convolution remembers before ``time``, with as much room as ``fresh``
-    has left for more."""
-    kernel = model.convolution
+def _history(
+    scene: Scene, model: Model, run: xr.Dataset, fresh: VelocityHistory
+) -> VelocityHistory:
+    """The velocities that a convolution remembers at the start, with as much room as ``fresh`` has
+    left for more; zero where the run has none."""
+    kernel, time = model.convolution, begin(scene)
     if kernel.row.size == 0:
         return fresh
     t, length = run.memory_time.values, (len(kernel.K) - 1) * kernel.step
@@ -223,7 +235,9 @@ def _history(model: Model, run: xr.Dataset, time: float, fresh: VelocityHistory)
     first = max(int(np.searchsorted(t, reach, side="right")) - 1, 0)
     nodes = range(first, int(np.searchsorted(t, time)))
     full = radiation.history_for(kernel, fresh.velocity.shape[1], fresh.time.size + len(nodes))
-    columns, (v, a) = np.unique(kernel.column), np.zeros((2, fresh.velocity.shape[1]))
+    column = dict(zip(memory_names(scene, model), np.unique(kernel.column), strict=True))
+    columns = [column[name] for name in run.memory_dof.values]
+    v, a = np.zeros((2, fresh.velocity.shape[1]))
     for i in nodes:
         v[columns], a[columns] = run.memory_velocity.values[i], run.memory_acceleration.values[i]
         push(full, t[i], v, a)

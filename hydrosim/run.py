@@ -7,7 +7,7 @@ by the method itself, the mode switches, and the rest of the step follows (`hydr
 
 from __future__ import annotations
 
-from math import isfinite, prod
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +17,14 @@ from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
-from hydrosim.kernels import assign, kernel, root
+from hydrosim.kernels import assign, kernel, root, summing
 from hydrosim.radiation.history import push
 from hydrosim.refs import ref
 from hydrosim.rigid import accelerations
 from hydrosim.stepper import (
+    AFTER,
+    BEFORE,
+    BUT_FOR_SLIP,
     CAPSIZED,
     CHATTERING,
     END,
@@ -36,6 +39,7 @@ from hydrosim.stepper import (
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
+    UNKNOWN,
     step,
 )
 from hydrosim.waves.loads import wave_loads
@@ -233,24 +237,37 @@ def _breakpoint_after(t, goal, clock):
 
 @kernel
 def _renew(left, work, scratch):
-    """After a step: the slope at its end begins the next, where it is known, the modes stay and
-    rigid friction does not change the state."""
-    scratch.fresh[0] = 0
-    if scratch.fresh[1] != 0 and not left and work.holds.point.size == 0:
+    """After a step: the slope at its end, where it is known, and the margins there begin the next,
+    if the modes stay and rigid friction does not change the state."""
+    fresh, margins = scratch.fresh, scratch.margins
+    known = fresh[1] != 0
+    fresh[0], fresh[1], fresh[2] = 0, 0, UNKNOWN
+    if left or work.holds.point.size > 0:
+        return
+    assign(margins[BEFORE], margins[AFTER])
+    fresh[2] = BUT_FOR_SLIP  # whose headings are new at each step
+    if known:
         assign(scratch.k[0], scratch.states[SLOPE])
-        scratch.fresh[0] = 1
-    scratch.fresh[1] = 0
+        fresh[0] = 1
 
 
 @kernel
 def check(y, bodies, counters):
     """Set the status where a number is not finite or a pitch angle is too steep."""
-    n = bodies.active.size
-    for j in range(y.size):
-        if not isfinite(y[j]):
-            counters[STATUS] = NOT_FINITE
-        elif j < n and bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST and bodies.exact:
+    for j in range(bodies.active.size if bodies.exact else 0):
+        if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
+    if nothing(y) != 0.0:
+        counters[STATUS] = NOT_FINITE
+
+
+@summing
+def nothing(y):
+    """Zero times the sum of ``y``: zero if all of it is finite, else not a number."""
+    total = 0.0
+    for j in range(y.size):
+        total += 0.0 * y[j]
+    return total
 
 
 @root

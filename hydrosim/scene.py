@@ -96,6 +96,13 @@ class LinearScenes(StrEnum):
     STEP = "step"
 
 
+class Symmetry(StrEnum):
+    """What to do with a scene that is its own mirror image: solve it in its plane, or look away."""
+
+    USE = "use"
+    IGNORE = "ignore"
+
+
 class Kinematics(StrEnum):
     """Rigid-body kinematics: rotation matrices, or small angles throughout."""
 
@@ -350,7 +357,8 @@ class Solver:
 
     An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
     ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
-    stepped unless asked for, see `hydrosim.exact`.
+    stepped unless asked for, see `hydrosim.exact`; one that is its own mirror image has no sway,
+    roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.symmetry`.
     """
 
     method: Method = Method.RK4
@@ -360,6 +368,7 @@ class Solver:
     events: bool = True
     unstable: Unstable = Unstable.WARN
     linear: LinearScenes = LinearScenes.EXACT
+    symmetry: Symmetry = Symmetry.USE
 
 
 @dataclass(frozen=True)
@@ -369,8 +378,8 @@ class Start:
 
     Time goes on: the new run begins at that time, and waves, ramps and tables keep their phase;
     `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
-    must be those of ``run``; `Body.position` then holds for locked degrees of freedom only, and
-    `Body.velocity` for none.
+    must be those of ``run``, but for what is zero by symmetry; `Body.position` then holds for
+    locked degrees of freedom only, and `Body.velocity` for none.
     """
 
     run: xr.Dataset | Path | str

@@ -42,6 +42,7 @@ from hydrosim.stepper import (
     State,
     new_scratch,
 )
+from hydrosim.symmetry import planar
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -78,6 +79,7 @@ def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset
 
 def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
     notes = Notes()
+    scene = planar(scene, notes)
     model, state = compile_scene(scene, notes)
     notes.warnings.extend(stability_warnings(scene, model, state))
     return run_compiled(scene, model, state, notes, progress)
@@ -218,6 +220,8 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "solver_step": scene.solver.step,
         "warnings": "\n".join(notes.warnings) or None,
         "skipped": "\n".join(notes.skipped) or None,
+        "solver_symmetry": notes.symmetry or None,
+        "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
         "records": "\n".join(notes.records) or None,
         **{

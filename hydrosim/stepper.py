@@ -30,7 +30,8 @@ from hydrosim.radiation.history import VelocityHistory
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE, SPARE = range(5)
-BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
+UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
+BEFORE, AFTER, NOW, EARLY, LATE, TRIAL, ONE, EVERY = range(8)
 INSIDE = 1e-15  # of the time: what a corner is seen from inside by
 SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
@@ -45,13 +46,15 @@ class State(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    ``pace`` (2,), the next adaptive step and the error of the last, and ``fresh`` (2,), not zero
-    while k[0] is the slope at the current state, and the slope in ``states`` that at the end.
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (8, nm),
+    ``pace`` (2,), the next adaptive step and the error of the last, and ``fresh`` (3,), not zero
+    while k[0] is the slope at the current state, and the slope in ``states`` that at the end; then
+    whether the margins before the step are known.
 
     The states are the end of the step, the end of the uncut step and the slope there, a stage, and
     one to spare; the margins are those before and after the uncut step, at the place in question,
-    near both ends and on trial; ``headings`` (nf, 2) are those of slip at the start of the step.
+    near both ends and on trial, and, for what to look at, all zero but for one of them, and all
+    negative; ``headings`` (nf, 2) are those of slip at the start of the step.
     """
 
     k: np.ndarray
@@ -69,12 +72,14 @@ def new_scratch(model: Model, method: Tableau, control: Control, pace: float) ->
     nf, ny = model.elements[FENDER].points.size, model.size
     implicit = bool(np.diag(method.a).any())
     unknown = dynamic_states(model) if implicit else np.zeros(0, dtype=np.int64)
+    margins = np.zeros((8, MARGINS * len(new_modes(model.elements))))
+    margins[EVERY] = -1.0
     return Scratch(
         np.zeros((method.b.size, ny)),
         np.zeros((5, ny)),
-        np.zeros((6, MARGINS * len(new_modes(model.elements)))),
+        margins,
         np.array([pace, 1.0]),
-        np.zeros(2, dtype=np.int64),
+        np.zeros(3, dtype=np.int64),
         np.zeros((nf, 2)),
         new_newton(unknown, ny),
         control,

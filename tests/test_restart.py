@@ -282,7 +282,7 @@ def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:
 
 OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "body": ({"name": "ship"}, ["it lacks surge of ship, ", "it has", "surge of barge, "]),
-    "dofs": ({"dofs": ("surge",)}, ["this scene has not, sway of barge, heave of barge, "]),
+    "dofs": ({"dofs": ("surge",)}, ["this scene has not, heave of barge, pitch of barge, "]),
     "no radiation": (
         {"radiation": RadiationModel.NONE},
         ["radiation 1 of surge, heave, pitch of barge", " more"],

@@ -26,7 +26,16 @@ from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
 from hydrosim.case.waves import Waves
-from hydrosim.scene import DOFS, Kinematics, LinearScenes, Method, Place, SecondOrder, Unstable
+from hydrosim.scene import (
+    DOFS,
+    Kinematics,
+    LinearScenes,
+    Method,
+    Place,
+    SecondOrder,
+    Symmetry,
+    Unstable,
+)
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -545,6 +554,7 @@ class Solver(Strict):
     events: StrictBool = True
     unstable: Unstable = Unstable.WARN
     linear: LinearScenes = LinearScenes.EXACT
+    symmetry: Symmetry = Symmetry.USE
 
 
 class Output(Strict):

@@ -26,6 +26,7 @@ from hydrosim.forces import linear_mooring
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.kernels import kernel
+from hydrosim.rigid.vectors import product
 from hydrosim.scene import DOFS, ForceElement
 
 
@@ -89,11 +90,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def _resist(e, v, wrench):
     """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power it takes."""
-    k, lost = 6 * e.body, 0.0
+    k, lost, C, U = 6 * e.body, 0.0, e.damping, e.stream
+    f = product(C, v, k)
     for i in range(6):
-        for j in range(6):
-            stream = e.stream[j] if j < 2 else 0.0
-            resistance = e.damping[i, j] * (v[k + j] - stream)
-            wrench[k + i] -= resistance
-            lost += v[k + i] * resistance
+        resistance = f[i] - C[i, 0] * U[0] - C[i, 1] * U[1]
+        wrench[k + i] -= resistance
+        lost += v[k + i] * resistance
     return lost

@@ -18,6 +18,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces.layout import Layout
 from hydrosim.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
+from hydrosim.rigid.vectors import product
 from hydrosim.scene import DOFS, ForceElement
 
 TUNING = 100  # iterations, each of which takes off most of the error
@@ -61,7 +62,7 @@ def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.n
     wanted = np.zeros(6) if element.natural_period is None else element.natural_period
     omega = np.divide(2.0 * np.pi, wanted, out=np.zeros(6), where=wanted > 0.0)
     k = np.zeros(6)
-    for _ in range(TUNING):
+    for _ in range(TUNING if np.any(omega) else 0):
         total, mass = layout.resonance(body, k)
         k = np.where(omega > 0.0, omega**2 * mass - (total - k), 0.0)
     for dof, period, own in zip(DOFS, wanted, k, strict=True):
@@ -92,12 +93,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         b, row = mooring.body, mooring.row
         Q = spring_force(6 * b, motion.coordinates, mooring.stiffness)
         wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
-        v = motion.velocity
+        v, f, lost = motion.velocity, product(mooring.damping, motion.velocity, 6 * b), 0.0
         for i in range(6):
-            for j in range(6):
-                damping = mooring.damping[i, j] * v[6 * b + j]
-                wrench[row, 6 * b + i] -= damping
-                rate[row] += v[6 * b + i] * damping
+            wrench[row, 6 * b + i] -= f[i]
+            lost += v[6 * b + i] * f[i]
+        rate[row] += lost
 
 
 @kernel

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from hydrosim.kernels import kernel
 from hydrosim.rigid import add_wrench
-from hydrosim.rigid.vectors import matvec, sub, vector
+from hydrosim.rigid.vectors import matvec, product, sub, vector
 
 
 @kernel
@@ -24,19 +24,9 @@ def relative_velocity(b, stream, motion):
 def add_resistance(b, D, u, motion, wrench):
     """Add -D u (6,), in the axes of body ``b``, to ``wrench`` (6 nb,); returns the power that it
     takes from the body."""
-    Q = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for j in range(6):
-        x = u[j]
-        Q = (
-            Q[0] - D[0, j] * x,
-            Q[1] - D[1, j] * x,
-            Q[2] - D[2, j] * x,
-            Q[3] - D[3, j] * x,
-            Q[4] - D[4, j] * x,
-            Q[5] - D[5, j] * x,
-        )
+    f = product(D, u, 0)
     R, v = motion.rotation[b], motion.velocity
-    force, moment = matvec(R, (Q[0], Q[1], Q[2])), matvec(R, (Q[3], Q[4], Q[5]))
+    force, moment = matvec(R, (-f[0], -f[1], -f[2])), matvec(R, (-f[3], -f[4], -f[5]))
     add_wrench(b, force, moment, wrench)
     lost = 0.0
     for i in range(3):

@@ -3,7 +3,7 @@
 from hydrosim.integrate.control import Control, error_norm, step_factor
 from hydrosim.integrate.dopri5 import DOPRI5
 from hydrosim.integrate.esdirk4 import ESDIRK4
-from hydrosim.integrate.events import between, left_behind, phi, scaled
+from hydrosim.integrate.events import between, phi, scaled
 from hydrosim.integrate.heun import HEUN
 from hydrosim.integrate.implicit import Newton, improve, new_newton, prepare
 from hydrosim.integrate.rk2 import RK2

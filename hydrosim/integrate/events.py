@@ -11,15 +11,6 @@ from hydrosim.kernels import kernel
 
 
 @kernel
-def left_behind(after):
-    """True if any margin is negative."""
-    for i in range(after.size):
-        if after[i] < 0.0:
-            return True
-    return False
-
-
-@kernel
 def phi(now, before, after):
     """Smallest watched margin of ``now`` in units of its own range over the step."""
     smallest = 1.0

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
-from hydrosim.radiation.memory import ConstantDamping, RadiationStates
+from hydrosim.radiation.memory import AT_ONCE, ConstantDamping, RadiationStates
 from hydrosim.radiation.state_space import StateSpace
 
 
@@ -18,18 +19,26 @@ def _joined(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
     return np.concatenate([np.empty(0, dtype), *(np.ravel(part) for part in parts)]).astype(dtype)
 
 
+def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
+    """``rows`` and as many more, the last again or zeros, as make whole parcels of `AT_ONCE`."""
+    more = -len(rows) % AT_ONCE
+    return np.pad(rows, [(0, more)] + [(0, 0)] * (rows.ndim - 1), mode)
+
+
 def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
     """All groups of all bodies as one set of arrays; their ``dofs`` index the scene's DOFs.
 
     The states of the model follow each other in the order of ``groups``. No groups, no cost.
     """
     pairs = [group.decay.size - group.real for group in groups]
+    dofs = [_filled_up(group.dofs, "edge") for group in groups]
+    B = [_filled_up(group.B.T, "constant") for group in groups]
     return RadiationStates(
         state=_offsets([group.B.shape[0] for group in groups]),
-        member=_offsets([group.dofs.size for group in groups]),
-        matrix=_offsets([group.B.size for group in groups])[:-1],
+        member=_offsets([of_group.size for of_group in dofs]),
+        matrix=_offsets([of_group.size for of_group in B])[:-1],
         real=np.array([group.real for group in groups], dtype=np.int64),
-        dof=_joined([group.dofs for group in groups], np.int64),
+        dof=_joined(dofs, np.int64),
         decay=_joined([np.diag(group.matrix) for group in groups]),
         rotation=_joined(
             [
@@ -37,8 +46,8 @@ def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
                 for group, n in zip(groups, pairs, strict=True)
             ]
         ),
-        B=_joined([group.B.T for group in groups]),
-        C=_joined([group.C for group in groups]),
+        B=_joined(B),
+        C=_joined([_filled_up(group.C, "constant") for group in groups]),
     )
 
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from hydrosim.kernels import kernel
+from hydrosim.kernels import summing
 
 
-@kernel
+@summing
 def dot(a, b):
-    """a b with eight running sums: one alone waits for each addition in turn."""
-    f0, f1, f2, f3, f4, f5, f6, f7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    eights = a.size - a.size % 8
-    for k in range(0, eights, 8):
-        f0 += a[k] * b[k]
-        f1 += a[k + 1] * b[k + 1]
-        f2 += a[k + 2] * b[k + 2]
-        f3 += a[k + 3] * b[k + 3]
-        f4 += a[k + 4] * b[k + 4]
-        f5 += a[k + 5] * b[k + 5]
-        f6 += a[k + 6] * b[k + 6]
-        f7 += a[k + 7] * b[k + 7]
-    for k in range(eights, a.size):
-        f0 += a[k] * b[k]
-    return ((f0 + f1) + (f2 + f3)) + ((f4 + f5) + (f6 + f7))
+    """a b."""
+    total = 0.0
+    for k in range(a.size):
+        total += a[k] * b[k]
+    return total
+
+
+@summing
+def dot_three(a, b):
+    """Products of the three rows of ``a``, which follow each other, and b."""
+    n = b.size
+    first, second, third = 0.0, 0.0, 0.0
+    for k in range(n):
+        first += a[k] * b[k]
+        second += a[n + k] * b[k]
+        third += a[2 * n + k] * b[k]
+    return first, second, third

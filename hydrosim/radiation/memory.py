@@ -11,7 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.kernels import kernel
-from hydrosim.radiation.dots import dot
+from hydrosim.radiation.dots import dot_three
+
+AT_ONCE = 3
+"""DOFs of a group that are read together, in one pass along its states."""
 
 
 class RadiationStates(NamedTuple):
@@ -20,6 +23,7 @@ class RadiationStates(NamedTuple):
     Group g owns the states ``state[g]:state[g+1]``, in the order of `StateSpace`: ``real[g]``
     real poles, then the first states of all pairs, then their second states. It couples the DOFs
     ``dof[member[g]:member[g+1]]``; its B and C are (m, states) and row-major from ``matrix[g]``.
+    m is a multiple of `AT_ONCE`: the last DOF is repeated, with zeros in B and C.
     """
 
     state: np.ndarray  # (groups + 1,) int64
@@ -53,11 +57,13 @@ def radiation_states(x, v, p, dx, force):
         own_x, own_dx = x[first:last], dx[first:last]
         _decay_and_rotate(own_x, p.decay[first:last], p.rotation[first:last], p.real[g], own_dx)
         row = p.matrix[g]
-        for j in range(p.member[g], p.member[g + 1]):
-            d = p.dof[j]
-            _add_scaled(p.B[row : row + own_x.size], v[d], own_dx)
-            force[d] -= dot(p.C[row : row + own_x.size], own_x)
-            row += own_x.size
+        for j in range(p.member[g], p.member[g + 1], AT_ONCE):
+            d = (p.dof[j], p.dof[j + 1], p.dof[j + 2])
+            felt = dot_three(p.C[row:], own_x)
+            _drive_by_three(p.B[row:], (v[d[0]], v[d[1]], v[d[2]]), own_dx)
+            for i in range(AT_ONCE):
+                force[d[i]] -= felt[i]
+            row += AT_ONCE * own_x.size
 
 
 @kernel
@@ -72,9 +78,11 @@ def _decay_and_rotate(x, decay, rotation, real, dx):
 
 
 @kernel
-def _add_scaled(b, u, dx):
-    for k in range(dx.size):
-        dx[k] += b[k] * u
+def _drive_by_three(B, u, dx):
+    """dx += u B for the three rows of B, which follow each other."""
+    n = dx.size
+    for k in range(n):
+        dx[k] += B[k] * u[0] + B[n + k] * u[1] + B[2 * n + k] * u[2]
 
 
 @kernel

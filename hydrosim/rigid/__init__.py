@@ -1,5 +1,12 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
+from hydrosim.rigid.inertia import (
+    Inertia,
+    Turning,
+    accelerate_freely,
+    constant_inertia,
+    new_turning,
+)
 from hydrosim.rigid.kinematics import (
     BODY,
     Bodies,
@@ -14,5 +21,10 @@ from hydrosim.rigid.kinematics import (
     point_velocity,
     wrench_of_coordinates,
 )
-from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.rigid.mass import (
+    cholesky,
+    cholesky_solve,
+    kinetic_energy,
+    mass_matrix,
+)
 from hydrosim.rigid.stiffness import spring_energy, spring_force

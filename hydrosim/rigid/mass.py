@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from hydrosim.kernels import assign, kernel
+from hydrosim.rigid.vectors import matvec
 
 
 @kernel
@@ -15,21 +16,18 @@ def mass_matrix(bodies, rotation, added_mass, M):
     for b in range(bodies.each.size):
         for i in range(3):
             M[6 * b + i, 6 * b + i] += bodies.each[b].mass
-            for j in range(3):
-                M[6 * b + 3 + i, 6 * b + 3 + j] += _earth_inertia(b, i, j, bodies, rotation)
+            add_earth_inertia(6 * b + 3, i, bodies.each[b].inertia, rotation[b], bodies.exact, M)
 
 
 @kernel
-def _earth_inertia(b, i, j, bodies, rotation):
-    """Entry i, j of R I R^T; in linear kinematics I itself."""
-    if not bodies.exact:
-        return bodies.each[b].inertia[i, j]
-    R, I = rotation[b], bodies.each[b].inertia  # noqa: E741
-    entry = 0.0
-    for k in range(3):
-        for m in range(3):
-            entry += R[i, k] * I[k, m] * R[j, m]
-    return entry
+def add_earth_inertia(k, j, inertia, R, exact, M):
+    """Add column j of R I R^T, in linear kinematics of I itself, to ``M`` from k, k on."""
+    if exact:
+        column = matvec(R, matvec(inertia, (R[j, 0], R[j, 1], R[j, 2])))
+    else:
+        column = (inertia[0, j], inertia[1, j], inertia[2, j])
+    for i in range(3):
+        M[k + i, k + j] += column[i]
 
 
 @kernel
@@ -44,26 +42,31 @@ def kinetic_energy(v, M):
 
 @kernel
 def cholesky(H):
-    """Lower Cholesky factor of ``H`` in place; NaN where H is not positive definite."""
-    for j in range(H.shape[0]):
-        for k in range(j):
-            H[j, j] -= H[j, k] * H[j, k]
-        H[j, j] = sqrt(H[j, j])
-        for i in range(j + 1, H.shape[0]):
+    """Lower Cholesky factor of ``H`` in place, with 1 / L_jj on the diagonal; NaN where H is not
+    positive definite."""
+    for i in range(H.shape[0]):
+        for j in range(i):
+            entry = H[i, j]
             for k in range(j):
-                H[i, j] -= H[i, k] * H[j, k]
-            H[i, j] /= H[j, j]
+                entry -= H[i, k] * H[j, k]
+            H[i, j] = entry * H[j, j]
+        square = H[i, i]
+        for k in range(i):
+            square -= H[i, k] * H[i, k]
+        H[i, i] = 1.0 / sqrt(square)
 
 
 @kernel
 def cholesky_solve(L, x):
-    """Solve L L^T x = x in place."""
+    """Solve L L^T x = x in place, for the factor of `cholesky`."""
     n = x.size
     for i in range(n):
+        entry = x[i]
         for k in range(i):
-            x[i] -= L[i, k] * x[k]
-        x[i] /= L[i, i]
+            entry -= L[i, k] * x[k]
+        x[i] = entry * L[i, i]
     for i in range(n - 1, -1, -1):
+        entry = x[i]
         for k in range(i + 1, n):
-            x[i] -= L[k, i] * x[k]
-        x[i] /= L[i, i]
+            entry -= L[k, i] * x[k]
+        x[i] = entry * L[i, i]

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from hydrosim.kernels import kernel
+from hydrosim.rigid.vectors import product
 
 
 @kernel
 def spring_force(k, q, K):
     """-K q (6,) as a tuple, for the six coordinates from index ``k``."""
-    Q = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for j in range(6):
-        x = q[k + j]
-        Q = (
-            Q[0] - K[0, j] * x,
-            Q[1] - K[1, j] * x,
-            Q[2] - K[2, j] * x,
-            Q[3] - K[3, j] * x,
-            Q[4] - K[4, j] * x,
-            Q[5] - K[5, j] * x,
-        )
-    return Q
+    f = product(K, q, k)
+    return (-f[0], -f[1], -f[2], -f[3], -f[4], -f[5])
 
 
 @kernel

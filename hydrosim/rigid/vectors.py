@@ -1,6 +1,8 @@
-"""Vectors of three as tuples: no allocation, and formulas that read like formulas."""
+"""Vectors of two, three and six as tuples: no allocation, and formulas that read like formulas."""
 
 from __future__ import annotations
+
+from math import sqrt
 
 from hydrosim.kernels import kernel
 
@@ -44,3 +46,26 @@ def matvec(A, a):
         A[1, 0] * a[0] + A[1, 1] * a[1] + A[1, 2] * a[2],
         A[2, 0] * a[0] + A[2, 1] * a[1] + A[2, 2] * a[2],
     )
+
+
+@kernel
+def length(a):
+    """|a| of a vector of two."""
+    return sqrt(a[0] * a[0] + a[1] * a[1])
+
+
+@kernel
+def product(A, x, k):
+    """Product of a (6, 6) array and the six entries of ``x`` from index k, as a tuple."""
+    y = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for j in range(6):
+        a = x[k + j]
+        y = (
+            y[0] + A[0, j] * a,
+            y[1] + A[1, j] * a,
+            y[2] + A[2, j] * a,
+            y[3] + A[3, j] * a,
+            y[4] + A[4, j] * a,
+            y[5] + A[5, j] * a,
+        )
+    return y

@@ -129,7 +129,7 @@ def test_all_problems_at_once_with_their_lines(refusal: Refusal) -> None:
         "case.yaml:12: solver.stp",
     ]
     assert lines[2].endswith(
-        'step, tolerance, kinematics, events, unstable, linear; did you mean "step"?'
+        'step, tolerance, kinematics, events, unstable, linear, symmetry; did you mean "step"?'
     )
 
 

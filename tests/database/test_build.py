@@ -36,6 +36,15 @@ radii_of_gyration: [7 m, 26 m, 26 m]
 frequencies: {frequencies}
 headings: [0 deg, 60 deg]
 """
+SPHERE = """\
+title: A sphere
+hull: {{type: sphere, radius: 1 m, panels: 0.2 m}}
+centre_of_gravity: [0, 0, 0]
+radii_of_gyration: [0.5 m, 0.5 m, 0.6 m]
+frequencies: [1.0]
+headings: [0 deg]
+method: {method}
+"""
 MESH = """\
 title: A hull from a file
 hull: {{type: mesh, file: {file}, scale: {scale}, waterline: {waterline} m}}
@@ -107,6 +116,22 @@ def test_froude_krylov_of_a_box(tmp_path, depth, degrees):
     np.testing.assert_allclose(np.abs(computed[:3]), np.abs(exact), rtol=1e-3, atol=1.0)
     there = np.abs(exact) > 0
     assert np.abs(np.angle(computed[:3][there] / exact[there])).max() < 1e-3
+
+
+def test_sphere_by_the_equation_for_the_potential(tmp_path):
+    """Added mass of very short waves in heave is half the displaced mass: 1.8 per cent too large by
+    32 x 8 panels, where sources are 7.1 off. The mesh holds the volume whatever its panels."""
+    path = tmp_path / "sphere.yaml"
+    path.write_text(SPHERE.format(method="direct"))
+    floats = afloat(load_recipe(path))
+    half = 1025.0 * floats.integrals.volume / 2
+    assert mesh.integrals(floats.panels).volume == pytest.approx(floats.integrals.volume, rel=1e-12)
+    assert mesh.is_symmetric(floats.panels)
+    heave = bem.limit_added_mass(floats.hull, Water(), np.inf)[2, 2]
+    assert heave == pytest.approx(half, rel=0.02)
+    path.write_text(SPHERE.format(method="indirect"))
+    sources = bem.limit_added_mass(afloat(load_recipe(path)).hull, Water(), np.inf)[2, 2]
+    assert 0.06 < sources / half - 1 < 0.08
 
 
 @pytest.mark.parametrize("kh", [0.2, 0.5, 2.0, 10.0, np.inf])

@@ -62,7 +62,7 @@ def test_units_steps_and_defaults(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "line", "said"),
     [
-        ("type: box", "type: boat", 2, "expected one of: barge, box, mesh"),
+        ("type: box", "type: boat", 2, "expected one of: barge, box, sphere, mesh"),
         ("length: 100 m", "length: 100 kg", 2, 'found "100 kg"; expected a length'),
         ("length: 100 m", "lenght: 100 m", 2, 'did you mean "length"?'),
         ("panels: 5 m", "panels: -5 m", 2, "it must be above 0"),
@@ -81,6 +81,7 @@ def test_units_steps_and_defaults(tmp_path):
         ("title: A box", QTF.format(90, 1.5), 1, "qtf from 1.5 to 1.5 rad/s; expected `freq"),
         ("title: A box", QTF.format(90, 0.5) + "\ndrift: [held]", 1, "expected drift: [free]"),
         ("title: A box", QTF.format(90, 0.5) + "\nwater: {depth: 9 m}", 1, "qtf in 9 m of water"),
+        ("title: A box", QTF.format(90, 0.5) + "\nmethod: direct", 1, "expected method: indirect"),
         ("title: A box", "title: A box\nqtf: {headings: [0]}", 2, "frequencies"),
     ],
 )

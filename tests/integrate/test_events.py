@@ -7,16 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrosim.integrate import between, left_behind, phi, scaled
+from hydrosim.integrate import between, phi, scaled
+from hydrosim.kernels import any_negative
 
 BEFORE = np.array([4.0, 1.0, -0.5, 2.0])
 AFTER = np.array([-1.0, 3.0, -2.0, -8.0])
 
 
 def test_a_mode_has_ended_where_a_margin_is_negative() -> None:
-    assert left_behind(AFTER)
-    assert not left_behind(np.array([0.0, 1.0]))
-    assert not left_behind(np.zeros(0))
+    assert any_negative(AFTER)
+    assert not any_negative(np.array([0.0, 1.0]))
+    assert not any_negative(np.zeros(0))
 
 
 def test_margins_are_compared_in_units_of_their_larger_end() -> None:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from hydrosim import simulate
+from hydrosim import load_case, simulate
 from hydrosim.database import HydroDatabase, load, move_reference
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveTrain
 
+CASES = Path(__file__).parents[2] / "cases" / "sphere"
 DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "sphere"
 pytestmark = [
     pytest.mark.validation,
@@ -154,3 +155,21 @@ def fitted(time: np.ndarray, heave: np.ndarray, omega: float) -> float:
     basis = np.stack([np.cos(omega * t), np.sin(omega * t), np.ones(t.size)], axis=1)
     cosine, sine, _ = np.linalg.lstsq(basis, heave[last], rcond=None)[0]
     return float(np.hypot(cosine, sine))
+
+
+def test_the_shipped_cases(validated: Validated) -> None:
+    """`cases/sphere` with its own database, which is 0.5 per cent from WAMIT's."""
+    case = "sphere with the database in hydro_db"
+    run = simulate(
+        load_case(CASES / "decay.yaml", {"solver.step": "0.01 s", "output.step": "0.01 s"})
+    )
+    table = np.genfromtxt(DATA / "oes10_decay_1m.txt", skip_header=1)
+    heave = np.interp(table[:, 0], run.time, run.position.values[:, 0, HEAVE])
+    validated(f"{case}, decay, rms over 1 m", "InWave+H", rms(heave - table[:, 6]))
+    assert rms(heave - table[:, 6]) < 0.005
+    run, omega = simulate(load_case(CASES / "regular.yaml")), 2.0 * np.pi / 6.0
+    table = np.genfromtxt(DATA / "regular_waves" / "hc_ref_sphere_reg_waves_5.txt", skip_header=5)
+    ours = fitted(run.time.values, run.position.values[:, 0, HEAVE], omega)
+    theirs = fitted(table[:, 0], table[:, 1], omega)
+    validated(f"{case}, regular wave", "HydroChrono", abs(ours / theirs - 1))
+    assert ours == pytest.approx(theirs, rel=0.01)

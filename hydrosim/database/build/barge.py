@@ -127,12 +127,12 @@ def half_hull(hull: Barge, mesh: Resolution) -> Panels:
     x = _stations(hull, mesh)
     to_bilge = np.sin(np.linspace(0, np.pi / 2, mesh.across + 1))
     breadth, bottom = hull.half_breadth(x), hull.bottom(x)
-    below = _patch(x[:, None], breadth[:, None] * to_bilge, bottom[:, None])
-    side = _patch(x[:, None], breadth[:, None], bottom[:, None] * _cosine(mesh.down))
+    below = patch(x[:, None], breadth[:, None] * to_bilge, bottom[:, None])
+    side = patch(x[:, None], breadth[:, None], bottom[:, None] * _cosine(mesh.down))
     across = np.linspace(0, 1, mesh.wall_across + 1)[:, None]
     down = np.linspace(-hull.wall_depth, 0, mesh.wall_down + 1)
-    stern = _patch(0.0, breadth[0] * across, down)
-    bow = _patch(hull.length, breadth[-1] * across, down)
+    stern = patch(0.0, breadth[0] * across, down)
+    bow = patch(hull.length, breadth[-1] * across, down)
     return np.concatenate([below[:, ::-1], side, stern[:, ::-1], bow])
 
 
@@ -141,7 +141,7 @@ def half_lid(hull: Barge, mesh: Resolution) -> Panels:
     knots = [0.0, hull.stern_length, hull.length - hull.bow_length, hull.length]
     x = _joined(_uniform(knots, mesh.lid_along))
     across = np.linspace(0, 1, mesh.lid_across + 1)
-    return _patch(x[:, None], hull.half_breadth(x)[:, None] * across, 0.0)[:, ::-1]
+    return patch(x[:, None], hull.half_breadth(x)[:, None] * across, 0.0)[:, ::-1]
 
 
 def box(length: float, beam: float, draught: float) -> Barge:
@@ -171,8 +171,9 @@ def resolution(hull: Barge, size: float) -> Resolution:
 
 
 def mirrored(panels: Panels) -> Panels:
-    """The panels and their mirror image in y = 0."""
-    return np.concatenate([panels, panels[:, ::-1] * [1, -1, 1]])
+    """The panels and their mirror image in y = 0; triangles have their last corner twice there
+    too."""
+    return np.concatenate([panels, panels[:, [1, 0, 3, 2]] * [1, -1, 1]])
 
 
 def _stations(hull: Barge, mesh: Resolution) -> np.ndarray:
@@ -196,8 +197,8 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([piece[:-1] for piece in pieces[:-1]] + [pieces[-1]])
 
 
-def _patch(x: np.ndarray | float, y: np.ndarray, z: np.ndarray | float) -> Panels:
-    """Quadrilaterals of a grid of points given by broadcast coordinates."""
+def patch(x: np.ndarray | float, y: np.ndarray, z: np.ndarray | float) -> Panels:
+    """Quadrilaterals (n, 4, 3) of a grid of points given by broadcast coordinates."""
     grid = np.stack(np.broadcast_arrays(x, y, z), axis=-1)
     rings = [grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]]
     return np.stack(rings, axis=2).reshape(-1, 4, 3)

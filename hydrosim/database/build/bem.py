@@ -32,12 +32,15 @@ class Hull:
     """Panels (n, 4, 3) of the wetted hull, normals into the water, and of the lid on the waterplane
     inside it, which removes the irregular frequencies, or none (0, 4, 3). If ``symmetric``, of
     those at y >= 0 only. A triangle has its last corner twice. Moments are about ``centre`` [m].
+    If ``direct``, pressures are by the integral equation for the potential; otherwise, and the far
+    field always, by that for sources on the panels.
     """
 
     panels: Real
     lid: Real
     symmetric: bool
     centre: tuple[float, float, float]
+    direct: bool = False
 
     @cached_property
     def body(self) -> cpt.FloatingBody:
@@ -94,9 +97,13 @@ def solve_all(
 def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solution:
     """Radiation and diffraction at one ``frequency`` [rad/s] for ``headings`` [rad]."""
     given, used = _given(hull, water, frequency), solver(water.is_deep)
-    radiated = [used.solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
+    moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
-    diffracted = [used.solve(problem) for problem in fixed]
+    radiated, diffracted = _solved(used, moving), _solved(used, fixed)
+    far = radiated, diffracted
+    if hull.direct:
+        used = solver(water.is_deep, direct=True)
+        radiated, diffracted = _solved(used, moving), _solved(used, fixed)
     incident = froude_krylov(hull, water, frequency, headings)
     return Solution(
         frequency,
@@ -104,9 +111,12 @@ def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solutio
         by_dof(result.radiation_dampings for result in radiated).T,
         np.conj(by_dof(result.forces for result in diffracted)) + incident,
         incident,
-        np.array([compute_kochin(result, DIRECTIONS) for result in radiated]),
-        np.array([compute_kochin(result, DIRECTIONS) for result in diffracted]),
+        *(np.array([compute_kochin(result, DIRECTIONS) for result in each]) for each in far),
     )
+
+
+def _solved(used: cpt.BEMSolver, problems: Iterable[Any]) -> list[Any]:
+    return [used.solve(problem) for problem in problems]
 
 
 def froude_krylov(hull: Hull, water: Water, frequency: float, headings: Real) -> Complex:
@@ -120,9 +130,9 @@ def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
     """Added mass (6, 6) at ``frequency`` infinity or, in deep water only, 0."""
 
     def compute() -> list[Real]:
-        given, used = _given(hull, water, frequency), solver(water.is_deep)
-        moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS]
-        return [by_dof(used.solve(problem).added_masses for problem in moving).T]
+        given, used = _given(hull, water, frequency), solver(water.is_deep, hull.direct)
+        moving = (cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS)
+        return [by_dof(result.added_masses for result in _solved(used, moving)).T]
 
     return remembered(solution_key(hull, water, frequency, np.empty(0)), compute)[0]
 
@@ -135,7 +145,7 @@ def _stored(hull: Hull, water: Water, frequency: float, headings: Real) -> Solut
 
 def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> str:
     """Hash of all that `solve` and `limit_added_mass` depend on, the program included."""
-    shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centre)
+    shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centre), hull.direct
     numbers = water.density, water.gravity, water.depth, frequency, headings, DIRECTIONS
     return key_of(cpt.__version__, *_sources(), *shape, *numbers)
 
@@ -157,10 +167,11 @@ def _given(hull: Hull, water: Water, frequency: float) -> dict[str, Any]:
 
 
 @cache
-def solver(deep: bool = True) -> cpt.BEMSolver:
+def solver(deep: bool = True, direct: bool = False) -> cpt.BEMSolver:
     """Capytaine's solver, made once."""
     cpt.set_logging("ERROR")  # It warns of panels over 1/8 wavelength; their error is measured.
-    return cpt.BEMSolver() if deep else cpt.BEMSolver(green_function=green.FiniteDepth())
+    given = {} if deep else {"green_function": green.FiniteDepth()}
+    return cpt.BEMSolver(method="direct" if direct else "indirect", **given)
 
 
 def by_dof(loads: Iterable[dict]) -> np.ndarray:

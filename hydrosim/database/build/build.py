@@ -11,7 +11,7 @@ import capytaine
 import numpy as np
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.build import barge, mesh
+from hydrosim.database.build import barge, mesh, sphere
 from hydrosim.database.build.assemble import Floating, assemble, asymmetry
 from hydrosim.database.build.barge import Hydrostatics, Panels, mirrored
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
@@ -24,7 +24,9 @@ from hydrosim.database.build.recipe import (
     DifferenceQtf,
     Lid,
     MeshHull,
+    Method,
     Recipe,
+    SphereHull,
     Symmetry,
 )
 from hydrosim.database.build.water import Water
@@ -111,10 +113,16 @@ def _with_qtf(
 
 
 def afloat(recipe: Recipe) -> Afloat:
-    """The hull of ``recipe``. Barges and boxes have the origin over their centre of buoyancy, a
-    mesh where its file has it."""
+    """The hull of ``recipe``. Barges, boxes and spheres have the origin over their centre of
+    buoyancy, a mesh where its file has it."""
     hull = recipe.data.hull
-    return _mesh(recipe, hull) if isinstance(hull, MeshHull) else _barge(recipe, hull)
+    if isinstance(hull, MeshHull):
+        return _mesh(recipe, hull)
+    if isinstance(hull, SphereHull):
+        panels = sphere.half_hull, sphere.half_lid
+        half, lid = (half_of(hull.radius, hull.panels) for half_of in panels)
+        return _of_halves(recipe, half, lid, sphere.hydrostatics(hull.radius))
+    return _barge(recipe, hull)
 
 
 def _barge(recipe: Recipe, given: BargeHull | BoxHull) -> Afloat:
@@ -123,12 +131,17 @@ def _barge(recipe: Recipe, given: BargeHull | BoxHull) -> Afloat:
     integrals = barge.hydrostatics(shape)
     shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
     half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
+    return _of_halves(recipe, half, lid, integrals)
+
+
+def _of_halves(recipe: Recipe, half: Panels, lid: Panels, integrals: Hydrostatics) -> Afloat:
+    """A hull of the panels at y >= 0 and their mirror image, with or without the lid."""
     if recipe.data.lid is Lid.NONE:
         lid = mesh.NONE
     if recipe.data.symmetry is Symmetry.NONE:
         half, lid = mirrored(half), mirrored(lid)
     symmetric = recipe.data.symmetry is Symmetry.AUTO
-    return Afloat(Hull(half, lid, symmetric, recipe.data.centre_of_gravity), integrals)
+    return Afloat(_hull(recipe, half, lid, symmetric), integrals)
 
 
 def _mesh(recipe: Recipe, given: MeshHull) -> Afloat:
@@ -140,7 +153,12 @@ def _mesh(recipe: Recipe, given: MeshHull) -> Afloat:
     if symmetric:
         panels = mesh.port_half(panels)
         lid = mesh.port_half(lid) if len(lid) else lid
-    return Afloat(Hull(panels, lid, symmetric, recipe.data.centre_of_gravity), integrals)
+    return Afloat(_hull(recipe, panels, lid, symmetric), integrals)
+
+
+def _hull(recipe: Recipe, panels: Panels, lid: Panels, symmetric: bool) -> Hull:
+    direct = recipe.data.method is Method.DIRECT
+    return Hull(panels, lid, symmetric, recipe.data.centre_of_gravity, direct)
 
 
 def floating(recipe: Recipe, integrals: Hydrostatics, water: Water) -> Floating:
@@ -220,7 +238,7 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
         "title": recipe.data.title,
         "hull": json.dumps(_described(recipe)),
         "panels": json.dumps(panels),
-        "solver": f"Capytaine {capytaine.__version__}, indirect method",
+        "solver": f"Capytaine {capytaine.__version__}, {recipe.data.method} method",
         "mean_drift_of": "without viscous damping; Maruo's far field",
         "raw_asymmetry": json.dumps(raw),
         "recipe": recipe.path.name,
@@ -231,4 +249,6 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
 
 def _described(recipe: Recipe) -> dict[str, object]:
     hull = recipe.data.hull
-    return dict(hull) if isinstance(hull, MeshHull) else asdict(hull.shape(recipe.data.water))
+    if isinstance(hull, MeshHull | SphereHull):
+        return dict(hull)
+    return asdict(hull.shape(recipe.data.water))

@@ -44,6 +44,14 @@ class Symmetry(StrEnum):
     NONE = "none"
 
 
+class Method(StrEnum):
+    """The integral equation that pressures are from: for sources on the panels (indirect), or for
+    the potential (direct), which needs fewer panels where the hull is smooth."""
+
+    INDIRECT = "indirect"
+    DIRECT = "direct"
+
+
 class Steps(Strict, Generic[T]):
     """Values from start to stop."""
 
@@ -168,6 +176,14 @@ class BoxHull(Strict):
         return barge.box(self.length, self.beam, self.draught)
 
 
+class SphereHull(Strict):
+    """A sphere with its centre on the waterline."""
+
+    type: Literal["sphere"]
+    radius: Size
+    panels: Size
+
+
 class MeshHull(Strict):
     """A hull from a file beside the recipe, at ``waterline`` above the file's z = 0 (scaled)."""
 
@@ -196,7 +212,7 @@ class RecipeFile(Strict):
     """All of a recipe, in SI and radians."""
 
     title: StrictStr
-    hull: Annotated[BargeHull | BoxHull | MeshHull, Discriminator("type")]
+    hull: Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]
     water: Water = Water()
     centre_of_gravity: of.Point
     radii_of_gyration: of.Vector[of.Radius] | None = None
@@ -205,6 +221,7 @@ class RecipeFile(Strict):
     headings: Headings
     lid: Lid = Lid.AUTO
     symmetry: Symmetry = Symmetry.AUTO
+    method: Method = Method.INDIRECT
     drift: tuple[Drifting, ...] = tuple(Drifting)
     qtf: DifferenceQtf | None = None
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
@@ -214,7 +231,7 @@ class RecipeFile(Strict):
         given = self.given("radii_of_gyration", "inertia")
         if len(given) != 1:
             raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
-        if not isinstance(self.hull, MeshHull):
+        if isinstance(self.hull, BargeHull | BoxHull):
             _check_corners(self.hull.shape(self.water))
         if self.qtf is not None:
             self._check_qtf(self.qtf)
@@ -226,6 +243,8 @@ class RecipeFile(Strict):
             raise problem(f"qtf in {self.water.depth:g} m of water", "deep water", "remove qtf")
         if Drifting.FREE not in self.drift:
             raise problem("qtf without the drift of the body floating free", "drift: [free]")
+        if self.method is Method.DIRECT:
+            raise problem("qtf with method: direct", "method: indirect", "its flow is of sources")
         for heading in np.array(qtf.headings):
             if np.abs(np.array(self.headings) - heading).min() > 1e-9:
                 raise problem(f"qtf for {math.degrees(heading):g} deg", "one of `headings`")

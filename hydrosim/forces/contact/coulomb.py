@@ -15,7 +15,7 @@ driven sideways stops with a turn that is not smooth: the order drops at such a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from hydrosim.forces.contact.stick_slip import Friction
 from hydrosim.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.constraints import Constraints, new_constraints
+from hydrosim.rigid.vectors import length
 
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 
@@ -60,7 +61,7 @@ def friction(mode, load, v, heading, p):
     """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
     if mode != SLIP:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-    d, speed = direction(v, heading), hypot(v[0], v[1])
+    d, speed = direction(v, heading), length(v)
     size = p.kinetic * load.N
     power = size * (d[0] * v[0] + d[1] * v[1])
     return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
@@ -69,7 +70,7 @@ def friction(mode, load, v, heading, p):
 @kernel
 def direction(v, heading):
     """v / |v| turned into the half plane of the unit vector ``heading`` (2,)."""
-    speed = hypot(v[0], v[1])
+    speed = length(v)
     if speed == 0.0:
         return heading
     if v[0] * heading[0] + v[1] * heading[1] < 0.0:
@@ -82,7 +83,7 @@ def margin(mode, load, v, heading, reaction, p):
     """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
     [m/s]; negative past the end of the ``mode``."""
     if mode == STICK:
-        return p.static * load.N - hypot(reaction[0], reaction[1])
+        return p.static * load.N - length(reaction)
     return v[0] * heading[0] + v[1] * heading[1]
 
 

@@ -10,12 +10,12 @@ event. Dissipation f v; nothing is stored. Source: Plasterk (2017), section 4.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
 
 from hydrosim.forces.contact.coulomb import direction
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.contact.stick_slip import Friction, size_along
 from hydrosim.kernels import kernel
+from hydrosim.rigid.vectors import length
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class FrictionSlope:
 def friction(mode, load, v1, s, p):
     """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``. Slip goes
     on in the half plane of its heading ``s`` (2,), so that it is smooth through rest."""
-    speed = hypot(v1[0], v1[1])
+    speed = length(v1)
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     size, d = p.kinetic * load.N, direction(v1, s)
@@ -45,5 +45,5 @@ def margin(mode, load, v1, heading, p):
     """How far the point is from the corner mu N = b |v| [N]; negative past it, and where the
     velocity has turned round from its ``heading`` (2,) at the start of the step."""
     if mode == STICK:
-        return p.kinetic * load.N - p.damping * hypot(v1[0], v1[1])
+        return p.kinetic * load.N - p.damping * length(v1)
     return p.damping * size_along(v1, heading) - p.kinetic * load.N

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
 
 from hydrosim.forces.contact.modes import SLIP
 from hydrosim.forces.contact.stick_slip import Friction
 from hydrosim.kernels import kernel
+from hydrosim.rigid.vectors import length
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Frictionless:
 @kernel
 def friction(mode, load, v1, s, p):
     """No force; the distance slipped is counted."""
-    speed = hypot(v1[0], v1[1]) if mode == SLIP else 0.0
+    speed = length(v1) if mode == SLIP else 0.0
     return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0, 0.0, 0.0)
 
 

@@ -39,11 +39,11 @@ reference load. So s is smooth, also from the first touch on, and the same where
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
 from typing import NamedTuple
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.kernels import kernel
+from hydrosim.rigid.vectors import length
 
 REVERSED = 10.0  # 1 / cos(84 deg)
 LEAST = 1e-3  # e: what is left of x without load
@@ -149,7 +149,7 @@ def friction(mode, load, v1, s, p):
 def slip(load, v1, s, c, p):
     """Direction d (2,) and speed of the node's slip, with the coefficients ``c``."""
     T = _traction(v1, s, c)
-    size = hypot(T[0], T[1])
+    size = length(T)
     if c.C2 + c.C3 > 0.0:
         return _unit(T), (size - p.kinetic * load.N) / (c.C2 + c.C3)
     d = _unit(T) if size > 0.0 else _unit(v1)  # contact that begins in slip has no stretch yet
@@ -158,14 +158,14 @@ def slip(load, v1, s, c, p):
 
 @kernel
 def _unit(a):
-    size = hypot(a[0], a[1])
+    size = length(a)
     return (a[0] / size, a[1] / size) if size > 0.0 else (0.0, 0.0)
 
 
 @kernel
 def break_away(load, s, p):
     """Stretch (2,) after break-away, and the energy lost in it: a jump in the rate-free limit."""
-    c, size = coefficients(load, p), hypot(s[0], s[1])
+    c, size = coefficients(load, p), length(s)
     if c.C2 + c.C3 > 0.0 or size == 0.0:
         return s, 0.0
     scale = p.kinetic * load.N / (c.K * size)
@@ -192,7 +192,7 @@ def margin(mode, load, v1, s, heading, p):
     c = coefficients(load, p)
     T = _traction(v1, s, c)
     if mode == STICK:
-        return p.static * load.N - hypot(T[0], T[1])
+        return p.static * load.N - length(T)
     if c.C2 + c.C3 > 0.0:
         return size_along(T, heading) - p.kinetic * load.N
     return slip(load, v1, s, c, p)[1]
@@ -231,4 +231,4 @@ def size_along(a, heading):
     """|a|, but negative where ``a`` has turned round from the unit vector ``heading``; smooth for
     turns below 84 deg."""
     along = a[0] * heading[0] + a[1] * heading[1]
-    return min(hypot(a[0], a[1]), REVERSED * along)
+    return min(length(a), REVERSED * along)

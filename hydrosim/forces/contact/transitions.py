@@ -11,8 +11,6 @@ A mode holds while its margins are positive:
 
 from __future__ import annotations
 
-from math import hypot
-
 from hydrosim.forces.contact import (
     coulomb,
     friction_slope,
@@ -46,17 +44,21 @@ from hydrosim.forces.contact.modes import (
     SLIP,
     STICK,
 )
-from hydrosim.kernels import kernel, root
+from hydrosim.kernels import any_negative, kernel, root
+from hydrosim.rigid.vectors import length
 
 AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
 
 
 @kernel
-def margins(t, y, modes, motion, bodies, p, headings, reactions, out):
-    """Margins ``out`` (4 n,) of the modes of all points, negative where a mode has ended."""
+def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
+    """Margins ``out`` (4 n,) of the modes of points, negative where a mode has ended: only of those
+    that have a negative one in ``watched`` (4 n,)."""
     for i in range(p.points.size):
         point, k, m = p.points[i], p.state + STATES * i, MARGINS * i
+        if not any_negative(watched[m : m + MARGINS]):
+            continue
         c = geometry.touch(point, bodies, motion)
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if modes[i, MODE] == OPEN:
@@ -114,7 +116,7 @@ def find_headings(t, y, modes, motion, bodies, p, out):
         a = c.velocity
         if point.law == STICK_SLIP:
             a = stick_slip.traction(pressure(i, t, modes, c, p), a, (y[k], y[k + 1]), point)
-        size = hypot(a[0], a[1])
+        size = length(a)
         if size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
             turned = out[i, 0] * y[k] + out[i, 1] * y[k + 1] <= 0.0
@@ -156,14 +158,14 @@ def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins; in the rate-free limit the node jumps."""
     k, point = p.state + STATES * i, p.points[i]
     if point.law == COULOMB:
-        size = hypot(reactions[i, 0], reactions[i, 1])
+        size = length((reactions[i, 0], reactions[i, 1]))
         y[k], y[k + 1] = -reactions[i, 0] / size, -reactions[i, 1] / size
     if point.law == FRICTION_SLOPE:
         y[k], y[k + 1] = coulomb.direction(contact.velocity, (0.0, 0.0))
     if point.law == STICK_SLIP:
-        load, before = pressure(i, t, modes, contact, p), hypot(y[k], y[k + 1])
+        load, before = pressure(i, t, modes, contact, p), length((y[k], y[k + 1]))
         (y[k], y[k + 1]), lost = stick_slip.break_away(load, (y[k], y[k + 1]), point)
-        y[k + SLIP_DISTANCE] += before - hypot(y[k], y[k + 1])
+        y[k + SLIP_DISTANCE] += before - length((y[k], y[k + 1]))
         y[k + DISSIPATED] += lost
     modes[i, MODE] = SLIP
 
@@ -172,7 +174,7 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 def _grip(i, size, y, modes, contact, p):
     """Slip ends, unless a rigid point has only turned out of the half plane of its heading."""
     k, v = p.state + STATES * i, contact.velocity
-    speed = hypot(v[0], v[1])
+    speed = length(v)
     if p.points[i].law != COULOMB or speed <= AT_REST * size:
         modes[i, MODE] = STICK
     else:
@@ -220,7 +222,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
         if point.law == COULOMB and modes[i, MODE] == STICK:
             c = geometry.touch(point, bodies, motion)
             held = point.static * pressure(i, t, modes, c, p).N
-            if hypot(reactions[i, 0], reactions[i, 1]) > held:
+            if length((reactions[i, 0], reactions[i, 1])) > held:
                 _break_away(i, t, y, modes, c, reactions, p)
                 return True
     return False

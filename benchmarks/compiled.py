@@ -1,0 +1,79 @@
+"""Scenes that are compiled once and run several times, with as many radiation states as wanted."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim import compile_scene
+from hydrosim.dynamics import Model
+from hydrosim.forces import FENDER
+from hydrosim.notes import Notes
+from hydrosim.radiation import StateSpace, state_space_model
+from hydrosim.scene import Scene
+from hydrosim.stepper import State
+
+
+class Compiled(NamedTuple):
+    """A scene, and what `compile_scene` makes of it; ``fits`` are the radiation's of all bodies."""
+
+    scene: Scene
+    model: Model
+    state: State
+    fits: tuple[StateSpace, ...]
+    notes: Notes
+
+    def first_state(self) -> State:
+        """For a run to carry on."""
+        return deepcopy(self.state)
+
+
+def compiled(scene: Scene) -> Compiled:
+    """The scene as it is."""
+    notes = Notes()
+    model, state = compile_scene(scene, notes)
+    fits = [fit.on_dofs(wet.dofs[fit.dofs]) for wet in notes.wet for fit in wet.fits]
+    return Compiled(scene, model, state, tuple(fits), notes)
+
+
+def with_states(given: Compiled, total: int) -> Compiled:
+    """The same motions by ``total`` radiation states, or one less: each is there several times,
+    with a part of the force. For scenes without fenders."""
+    share = total / sum(fit.order for fit in given.fits)
+    *others, last = given.fits
+    fits = [_split(fit, round((share * fit.order - fit.real) / 2)) for fit in others]
+    rest = total - sum(fit.order for fit in fits)
+    fits.append(_split(last, (rest - last.real) // 2))
+    model, y, at = given.model, given.state.y, given.model.radiation
+    more = sum(fit.order for fit in fits) - model.states.decay.size
+    elements = list(model.elements)
+    elements[FENDER] = elements[FENDER]._replace(state=elements[FENDER].state + more)
+    model = model._replace(
+        states=state_space_model(fits),
+        elements=type(model.elements)(elements),
+        energy=model.energy + more,
+        size=model.size + more,
+    )
+    state = given.state._replace(y=np.insert(y, at, np.zeros(more)))
+    return given._replace(model=model, state=state, fits=tuple(fits))
+
+
+def _split(fit: StateSpace, pairs: int) -> StateSpace:
+    """The fit with this number of pairs of poles, at least its own."""
+    real, own = fit.real, fit.decay.size - fit.real
+    edges = np.linspace(0.0, max(pairs, own), own + 1).round()
+    copies = np.diff(edges).astype(int)
+    pick = np.repeat(np.arange(own), copies)
+    part = np.concatenate([np.ones(real), *[1.0 / np.sqrt(copies[pick])] * 2])
+    rows = np.concatenate([np.arange(real), real + pick, real + own + pick])
+    poles = np.concatenate([np.arange(real), real + pick])
+    return replace(
+        fit,
+        decay=fit.decay[poles],
+        frequency=fit.frequency[poles],
+        B=fit.B[rows] * part[:, None],
+        C=fit.C[:, rows] * part,
+    )

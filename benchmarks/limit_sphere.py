@@ -1,0 +1,226 @@
+"""The speed limit for the sphere: what its scene asks for at the very least, in the barest loop.
+
+Small angles, classical Runge-Kutta at a fixed step, the inverse of the mass matrix, a table of
+wave loads at half steps; and for the radiated waves as many states as hydrosim has, or the
+convolution, to fourth order with hydrosim's weights, or as programs of first order do it: K
+(6 x 6 x N) times the velocities of the last N steps, once a step.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.limit import bare, growth, inertia_of, radiate
+from hydrosim.dynamics import Model
+from hydrosim.forces import CATALOGUE, linear_mooring
+from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
+from hydrosim.radiation.history import push
+from hydrosim.radiation.memory import RadiationStates
+from hydrosim.scene import Scene
+
+
+class Sphere(NamedTuple):
+    """Constants of the loop: matrices (6, 6), radiation, and wave loads (rows, 6) at half steps."""
+
+    inverse: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    states: RadiationStates
+    waves: np.ndarray
+
+
+class Memory(NamedTuple):
+    """Constants of the convolution: ``weight`` (2, 2, entries, nodes) of velocities and
+    accelerations of the nodes, for the middle and the end of a step; the entries' ``row`` and
+    ``column``; and ``piece`` (2, 3, 6, 6), what the last node's velocity and acceleration and the
+    velocity at the time add."""
+
+    weight: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
+    piece: np.ndarray
+
+
+def sphere_of(model: Model, scene: Scene) -> Sphere:
+    """The constants, out of the compiled scene."""
+    mooring = model.elements[CATALOGUE.index(linear_mooring)][0]
+    return Sphere(
+        inverse=np.linalg.inv(inertia_of(model)),
+        stiffness=model.stiffness[0] + mooring["stiffness"],
+        damping=mooring["damping"].copy(),
+        states=model.states,
+        waves=wave_loads(model, scene.solver.step / 2),
+    )
+
+
+def wave_loads(model: Model, step: float) -> np.ndarray:
+    """First-order loads (rows, 6) every ``step`` [s] from 0 on, a multiple of the table's own."""
+    waves = model.waves
+    every = round(step / waves.step[0])
+    if not np.isclose(every * waves.step[0], step):
+        raise ValueError(f"the table of waves has a step of {waves.step[0]} s: not {step} s")
+    rows = waves.values[round(-waves.start[0] / waves.step[0]) :: every]
+    loads = np.zeros((len(rows), 6))
+    loads[:, waves.first_dof] = rows[:, 1 : 1 + waves.first_dof.size]
+    return loads * growth(step * np.arange(len(rows)), waves.ramp[0])[:, None]
+
+
+def memory_of(p: ConvolutionKernel) -> Memory:
+    """The constants of the convolution, for steps of the kernel's ``even_step``."""
+    piece = np.array([_piece(offset * p.even_step, p) for offset in p.offset])
+    return Memory(p.weight, p.row, p.column, piece)
+
+
+def _piece(h: float, p: ConvolutionKernel) -> np.ndarray:
+    """Force (3, 6, 6) per velocity and acceleration of one node at 0, and per velocity at ``h``."""
+    unit, none, force = np.eye(6), np.zeros(6), np.zeros((3, 6, 6))
+    for j in range(6):
+        for k, (u, a, v) in enumerate(
+            [(unit[j], none, none), (none, unit[j], none), (none, none, unit[j])]
+        ):
+            history = history_for(p, 6, 10)
+            push(history, 0.0, u, a)
+            radiation_memory(h, v, history, p, force[k, j])
+    return np.ascontiguousarray(force.transpose(0, 2, 1))
+
+
+def run_states(p: Sphere, steps: int, step: float, every: int) -> np.ndarray:
+    """Displacements and angles (steps / every + 1, 6) of a run from rest."""
+    size = 12 + p.states.decay.size
+    out = np.zeros((steps // every + 1, 6))
+    _with_states(steps, step, every, p, np.zeros((2, size)), np.zeros((4, size)), np.zeros(6), out)
+    return out
+
+
+@bare
+def _with_states(steps, h, every, p, y, k, force, out):
+    now, stage = y[0], y[1]
+    for n in range(steps):
+        _of_states(p.waves[2 * n], now, p, force, k[0])
+        for i in range(1, 4):
+            _stage(i, h, now, k, stage)
+            _of_states(p.waves[2 * n + (i + 1) // 2], stage, p, force, k[i])
+        _finish(n, h, every, now, k, out)
+
+
+@bare
+def _stage(i, h, now, k, stage):
+    slope, part = k[i - 1], h if i == 3 else 0.5 * h
+    for m in range(now.size):
+        stage[m] = now[m] + part * slope[m]
+
+
+@bare
+def _of_states(waves, y, p, force, dy):
+    for i in range(6):
+        force[i] = waves[i]
+    radiate(y[12:], y[6:12], p.states, dy[12:], force)
+    _accelerate(y, p, force, dy)
+
+
+@bare
+def _accelerate(y, p, force, dy):
+    for i in range(6):
+        for j in range(6):
+            force[i] -= p.stiffness[i, j] * y[j] + p.damping[i, j] * y[6 + j]
+    for i in range(6):
+        dy[i], dy[6 + i] = y[6 + i], 0.0
+        for j in range(6):
+            dy[6 + i] += p.inverse[i, j] * force[j]
+
+
+@bare
+def _finish(n, h, every, now, k, out):
+    first, second, third, fourth = k[0], k[1], k[2], k[3]
+    for m in range(now.size):
+        now[m] += h / 6.0 * (first[m] + 2.0 * second[m] + 2.0 * third[m] + fourth[m])
+    if (n + 1) % every == 0:
+        for m in range(6):
+            out[(n + 1) // every, m] = now[m]
+
+
+def run_convolution(p: Sphere, m: Memory, steps: int, step: float, every: int) -> np.ndarray:
+    """The same with the convolution to fourth order."""
+    out, nodes = np.zeros((steps // every + 1, 6)), m.weight.shape[3]
+    motion, past = np.zeros((2, 6, steps + nodes)), np.zeros((2, 6))
+    scratch = np.zeros((2, 12)), np.zeros((4, 12)), np.zeros(6)
+    _with_convolution(steps, step, every, p, m, motion, past, *scratch, out)
+    return out
+
+
+@bare
+def _with_convolution(steps, h, every, p, m, motion, past, y, k, force, out):
+    """``motion`` (2, 6, steps + nodes) are velocities and accelerations, the newest first."""
+    now, stage = y[0], y[1]
+    _of_past(p.waves[0], now, past[0], m.piece[0, 2], p, force, k[0])
+    for n in range(steps):
+        first = steps - 1 - n
+        for j in range(6):
+            motion[0, j, first], motion[1, j, first] = now[6 + j], k[0, 6 + j]
+        for i in range(2):
+            _sum_up(first, motion, m.weight[i], m.piece[i], m, past[i])
+        for i in range(1, 4):
+            _stage(i, h, now, k, stage)
+            at, waves = i // 3, p.waves[2 * n + (i + 1) // 2]
+            _of_past(waves, stage, past[at], m.piece[at, 2], p, force, k[i])
+        _finish(n, h, every, now, k, out)
+        _of_past(p.waves[2 * n + 2], now, past[1], m.piece[1, 2], p, force, k[0])
+
+
+@bare
+def _sum_up(first, motion, weight, piece, m, past):
+    """The part of the nodes in the memory force."""
+    for i in range(6):
+        past[i] = 0.0
+        for j in range(6):
+            past[i] += piece[0, i, j] * motion[0, j, first] + piece[1, i, j] * motion[1, j, first]
+    for e in range(m.row.size):
+        total = 0.0
+        v, a = motion[0, m.column[e], first:], motion[1, m.column[e], first:]
+        for k in range(weight.shape[2]):
+            total += weight[0, e, k] * v[k] + weight[1, e, k] * a[k]
+        past[m.row[e]] -= total
+
+
+@bare
+def _of_past(waves, y, past, piece, p, force, dy):
+    for i in range(6):
+        force[i] = waves[i] + past[i]
+        for j in range(6):
+            force[i] += piece[i, j] * y[6 + j]
+    _accelerate(y, p, force, dy)
+
+
+def run_once_a_step(p: Sphere, K: np.ndarray, steps: int, step: float, every: int) -> np.ndarray:
+    """The same with the whole ``K`` (6, 6, lags), its lags a step apart, once a step."""
+    out, velocity = np.zeros((steps // every + 1, 6)), np.zeros((6, steps + K.shape[2]))
+    scratch = np.zeros((2, 12)), np.zeros((4, 12)), np.zeros((2, 6))
+    _once_a_step(steps, step, every, p, K, velocity, *scratch, out)
+    return out
+
+
+@bare
+def _once_a_step(steps, h, every, p, K, velocity, y, k, scratch, out):
+    """The force is the trapezoidal rule's at the beginning of the step, and stays."""
+    now, stage, force, memory = y[0], y[1], scratch[0], scratch[1]
+    for n in range(steps):
+        first = steps - 1 - n
+        for j in range(6):
+            velocity[j, first] = now[6 + j]
+        for i in range(6):
+            total = 0.0
+            for j in range(6):
+                v = velocity[j, first:]
+                total -= 0.5 * K[i, j, 0] * v[0]
+                for m in range(K.shape[2]):
+                    total += K[i, j, m] * v[m]
+            memory[i] = h * total
+        for i in range(4):
+            if i > 0:
+                _stage(i, h, now, k, stage)
+            for j in range(6):
+                force[j] = p.waves[2 * n + (i + 1) // 2, j] - memory[j]
+            _accelerate(stage if i > 0 else now, p, force, k[i])
+        _finish(n, h, every, now, k, out)
