@@ -134,17 +134,25 @@ def _part_flags(fastmath: frozenset[str]) -> Any:
     return flags
 
 
-class Part(CPUDispatcher):
-    """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
-    machine code with its own parts."""
-
+class _Kernel(CPUDispatcher):
     fastmath: frozenset[str] = frozenset()
 
     def __init__(self, function: Any) -> None:
         options = {**OPTIONS, "fastmath": set(self.fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._parts: dict[Any, Any] = {}
         self._cache = _Cache(function)
+
+    def __reduce__(self) -> str:  # type: ignore[override]
+        return str(self.py_func.__qualname__)  # pickled by name, as functions are
+
+
+class Part(_Kernel):
+    """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
+    machine code with its own parts."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._parts: dict[Any, Any] = {}
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         pysig, args = self.fold_argument_types(args, kws)
@@ -172,13 +180,12 @@ class Summing(Part):
     fastmath = frozenset({"reassoc", "contract"})
 
 
-class Whole(CPUDispatcher):
+class Whole(_Kernel):
     """A kernel that is machine code of its own, for Python and for the kernels that call it."""
 
     def __init__(self, function: Any) -> None:
-        super().__init__(function, targetoptions=OPTIONS, pipeline_class=_WholeCompiler)
+        super().__init__(function)
         self._names: dict[Any, str] = {}
-        self._cache = _Cache(function)
 
     def add_overload(self, cres: Any) -> None:
         super().add_overload(cres)

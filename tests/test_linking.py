@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -60,6 +61,11 @@ def test_a_caller_whose_callee_is_gone_from_the_cache_has_it_compiled_again(tmp_
         file.unlink()
     again = run(tmp_path)
     assert again == [f"{EXPECTED} 16.0", "1 0", "0 2"]
+
+
+def test_kernels_are_pickled_by_name() -> None:
+    for one in (linked_kernels.scaled, linked_kernels.summed):
+        assert pickle.loads(pickle.dumps(one)) is one
 
 
 def test_any_edit_of_a_source_of_kernels_makes_a_new_cache(
