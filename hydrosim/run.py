@@ -35,7 +35,6 @@ from hydrosim.stepper import (
     REJECTED,
     RUNNING,
     SLOPE,
-    STAGE,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
@@ -272,7 +271,8 @@ def nothing(y):
 
 @root
 def keep(t, model, state, work, scratch, record, counters):
-    """Record the state and everything that follows from it, in the order of `channels`."""
+    """Record the state and everything that follows from it, in the order of `channels`; the slope
+    that is found for that begins the next step."""
     y, modes, motion = state.y, state.modes, work.motion
     row, kept = record.channels[counters[RECORDS]], record.modes[counters[RECORDS]]
     m, points = 6 * model.bodies.each.size, model.elements[FENDER].points.size
@@ -280,7 +280,8 @@ def keep(t, model, state, work, scratch, record, counters):
     stored = row[at + 2 * m :]
     wrench = stored[model.rows :]
     row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
-    rhs(t, y, modes, state.history, model, work, scratch.states[STAGE])
+    rhs(t, y, modes, state.history, model, work, scratch.k[0])
+    scratch.fresh[0] = 1
     row[0] = t
     assign(row[3:], y)
     assign(row[at:], motion.coordinates)
