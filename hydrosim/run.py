@@ -30,6 +30,7 @@ from hydrosim.stepper import (
     END,
     EVALUATIONS,
     EVENTS,
+    NO_SOLUTION,
     NOT_FINITE,
     RECORDS,
     REJECTED,
@@ -46,6 +47,7 @@ from hydrosim.waves.loads import wave_loads
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
+SHORTEST = 1e-3  # part of a step that is tried where an implicit method finds no solution
 PIECES = 200  # events in one step, per contact point or spring, after which it is called chattering
 
 
@@ -151,16 +153,20 @@ def grid_time(n, clock):
 def _cross(t, goal, clock, model, method, state, work, scratch, counters):
     """Go to the time ``goal``, piece by piece; returns the time reached."""
     limit = PIECES * (1 + state.modes.shape[0])
-    events = 0
+    events, part = 0, 1.0  # of a step, where the stages of the whole have no solution
     while t < goal and events <= limit and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         stop = min(stop, t + _pace(t, stop - t, clock, model, state, scratch))
-        note_headings(t, model, state, work, scratch.headings)
-        step(t, stop - t, model, method, state, work, scratch, counters)
-        h = stop - t
-        if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):
+        stop = stop if part == 1.0 else t + part * (stop - t)
+        accepted, reached, left = _try(
+            t, stop, clock, model, method, state, work, scratch, counters
+        )
+        if counters[STATUS] == NO_SOLUTION and part > SHORTEST:
+            counters[STATUS], part = RUNNING, 0.5 * part
+        if not accepted:
+            counters[REJECTED] += 1
             continue
-        t, left = cut(t, stop, clock.events, model, method, state, work, scratch, counters)
+        t, part = reached, min(2.0 * part, 1.0)
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
         _renew(left, work, scratch)
@@ -176,6 +182,21 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         counters[STATUS] = CHATTERING
     counters[EVENTS] += events
     return t
+
+
+@kernel
+def _try(t, stop, clock, model, method, state, work, scratch, counters):
+    """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
+    one, and whether a mode has ended there."""
+    note_headings(t, model, state, work, scratch.headings)
+    step(t, stop - t, model, method, state, work, scratch, counters)
+    h = stop - t
+    if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):
+        return False, t, False
+    left = False
+    if counters[STATUS] == RUNNING:
+        stop, left = cut(t, stop, clock.events, model, method, state, work, scratch, counters)
+    return counters[STATUS] == RUNNING, stop, left
 
 
 @kernel
@@ -205,7 +226,6 @@ def _accepted(t, h, clock, method, state, scratch, counters):
         pace[0], pace[1] = max(factor * h, pace[0] if short else 0.0), error
         return True
     pace[0] = factor * h
-    counters[REJECTED] += 1
     if pace[0] < 1e-12 * max(abs(t), 1.0):
         counters[STATUS] = STEP_TOO_SMALL
     return False

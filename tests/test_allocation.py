@@ -34,7 +34,9 @@ def test_the_compiler_refuses_kernels_that_make_arrays() -> None:
 
 def test_the_loop_calls_no_allocator(base_run: xr.Dataset) -> None:
     assert base_run.attrs["status"] == "complete"
-    called = {path.name.split("-")[0]: calls(path) for path in kernel_cache().rglob("*.nbc")}
+    of_tests = f"{Path(__file__).parent.name}_"  # numba's folders have the names of the sources'
+    files = [p for p in kernel_cache().rglob("*.nbc") if not p.parent.name.startswith(of_tests)]
+    called = {path.name.split("-")[0]: calls(path) for path in files}
     assert {"run.advance", "stepper.step", "dynamics.rhs"} <= called.keys()
     for names in called.values():
         assert {name for name in names if not name.startswith((KERNEL, *ENTRY))} <= HARMLESS

@@ -12,7 +12,7 @@ from moored_barge import SEA, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.scene import WaveTrain
+from hydrosim.scene import Method, WaveTrain
 
 Figure = Callable[[str, float], None]
 
@@ -63,3 +63,20 @@ def test_the_second_order_loads_alone_bring_the_offset() -> None:
     assert float(run.position.mean()) == pytest.approx(
         float(run.force_wave_second_order.mean()) / 392.4e3, rel=0.2
     )
+
+
+def test_a_step_that_the_implicit_method_finds_no_solution_for_is_shortened(figure: Figure) -> None:
+    """Right after a contact closes the direction of slip turns so fast that Newton's method ends
+    nowhere. Half the step is then taken, and the run keeps its order: half a step has a 16th of the
+    error (an 8th is asked for), found against rk4 at 0.0125 s, whose own is 1e-10 m."""
+    scene = replace(scene_of("base"), duration=660.0, output_step=0.4)
+    exact = replace(scene, solver=replace(scene.solver, step=0.0125))
+    there, errors = hs.simulate(exact).position.sel(dof="surge").values, []
+    for step in (0.1, 0.05):
+        solver = replace(scene.solver, method=Method.ESDIRK4, step=step)
+        run = hs.simulate(replace(scene, solver=solver))
+        errors.append(np.abs(run.position.sel(dof="surge").values - there).max())
+        figure(f"error of esdirk4 at {step} s [m]", float(errors[-1]))
+    assert run.attrs["status"] == "complete"
+    assert run.attrs["solver_rejected"] > 0
+    assert errors[1] < errors[0] / 8.0

@@ -20,8 +20,8 @@ def _joined(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
 
 
 def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
-    """``rows`` and as many more, the last again or zeros, as make whole parcels of `AT_ONCE`."""
-    more = -len(rows) % AT_ONCE
+    """``rows`` and one more, the last again or zeros, if that makes whole parcels of `AT_ONCE`."""
+    more = 1 if len(rows) % AT_ONCE == AT_ONCE - 1 else 0
     return np.pad(rows, [(0, more)] + [(0, 0)] * (rows.ndim - 1), mode)
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.kernels import kernel, summing
-from hydrosim.radiation.dots import dot_three
+from hydrosim.radiation.dots import dot, dot_three
 
 AT_ONCE = 3
 """DOFs of a group that are read together, in one pass along its states."""
@@ -23,7 +23,7 @@ class RadiationStates(NamedTuple):
     Group g owns the states ``state[g]:state[g+1]``, in the order of `StateSpace`: ``real[g]``
     real poles, then the first states of all pairs, then their second states. It couples the DOFs
     ``dof[member[g]:member[g+1]]``; its B and C are (m, states) and row-major from ``matrix[g]``.
-    m is a multiple of `AT_ONCE`: the last DOF is repeated, with zeros in B and C.
+    Where one DOF more makes a multiple of `AT_ONCE`, the last is repeated, with zeros in B and C.
     """
 
     state: np.ndarray  # (groups + 1,) int64
@@ -57,13 +57,18 @@ def radiation_states(x, v, p, dx, force):
         own_x, own_dx = x[first:last], dx[first:last]
         _decay_and_rotate(own_x, p.decay[first:last], p.rotation[first:last], p.real[g], own_dx)
         row = p.matrix[g]
-        for j in range(p.member[g], p.member[g + 1], AT_ONCE):
+        end = p.member[g + 1]
+        for j in range(p.member[g], end - AT_ONCE + 1, AT_ONCE):
             d = (p.dof[j], p.dof[j + 1], p.dof[j + 2])
             felt = dot_three(p.C[row:], own_x)
             _drive_by_three(p.B[row:], (v[d[0]], v[d[1]], v[d[2]]), own_dx)
             for i in range(AT_ONCE):
                 force[d[i]] -= felt[i]
             row += AT_ONCE * own_x.size
+        if (end - p.member[g]) % AT_ONCE == 1:
+            d = p.dof[end - 1]
+            force[d] -= dot(p.C[row : row + own_x.size], own_x)
+            _drive(p.B[row:], v[d], own_dx)
 
 
 @summing
@@ -78,6 +83,12 @@ def _decay_and_rotate(x, decay, rotation, real, dx):
     for k in range(pairs):
         d_one[k] = a[k] * one[k] + b[k] * two[k]
         d_two[k] = a[k] * two[k] - b[k] * one[k]
+
+
+@summing
+def _drive(b, u, dx):
+    for k in range(dx.size):
+        dx[k] += b[k] * u
 
 
 @summing
