@@ -37,13 +37,13 @@ from hydrosim.scene import (
 )
 
 REPEATS = 3
-DURATION, RECORDED, STATES = 600.0, 1.0, 60  # s, s; of the sphere
+DURATION, RECORDED, STATES = 600.0, 3.0, 60  # s, s; of the sphere
 SURGE, HEAVE = 0, 2
 ASKED = 1e-4  # of the range
 STEPS = {
     Method.RK2: (0.05, 0.025, 0.0125, 0.00625),
     Method.HEUN: (0.05, 0.025, 0.0125, 0.00625),
-    Method.RK4: (0.2, 1 / 6, 0.1, 0.05, 0.025, 0.0125),
+    Method.RK4: (0.2, 3 / 16, 1 / 6, 0.1, 0.05, 0.025, 0.0125),
     Method.ESDIRK4: (0.25, 0.125, 0.0625, 0.03125),
 }
 """Of the sphere [s], below the stable limits."""
