@@ -16,7 +16,9 @@ from itertools import pairwise
 from math import log
 from typing import Any
 
-from benchmarks.base_case import barges, base_case, with_fenders
+import numpy as np
+
+from benchmarks.base_case import barges, base_case, motions, with_fenders
 from benchmarks.compiled import compiled
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import Timed, interleaved, time_loop, timed
@@ -28,6 +30,7 @@ from hydrosim.waves import sea
 
 REPEATS = 3
 HOURS = (0.75, 1.5, 3.0, 6.0)
+STEPS, FINE = (0.1, 0.05, 0.025), 0.0125  # s
 REPEATED = (3.0, 6.0, 12.0, 24.0)  # h, that the sea repeats itself after
 FENDERS, BODIES = (4, 16, 64), (1, 2, 4)
 WANTED = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.QTF)
@@ -51,6 +54,7 @@ def answer() -> Answer:
     bodies = {n: partial(time_loop, compiled(barges(n))) for n in BODIES}
     return Answer(
         {
+            "Three hours of the base case, all outputs every 0.5 s": _three_hours(),
             "Duration, base case, all told": _growth("hours", hours),
             "Components, base case, 0.75 h, synthesis of the waves": _by_components(),
             "Fenders, base case, time loop": _growth("fenders", fenders),
@@ -59,6 +63,31 @@ def answer() -> Answer:
         },
         [f"CPU times, medians of {REPEATS} interleaved runs."],
     )
+
+
+def _three_hours() -> list[Row]:
+    """CPU times by the step, and errors of surge over its range, against a fine step."""
+    scenes = {h: _with_step(replace(base_case(), duration=3 * 3600.0), h) for h in (*STEPS, FINE)}
+    loops = {h: partial(time_loop, compiled(scenes[h], in_plane=True)) for h in STEPS}
+    wholes = {h: partial(timed, partial(simulate, scenes[h])) for h in STEPS}
+    loop, whole = interleaved(loops, REPEATS), interleaved(wholes, REPEATS)
+    exact = motions(simulate(scenes[FINE]))[:, 0]
+    return [
+        {
+            "step [s]": h,
+            "CPU time, all told [s]": whole[h].seconds,
+            "of it the time loop [s]": loop[h].seconds,
+            "error of surge [of range]": float(
+                np.abs(motions(whole[h].result)[:, 0] - exact).max() / np.ptp(exact)
+            ),
+        }
+        for h in STEPS
+    ]
+
+
+def _with_step(scene: Scene, step: float) -> Scene:
+    """With another step of the solver [s]."""
+    return replace(scene, solver=replace(scene.solver, step=step))
 
 
 def long_case(hours: float, repeated: float = HOURS[-1]) -> Scene:
