@@ -4,11 +4,16 @@ Small angles, classical Runge-Kutta at a fixed step, the inverse of the mass mat
 wave loads at half steps; and for the radiated waves as many states as hydrosim has, or the
 convolution, to fourth order with hydrosim's weights, or as programs of first order do it: K
 (6 x 6 x N) times the velocities of the last N steps, once a step.
+
+hydrosim computes more: with states, two more loops do so too. One has its ledger, works and
+dissipations that ride along as states, the other its exact rotations as well: the angular velocity
+and its bias, springs conjugate to the angles, gyroscopic moments, and R I R^T at every stage.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import cos, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,18 +21,34 @@ from benchmarks.compiled import Compiled
 from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
 from hydrosim.dynamics import Model
 from hydrosim.forces import CATALOGUE, linear_mooring
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER
 from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
 from hydrosim.radiation.history import push
+from hydrosim.rigid import Inertia, vectors
+
+add, sub, cross, dot, matvec, vector, product = (
+    bare(getattr(vectors, name).py_func)
+    for name in ("add", "sub", "cross", "dot", "matvec", "vector", "product")
+)
+
+ROWS = 5  # of forces: hydrostatics, radiation, waves of first and second order, mooring
+MOORING = ROWS - 1
+ENERGIES = ROWS + 1
+"""States of the ledger: of all rows, and of |wave power|. Those of hydrostatics and of waves of
+second order stay zero."""
 
 
 class Sphere(NamedTuple):
-    """Constants of the loop: matrices (6, 6), radiation, and wave loads (rows, 6) at half steps."""
+    """Constants of the loops: matrices (6, 6), radiation, wave loads (rows, 6) at half steps; for
+    exact rotations the inertia (3, 3) about the body's axes, and the parts of the mass matrix."""
 
     inverse: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     states: States
     waves: np.ndarray
+    inertia: np.ndarray
+    parts: Inertia
 
 
 class Memory(NamedTuple):
@@ -52,6 +73,8 @@ def sphere_of(run: Compiled) -> Sphere:
         damping=mooring["damping"].copy(),
         states=states_of(run.fits),
         waves=wave_loads(model, run.scene.solver.step / 2),
+        inertia=model.bodies.each[0]["inertia"].copy(),
+        parts=model.inertia,
     )
 
 
@@ -88,20 +111,35 @@ def _piece(h: float, p: ConvolutionKernel) -> np.ndarray:
 
 def run_states(p: Sphere, steps: int, step: float, every: int) -> np.ndarray:
     """Displacements and angles (steps / every + 1, 6) of a run from rest."""
-    size = 12 + p.states.decay.size
-    out = np.zeros((steps // every + 1, 6))
-    _with_states(steps, step, every, p, np.zeros((2, size)), np.zeros((4, size)), np.zeros(6), out)
+    return _run(_of_states, 0, p, steps, step, every)
+
+
+def run_with_energies(p: Sphere, steps: int, step: float, every: int) -> np.ndarray:
+    """The same with the ledger after the angles, (steps / every + 1, 6 + `ENERGIES`)."""
+    return _run(_of_states_and_energies, ENERGIES, p, steps, step, every)
+
+
+def run_exact(p: Sphere, steps: int, step: float, every: int) -> np.ndarray:
+    """The same with exact rotations; ``p`` is of a scene that has them."""
+    return _run(_of_rotations, ENERGIES, p, steps, step, every)
+
+
+def _run(rates: Any, energies: int, p: Sphere, steps: int, step: float, every: int) -> np.ndarray:
+    size = 12 + p.states.decay.size + energies
+    out = np.zeros((steps // every + 1, 6 + energies))
+    y, k, scratch = np.zeros((2, size)), np.zeros((4, size)), np.zeros((2, 6))
+    _with_states(rates, steps, step, every, p, y, k, scratch, out)
     return out
 
 
 @bare
-def _with_states(steps, h, every, p, y, k, force, out):
+def _with_states(rates, steps, h, every, p, y, k, scratch, out):
     now, stage = y[0], y[1]
     for n in range(steps):
-        _of_states(p.waves[2 * n], now, p, force, k[0])
+        rates(p.waves[2 * n], now, p, scratch, k[0])
         for i in range(1, 4):
             _stage(i, h, now, k, stage)
-            _of_states(p.waves[2 * n + (i + 1) // 2], stage, p, force, k[i])
+            rates(p.waves[2 * n + (i + 1) // 2], stage, p, scratch, k[i])
         _finish(n, h, every, now, k, out)
 
 
@@ -113,7 +151,8 @@ def _stage(i, h, now, k, stage):
 
 
 @bare
-def _of_states(waves, y, p, force, dy):
+def _of_states(waves, y, p, scratch, dy):
+    force = scratch[0]
     for i in range(6):
         force[i] = waves[i]
     radiate(y[12:], y[6:12], p.states, dy[12:], force)
@@ -121,12 +160,119 @@ def _of_states(waves, y, p, force, dy):
 
 
 @bare
+def _of_states_and_energies(waves, y, p, scratch, dy):
+    force, v = scratch[0], y[6:12]
+    _loads(waves, y[12:], v, p, force, dy[12:])
+    for i in range(6):
+        for j in range(6):
+            force[i] -= p.stiffness[i, j] * y[j]
+    _divide(v, p, force, dy)
+
+
+@bare
+def _loads(waves, x, v, p, force, dx):
+    """All forces but the springs', and the rates of the radiation states and of the ledger."""
+    for i in range(6):
+        force[i] = 0.0
+    radiate(x, v, p.states, dx, force)
+    radiated, work, damped = 0.0, 0.0, 0.0
+    for i in range(6):
+        resistance = 0.0
+        for j in range(6):
+            resistance += p.damping[i, j] * v[j]
+        radiated -= force[i] * v[i]
+        work += waves[i] * v[i]
+        damped += resistance * v[i]
+        force[i] += waves[i] - resistance
+    rate = dx[p.states.decay.size :]
+    rate[RADIATION], rate[WAVE_FIRST_ORDER], rate[MOORING] = radiated, work, damped
+    rate[ROWS] = abs(work)
+
+
+@bare
+def _of_rotations(waves, y, p, scratch, dy):
+    """By hydrosim's Schur complement, but for the angular acceleration first, then the angles'."""
+    force, v = scratch[0], scratch[1]
+    cf, sf, ct, st, cp, sp = cos(y[3]), sin(y[3]), cos(y[4]), sin(y[4]), cos(y[5]), sin(y[5])
+    roll, pitch, yaw = vector(y, 9)
+    v[0], v[1], v[2] = vector(y, 6)
+    v[3], v[4], v[5] = cp * ct * roll - sp * pitch, sp * ct * roll + cp * pitch, yaw - st * roll
+    _loads(waves, y[12:], v, p, force, dy[12:])
+    _add_springs(ct, st, cp, sp, y, p, force)
+    R = (
+        (cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf),
+        (sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf),
+        (-st, ct * sf, ct * cf),
+    )
+    bias = (
+        -roll * (pitch * cp * st + yaw * sp * ct) - pitch * yaw * cp,
+        -roll * (pitch * sp * st - yaw * cp * ct) - pitch * yaw * sp,
+        -roll * pitch * ct,
+    )
+    a, b, c = sub(_accelerate_exactly(R, vector(v, 3), p, force, dy), bias)
+    dy[9], dy[10] = (cp * a + sp * b) / ct, cp * b - sp * a
+    dy[11] = c + st * dy[9]
+    for i in range(6):
+        dy[i] = y[6 + i]
+
+
+@bare
+def _add_springs(ct, st, cp, sp, y, p, force):
+    """The wrench of what the springs do on the coordinates."""
+    Q = product(p.stiffness, y, 0)
+    along = (Q[3] + st * Q[5]) / ct
+    wrench = (Q[0], Q[1], Q[2], cp * along - sp * Q[4], sp * along + cp * Q[4], Q[5])
+    for i in range(6):
+        force[i] -= wrench[i]
+
+
+@bare
+def _accelerate_exactly(R, omega, p, force, dy):
+    """The angular acceleration; the accelerations of the translations go into ``dy``."""
+    parts, rest = p.parts, p.parts.rest
+    first, second, third = _turned_inertia(R, p.inertia)
+    spin = (dot(first, omega), dot(second, omega), dot(third, omega))
+    still = matvec(parts.inverse, force)
+    moment = sub(sub(vector(force, 3), matvec(parts.coupling, still)), cross(omega, spin))
+    alpha = _solve(
+        add(first, vector(rest[0], 0)),
+        add(second, vector(rest[1], 0)),
+        add(third, vector(rest[2], 0)),
+        moment,
+    )
+    dy[6], dy[7], dy[8] = sub(still, matvec(parts.gain, alpha))
+    return alpha
+
+
+@bare
+def _turned_inertia(R, inertia):
+    """Rows of R I R^T."""
+    x, y, z = matvec(inertia, R[0]), matvec(inertia, R[1]), matvec(inertia, R[2])
+    xy, xz, yz = dot(R[0], y), dot(R[0], z), dot(R[1], z)
+    return (dot(R[0], x), xy, xz), (xy, dot(R[1], y), yz), (xz, yz, dot(R[2], z))
+
+
+@bare
+def _solve(a, b, c, m):
+    """x of the equations a x, b x, c x = m, of a symmetric matrix, by its cofactors."""
+    first, second, third = cross(b, c), cross(c, a), cross(a, b)
+    scale = 1.0 / dot(a, first)
+    return (scale * dot(first, m), scale * dot(second, m), scale * dot(third, m))
+
+
+@bare
 def _accelerate(y, p, force, dy):
     for i in range(6):
         for j in range(6):
             force[i] -= p.stiffness[i, j] * y[j] + p.damping[i, j] * y[6 + j]
+    _divide(y[6:12], p, force, dy)
+
+
+@bare
+def _divide(v, p, force, dy):
+    """Rates of displacements and velocities."""
     for i in range(6):
-        dy[i], dy[6 + i] = y[6 + i], 0.0
+        dy[i], dy[6 + i] = v[i], 0.0
         for j in range(6):
             dy[6 + i] += p.inverse[i, j] * force[j]
 
@@ -137,8 +283,11 @@ def _finish(n, h, every, now, k, out):
     for m in range(now.size):
         now[m] += h / 6.0 * (first[m] + 2.0 * second[m] + 2.0 * third[m] + fourth[m])
     if (n + 1) % every == 0:
+        row = out[(n + 1) // every]
         for m in range(6):
-            out[(n + 1) // every, m] = now[m]
+            row[m] = now[m]
+        for m in range(6, row.size):
+            row[m] = now[now.size - row.size + m]
 
 
 def run_convolution(p: Sphere, m: Memory, steps: int, step: float, every: int) -> np.ndarray:

@@ -1,9 +1,10 @@
 """How many steps per second, by scene, and how near is that to the limit?
 
-The limit are bare loops that do the least that a scene asks for (`limit`, `limit_sphere`). The same
+The limit are bare loops that do the least that a scene asks for, and for the sphere also the same
+arithmetic as hydrosim, energies and exact rotations included (`limit`, `limit_sphere`). The same
 equations as one writes them with numpy and scipy (`sphere_with_numpy`) are the other end. All are
-compared with hydrosim's motions: so they are the same computation. Times are CPU times of the time
-loop, records included; all kernels are compiled before.
+compared with hydrosim's motions and energies: so they are the same computation. Times are CPU times
+of the time loop, records included; all kernels are compiled before.
 """
 
 from __future__ import annotations
@@ -26,15 +27,22 @@ from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
 from hydrosim.scene import ConvolutionRadiation, Kinematics, Scene
 
-REPEATS = 5
+REPEATS, FEW = 7, 2  # few of what takes seconds
 STEP, RECORDED = 0.1, 0.5  # s
-DURATION = 600.0  # s, of the sphere
+DURATION = 1800.0  # s, of the sphere
 STEPS, EVERY = round(DURATION / STEP), round(RECORDED / STEP)
 STATES = 60
 MEMORY = ConvolutionRadiation(length=60.0)
 HEAVE = 2
-SMALL = "hydrosim, small angles"
+EXACT, SMALL = "hydrosim", "hydrosim, small angles"
 LIMIT = "bare loop"
+LEDGER = "bare loop, with energies"
+ROTATIONS = "bare loop, exact, with energies"
+ENERGIES = (
+    *("energy_dissipated_radiation", "energy_work_wave_first_order"),
+    *("energy_work_wave_second_order", "energy_dissipated_mooring", "energy_wave_absolute"),
+)
+"""Of all rows of forces but hydrostatics, and of |wave power|."""
 SOLVE_IVP = "solve_ivp, RK45"
 
 
@@ -48,14 +56,16 @@ def answer() -> Answer:
             f"Sphere, convolution over {MEMORY.length:g} s": _compared(convolution),
             "Base case, 2000 s": _base_case(),
             "Ratios": [
-                _ratio("sphere", states, SMALL, LIMIT, 0.5),
-                _ratio("sphere", states, "hydrosim", LIMIT, 0.5),
-                _ratio("sphere", states, "hydrosim", SOLVE_IVP, 60.0),
+                _ratio("sphere", states, SMALL, LEDGER, 0.5),
+                _ratio("sphere", states, EXACT, ROTATIONS, 0.5),
+                _ratio("sphere", states, SMALL, LIMIT),
+                _ratio("sphere", states, EXACT, LIMIT),
+                _ratio("sphere", states, EXACT, SOLVE_IVP, 60.0),
                 _ratio("sphere, convolution", convolution, SMALL, LIMIT, 0.5),
-                _ratio("sphere, convolution", convolution, "hydrosim", LIMIT, 0.5),
+                _ratio("sphere, convolution", convolution, EXACT, LIMIT, 0.5),
             ],
         },
-        [f"CPU times of the time loop, medians of {REPEATS} interleaved runs."],
+        [f"CPU times of the time loop, medians of {REPEATS} interleaved runs ({FEW} with numpy)."],
     )
 
 
@@ -94,20 +104,25 @@ def _by_scene() -> list[Row]:
 
 
 def _with_states() -> dict[str, Timed]:
-    """The sphere by hydrosim, by the bare loop, and by numpy."""
+    """The sphere by hydrosim, by the bare loops, and by numpy."""
     exact, small = (
         with_states(compiled(sphere(DURATION, kinematics=kinematics)), STATES)
         for kinematics in (Kinematics.EXACT, Kinematics.LINEAR)
     )
-    p, plain = limit_sphere.sphere_of(small), by_numpy.equation(small)
+    p, turning = limit_sphere.sphere_of(small), limit_sphere.sphere_of(exact)
+    plain = by_numpy.equation(small)
     quick = replace(plain, by_hand=True)
-    others = {
+    loops = {
         LIMIT: partial(limit_sphere.run_states, p, STEPS, STEP, EVERY),
+        LEDGER: partial(limit_sphere.run_with_energies, p, STEPS, STEP, EVERY),
+        ROTATIONS: partial(limit_sphere.run_exact, turning, STEPS, STEP, EVERY),
+    }
+    slow = {
         SOLVE_IVP: partial(_solve_ivp, plain.with_states, plain.sizes),
         f"{SOLVE_IVP}, loads by hand": partial(_solve_ivp, quick.with_states, quick.sizes),
         "numpy, RK4 by hand": partial(_rk4, quick.with_states, quick.sizes),
     }
-    return _interleaved({"hydrosim": exact, SMALL: small}, others)
+    return _interleaved({EXACT: exact, SMALL: small}, loops, slow)
 
 
 def _with_convolution() -> dict[str, Timed]:
@@ -119,13 +134,15 @@ def _with_convolution() -> dict[str, Timed]:
     p, plain = limit_sphere.sphere_of(small), by_numpy.equation(small)
     memory = limit_sphere.memory_of(small.model.convolution)
     K, quick = plain.kernel.transpose(1, 2, 0).copy(), replace(plain, by_hand=True)
-    others: dict[str, Callable[[], np.ndarray]] = {
+    loops = {
         LIMIT: partial(limit_sphere.run_convolution, p, memory, STEPS, STEP, EVERY),
         "bare loop, first order": partial(limit_sphere.run_once_a_step, p, K, STEPS, STEP, EVERY),
+    }
+    slow: dict[str, Callable[[], np.ndarray]] = {
         SOLVE_IVP: lambda: _solve_ivp(by_numpy.Convolution(plain).rates, np.ones(12)),
         "numpy, RK4 by hand": lambda: _rk4(by_numpy.Convolution(quick).rates, np.ones(12)),
     }
-    return _interleaved({"hydrosim": exact, SMALL: small}, others)
+    return _interleaved({EXACT: exact, SMALL: small}, loops, slow)
 
 
 def _solve_ivp(rates: by_numpy.Rates, sizes: np.ndarray) -> np.ndarray:
@@ -140,44 +157,57 @@ def _rk4(rates: by_numpy.Rates, sizes: np.ndarray) -> np.ndarray:
 
 
 def _interleaved(
-    ours: Mapping[str, Compiled], others: Mapping[str, Callable[[], np.ndarray]]
+    ours: Mapping[str, Compiled],
+    loops: Mapping[str, Callable[[], np.ndarray]],
+    slow: Mapping[str, Callable[[], np.ndarray]],
 ) -> dict[str, Timed]:
-    """All runs, with their motions (nt, 6) as results."""
+    """All runs, with their motions, and energies if they have any, as results (nt, 6 or 12)."""
     runs = {name: partial(time_loop, run) for name, run in ours.items()}
-    runs |= {name: partial(timed, run) for name, run in others.items()}
+    runs |= {name: partial(timed, run) for name, run in loops.items()}
     found = interleaved(runs, REPEATS)
-    return {name: run._replace(result=_motions(run.result)) for name, run in found.items()}
+    found |= interleaved({name: partial(timed, run) for name, run in slow.items()}, FEW)
+    return {name: run._replace(result=_values(run.result)) for name, run in found.items()}
 
 
-def _motions(result: np.ndarray | xr.Dataset) -> np.ndarray:
-    return result if isinstance(result, np.ndarray) else motions(result)
+def _values(result: np.ndarray | xr.Dataset) -> np.ndarray:
+    if isinstance(result, np.ndarray):
+        return result
+    none = np.zeros(result.sizes["time"])  # hydrostatics dissipate nothing
+    return np.column_stack([motions(result), none, *(result[name].values for name in ENERGIES)])
 
 
 def _compared(found: Mapping[str, Timed]) -> list[Row]:
-    """Speeds, and differences in motion to hydrosim with small angles, which the others have."""
-    ours, same = found["hydrosim"], found[SMALL].result
-    span = np.ptp(same[:, HEAVE])
-    return [
-        {
-            "what": name,
-            "steps/s": round(STEPS / run.seconds),
-            "µs per step": 1e6 * run.seconds / STEPS,
-            "time over hydrosim's": run.seconds / ours.seconds,
-            "heave apart [of range]": f"{np.abs(run.result - same)[:, HEAVE].max() / span:.0e}",
-            "all apart [m, rad]": f"{np.abs(run.result - same).max():.0e}",
-        }
-        for name, run in found.items()
-    ]
+    """Speeds, and differences to hydrosim: with small angles, which all have but one."""
+    ours = found[EXACT]
+    rows: list[Row] = []
+    for name, run in found.items():
+        same = found[EXACT if name == ROTATIONS else SMALL].result
+        apart = np.abs(run.result - same[:, : run.result.shape[1]]).max(axis=0)
+        energies = f"{apart[6:].max() / same[-1, -1]:.0e}" if apart.size > 6 else ""
+        rows.append(
+            {
+                "what": name,
+                "steps/s": round(STEPS / run.seconds),
+                "µs per step": 1e6 * run.seconds / STEPS,
+                "time over hydrosim's": run.seconds / ours.seconds,
+                "heave apart [of range]": f"{apart[HEAVE] / np.ptp(same[:, HEAVE]):.0e}",
+                "all apart [m, rad]": f"{apart[:6].max():.0e}",
+                "energies apart [of wave work]": energies,
+            }
+        )
+    return rows
 
 
-def _ratio(scene: str, found: Mapping[str, Timed], ours: str, other: str, wanted: float) -> Row:
+def _ratio(
+    scene: str, found: Mapping[str, Timed], ours: str, other: str, wanted: float | None = None
+) -> Row:
     """Steps per second over those of another."""
     return {
         "scene": scene,
         "what": ours,
         "over": other,
         "is": found[other].seconds / found[ours].seconds,
-        "wanted": f"{wanted:g} or more",
+        "wanted": "" if wanted is None else f"{wanted:g} or more",
     }
 
 
@@ -213,4 +243,5 @@ def _base_case() -> list[Row]:
 
 
 def _apart(result: np.ndarray | xr.Dataset, run: xr.Dataset, where: np.ndarray) -> float:
-    return float(np.abs(_motions(result) - motions(run))[where].max())
+    found = result if isinstance(result, np.ndarray) else motions(result)
+    return float(np.abs(found - motions(run))[where].max())
