@@ -56,6 +56,7 @@ from hydrosim.rigid import (
     mass_matrix,
     new_motion,
     new_turning,
+    place,
     place_bodies,
 )
 from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
@@ -131,7 +132,7 @@ def rhs(t, y, modes, history, model, work, dy):
     """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Pure: it changes
     scratch and ``dy`` only."""
     n, motion = model.bodies.active.size, work.motion
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    place(y[:n], y[n : 2 * n], model.bodies, motion)
     forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)

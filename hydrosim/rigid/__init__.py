@@ -17,6 +17,7 @@ from hydrosim.rigid.kinematics import (
     attachment,
     generalised_force,
     new_motion,
+    place,
     place_bodies,
     point_velocity,
     wrench_of_coordinates,

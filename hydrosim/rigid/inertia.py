@@ -23,14 +23,15 @@ import numpy as np
 from hydrosim.kernels import assign, kernel
 from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
-from hydrosim.rigid.vectors import dot, vector
+from hydrosim.rigid.vectors import add, cross, dot, matvec, sub, vector
 
 
 class Inertia(NamedTuple):
     """Constants for nt ``steady`` and na ``turning`` coordinates, (nt,), (na,) among the free ones:
     where the steady stand among all six of each body, ``force`` (nt,); ``body`` (na,) and which
     ``angle`` (na,) of it; M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G ``gain``
-    (nt, 3 nb), D ``rest`` (3 nb, 3 nb)."""
+    (nt, 3 nb), D ``rest`` (3 nb, 3 nb); whether each body is ``alone``: free, its angles not small,
+    and without added mass between them."""
 
     steady: np.ndarray
     turning: np.ndarray
@@ -41,6 +42,7 @@ class Inertia(NamedTuple):
     coupling: np.ndarray
     gain: np.ndarray
     rest: np.ndarray
+    alone: bool
 
 
 class Turning(NamedTuple):
@@ -75,7 +77,14 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
         *(bodies.active[turns] // 6, bodies.active[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
+        alone=bool(bodies.exact and len(M) == bodies.active.size and not _coupled(added_mass)),
     )
+
+
+def _coupled(added_mass: np.ndarray) -> bool:
+    """Whether there is added mass between bodies."""
+    body = np.arange(len(added_mass)) // 6
+    return bool(added_mass[body[:, None] != body].any())
 
 
 def new_turning(inertia: Inertia) -> Turning:
@@ -90,6 +99,10 @@ def new_turning(inertia: Inertia) -> Turning:
 def accelerate_freely(p, bodies, motion, F, room, x):
     """Accelerations ``x`` (n,) of the free coordinates under the wrenches ``F`` (6 nb,), from which
     gyroscopic moments have been taken."""
+    if p.alone:
+        for b in range(bodies.each.size):
+            _accelerate_alone(b, p, bodies.each[b].inertia, motion, F, x)
+        return
     for i in range(p.steady.size):
         y = 0.0
         for j in range(p.steady.size):
@@ -99,6 +112,43 @@ def accelerate_freely(p, bodies, motion, F, room, x):
         _fill_rotary_inertia(p, bodies, motion, room.W)
         _find_moments(p, motion, F, room, x)
         _turn(p, motion, room, x)
+
+
+@kernel
+def _accelerate_alone(b, p, inertia, motion, F, x):
+    """The same for a free body that no other is coupled with: W omega' = F_r - M_rt y by Cramer's
+    rule, and then a'' = E^-1 (omega' - b). Written out, for it is a third of the time of a step."""
+    k, f = 3 * b, 6 * b
+    R, E = motion.rotation[b], motion.rate_map[b]
+    x_, y_, z_ = vector(R[0], 0), vector(R[1], 0), vector(R[2], 0)
+    t = matvec(inertia, x_), matvec(inertia, y_), matvec(inertia, z_)
+    W = (
+        add(vector(p.rest[k], k), (dot(x_, t[0]), dot(x_, t[1]), dot(x_, t[2]))),
+        add(vector(p.rest[k + 1], k), (dot(y_, t[0]), dot(y_, t[1]), dot(y_, t[2]))),
+        add(vector(p.rest[k + 2], k), (dot(z_, t[0]), dot(z_, t[1]), dot(z_, t[2]))),
+    )
+    y = _block(p.inverse, k, vector(F, f))
+    omega = _solved(W, sub(vector(F, f + 3), _block(p.coupling, k, y)))
+    v = sub(y, _block(p.gain, k, omega))
+    d = sub(omega, vector(motion.bias, f + 3))
+    cp, sp = E[1, 1], -E[0, 1]
+    roll = (cp * d[0] + sp * d[1]) / (cp * E[0, 0] + sp * E[1, 0])
+    x[f], x[f + 1], x[f + 2] = v
+    x[f + 3], x[f + 4], x[f + 5] = roll, cp * d[1] - sp * d[0], d[2] - E[2, 0] * roll
+
+
+@kernel
+def _block(A, k, a):
+    """Product of the (3, 3) block on the diagonal of ``A`` from k on and a vector."""
+    return (dot(vector(A[k], k), a), dot(vector(A[k + 1], k), a), dot(vector(A[k + 2], k), a))
+
+
+@kernel
+def _solved(W, m):
+    """W^-1 m of a symmetric W by rows."""
+    first, second, third = cross(W[1], W[2]), cross(W[2], W[0]), cross(W[0], W[1])
+    scale = 1.0 / dot(W[0], first)
+    return (scale * dot(first, m), scale * dot(second, m), scale * dot(third, m))
 
 
 @kernel

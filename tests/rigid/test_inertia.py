@@ -43,14 +43,18 @@ def by_numpy(model, motion, added, F):
 
 @pytest.mark.parametrize("free", FREE.values(), ids=FREE)
 @pytest.mark.parametrize("kinematics", Kinematics)
-def test_accelerations_are_those_of_the_whole_matrix(free, kinematics):
+@pytest.mark.parametrize("coupled", [True, False])
+def test_accelerations_are_those_of_the_whole_matrix(free, kinematics, coupled):
     bodies = [block(m, dofs, name) for m, dofs, name in zip(MASSES, free, "ab", strict=True)]
     model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics))[0]
     root = RNG.normal(size=(12, 12))
     added, F, n = root @ root.T, RNG.normal(size=12), model.bodies.active.size
+    if not coupled:
+        added[:6, 6:] = added[6:, :6] = 0.0
     motion, x = new_motion(model.bodies), np.full(n, np.nan)
     place_bodies(RNG.normal(size=n), RNG.normal(size=n), model.bodies, motion)
     inertia = constant_inertia(model.bodies, added)
+    assert inertia.alone == (not coupled and n == 12 and kinematics == Kinematics.EXACT)
     accelerate_freely(inertia, model.bodies, motion, F, new_turning(inertia), x)
     assert x == pytest.approx(by_numpy(model, motion, added, F), rel=1e-9, abs=1e-10)
 
