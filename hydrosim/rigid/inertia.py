@@ -23,15 +23,15 @@ import numpy as np
 from hydrosim.kernels import assign, kernel
 from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
-from hydrosim.rigid.vectors import add, cross, dot, matvec, sub, vector
+from hydrosim.rigid.vectors import add, cross, dot, matvec, product, sub, vector
 
 
 class Inertia(NamedTuple):
     """Constants for nt ``steady`` and na ``turning`` coordinates, (nt,), (na,) among the free ones:
     where the steady stand among all six of each body, ``force`` (nt,); ``body`` (na,) and which
     ``angle`` (na,) of it; M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G ``gain``
-    (nt, 3 nb), D ``rest`` (3 nb, 3 nb); whether each body is ``alone``: free, its angles not small,
-    and without added mass between them."""
+    (nt, 3 nb), D ``rest`` (3 nb, 3 nb); whether each body is ``alone``: free, and without added
+    mass between them."""
 
     steady: np.ndarray
     turning: np.ndarray
@@ -77,7 +77,7 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
         *(bodies.active[turns] // 6, bodies.active[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
-        alone=bool(bodies.exact and len(M) == bodies.active.size and not _coupled(added_mass)),
+        alone=len(M) == bodies.active.size and not _coupled(added_mass),
     )
 
 
@@ -101,7 +101,12 @@ def accelerate_freely(p, bodies, motion, F, room, x):
     gyroscopic moments have been taken."""
     if p.alone:
         for b in range(bodies.each.size):
-            _accelerate_alone(b, p, bodies.each[b].inertia, motion, F, x)
+            if bodies.exact:
+                _accelerate_alone(b, p, bodies.each[b].inertia, motion, F, x)
+            else:
+                k = 6 * b
+                v = product(p.inverse[k : k + 6, k : k + 6], F, k)
+                x[k], x[k + 1], x[k + 2], x[k + 3], x[k + 4], x[k + 5] = v
         return
     for i in range(p.steady.size):
         y = 0.0
