@@ -49,7 +49,8 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
     end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.margins[EVERY]
-    left = _left(stop, end, model, state, work, scratch, every, after)
+    _measure(stop, end, model, state, work, scratch, every, after)
+    left = any_negative(after)
     if after.size == 0 or not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
@@ -62,7 +63,8 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, model, method, state, work, scratch, counters)
-        left = _left(stop, end, model, state, work, scratch, every, after)
+        _measure(stop, end, model, state, work, scratch, every, after)
+        left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
     scratch.fresh[1] = 0
@@ -70,11 +72,10 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
 
 
 @root
-def _left(t, y, model, state, work, scratch, watched, out):
-    """Margins at t, y of the contact modes that ``watched`` has a negative one of, and of springs;
-    True if any mode has ended."""
+def _measure(t, y, model, state, work, scratch, watched, out):
+    """Margins at t, y of springs, and of contact modes that ``watched`` has a negative one of."""
     if out.size == 0:
-        return False
+        return
     n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
     if holds.point.size > 0:  # the reactions are margins of rigid friction
         rhs(t, y, state.modes, state.history, model, work, scratch.states[SPARE])
@@ -85,7 +86,6 @@ def _left(t, y, model, state, work, scratch, watched, out):
     margins(t, y, state.modes, motion, bodies, fenders, headings, reactions, watched, out)
     if model.elements[SPRING].lines.size > 0:
         spring.margins(state.modes, motion, bodies, model.elements[SPRING], out)
-    return any_negative(out)
 
 
 @root
@@ -98,7 +98,7 @@ def _find_before(t, model, state, work, scratch):
         watched = one
         for i in range(model.elements[FENDER].points.size):
             one[MARGINS * i] = -1.0 if state.modes[i, MODE] == SLIP else 0.0
-    _left(t, state.y, model, state, work, scratch, watched, scratch.margins[BEFORE])
+    _measure(t, state.y, model, state, work, scratch, watched, scratch.margins[BEFORE])
     clear(one)
     fresh[2] = KNOWN
 
@@ -122,7 +122,7 @@ def _land(t, h, model, method, state, work, scratch, counters):
     x, on_cubic = _zero_on_cubic(0.0, t, h, model, state, work, scratch)
     while True:
         step(t, x * h, model, method, state, work, scratch, counters)
-        _left(t + x * h, end, model, state, work, scratch, every, now)
+        _measure(t + x * h, end, model, state, work, scratch, every, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
@@ -173,7 +173,7 @@ def _phi_on_cubic(x, t, h, model, state, work, scratch):
 
 @root
 def _on_cubic(x, t, h, model, state, work, scratch, watched, out):
-    """`_left` on the cubic through both ends of the uncut step: of coordinates, rates and nodes
+    """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and nodes
     alone, but for the reactions of rigid friction."""
     fenders, stage = model.elements[FENDER], scratch.states[STAGE]
     if work.holds.point.size > 0:
@@ -184,7 +184,7 @@ def _on_cubic(x, t, h, model, state, work, scratch, watched, out):
             if any_negative(watched[MARGINS * i : MARGINS * (i + 1)]):
                 k = fenders.state + STATES * i
                 _interpolate(x, h, k, k + 2, state, scratch, stage)  # its stretch
-    _left(t + x * h, stage, model, state, work, scratch, watched, out)
+    _measure(t + x * h, stage, model, state, work, scratch, watched, out)
 
 
 @kernel

@@ -56,7 +56,9 @@ class _WholeCode(JITCodeLibrary):
     """Machine code of a kernel with all its parts."""
 
     def finalize(self) -> None:
-        self._linking_libraries = list(dict.fromkeys(_below(self)))
+        # a part comes after all that may call it: LLVM takes in what is asked for by then
+        last_first = dict.fromkeys(reversed(list(_below(self))))
+        self._linking_libraries = list(reversed(last_first))
         super().finalize()
 
     def serialize_using_object_code(self) -> Any:

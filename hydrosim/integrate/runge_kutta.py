@@ -53,23 +53,28 @@ def tableau(
 @kernel
 def stage_state(i, method, h, y, k, out):
     """State of stage ``i`` from the derivatives ``k`` (s, ny) of the stages before it."""
-    assign(out, y)
-    for j in range(i):
-        weight = h * method.a[i, j]
-        if weight != 0.0:
-            for m in range(y.size):
-                out[m] += weight * k[j, m]
+    _combine(method.a[i, :i], h, y, k, out)
 
 
 @kernel
 def advance_state(method, h, y, k, out):
     """State at the end of the step from all stage derivatives ``k`` (s, ny)."""
-    assign(out, y)
-    for j in range(method.b.size):
-        weight = h * method.b[j]
+    _combine(method.b, h, y, k, out)
+
+
+@kernel
+def _combine(weights, h, y, k, out):
+    """``out`` = y + h sum of the first rows of k by their ``weights``, in one pass for each."""
+    begun = False
+    for j in range(weights.size):
+        weight = h * weights[j]
         if weight != 0.0:
+            base = out if begun else y
             for m in range(y.size):
-                out[m] += weight * k[j, m]
+                out[m] = base[m] + weight * k[j, m]
+            begun = True
+    if not begun:
+        assign(out, y)
 
 
 @kernel

@@ -153,8 +153,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     rigid friction are not among them: see `add_reactions`."""
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[i, MODE], p.state + STATES * i
-        if mode == OPEN and point.law != STICK_SLIP:
+        if mode == OPEN and (point.law != STICK_SLIP or y[k] == y[k + 1] == 0.0):
             clear(dy[k : k + STATES])
+            continue
+        if mode == OPEN:
+            _relax((y[k], y[k + 1]), point, dy[k : k + STATES])
             continue
         c = geometry.touch(point, bodies, motion)
         load = pressure(i, t, modes, c, p)
@@ -162,10 +165,18 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         dy[k], dy[k + 1] = f.stretch_rate
         dy[k + SLIP_DISTANCE], dy[k + DISSIPATED] = f.slip_speed, f.dissipation
         dy[k + DAMPED], dy[k + SLIP_DAMPED], dy[k + SETTLED] = f.damped, f.slip_damped, 0.0
-        if mode != OPEN:
-            lost = load.N if point.prescribed else point.normal_damping * c.rate
-            rate[point.row] += lost * c.rate
-            geometry.press(point, c, load.N, f.force, wrench[point.row])
+        lost = load.N if point.prescribed else point.normal_damping * c.rate
+        rate[point.row] += lost * c.rate
+        geometry.press(point, c, load.N, f.force, wrench[point.row])
+
+
+@kernel
+def _relax(s, point, rates):
+    """Rates of an open point with the stretch ``s``, wherever it is."""
+    f = stick_slip.friction(OPEN, Pressed(0.0, 0.0, 0.0, False), (0.0, 0.0), s, point)
+    clear(rates)
+    rates[0], rates[1] = f.stretch_rate
+    rates[DISSIPATED], rates[DAMPED] = f.dissipation, f.damped
 
 
 @kernel
