@@ -15,7 +15,7 @@ from hydrosim.forces.contact.modes import MARGINS, MODE, SLIP, STICK
 from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.kernels import any_negative, assign, clear, kernel, root
+from hydrosim.kernels import any_negative, assign, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import (
     AFTER,
@@ -29,8 +29,8 @@ from hydrosim.stepper import (
     KNOWN,
     LATE,
     NOW,
-    ONE,
     SLOPE,
+    SOME,
     SPARE,
     STAGE,
     TRIAL,
@@ -48,7 +48,7 @@ NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 def cut(t, stop, located, model, method, state, work, scratch, counters):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
-    end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.margins[EVERY]
+    end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.watched[EVERY]
     _measure(stop, end, model, state, work, scratch, every, after)
     left = any_negative(after)
     if after.size == 0 or not located:
@@ -73,7 +73,7 @@ def cut(t, stop, located, model, method, state, work, scratch, counters):
 
 @root
 def _measure(t, y, model, state, work, scratch, watched, out):
-    """Margins at t, y of springs, and of contact modes that ``watched`` has a negative one of."""
+    """Margins at t, y of springs, and of contact modes of ``watched`` rows."""
     if out.size == 0:
         return
     n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
@@ -91,15 +91,14 @@ def _measure(t, y, model, state, work, scratch, watched, out):
 @root
 def _find_before(t, model, state, work, scratch):
     """Margins at the start of the step, as far as the step before has not left them there."""
-    fresh, watched, one = scratch.fresh, scratch.margins[EVERY], scratch.margins[ONE]
+    fresh, watched, slipping = scratch.fresh, scratch.watched[EVERY], scratch.watched[SOME]
     if fresh[2] == KNOWN:
         return
     if fresh[2] == BUT_FOR_SLIP:
-        watched = one
-        for i in range(model.elements[FENDER].points.size):
-            one[MARGINS * i] = -1.0 if state.modes[i, MODE] == SLIP else 0.0
+        watched = slipping
+        for i in range(slipping.size):
+            slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
     _measure(t, state.y, model, state, work, scratch, watched, scratch.margins[BEFORE])
-    clear(one)
     fresh[2] = KNOWN
 
 
@@ -113,11 +112,13 @@ def _land(t, h, model, method, state, work, scratch, counters):
     """
     end = scratch.states[END]
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
-    every = scratch.margins[EVERY]
+    every, ended = scratch.watched[EVERY], scratch.watched[SOME]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     assign(scratch.states[FULL], end)
     _find_before(t, model, state, work, scratch)
+    for i in range(ended.size):
+        ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, model, state, work, scratch)
     while True:
@@ -167,8 +168,13 @@ def _zero_on_cubic(defect, t, h, model, state, work, scratch):
 @kernel
 def _phi_on_cubic(x, t, h, model, state, work, scratch):
     now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
-    _on_cubic(x, t, h, model, state, work, scratch, after, now)
-    return phi(now, before, after)
+    _on_cubic(x, t, h, model, state, work, scratch, scratch.watched[SOME], now)
+    smallest = 1.0
+    for i in range(state.modes.shape[0]):
+        if scratch.watched[SOME, i] != 0:
+            a, b = MARGINS * i, MARGINS * (i + 1)
+            smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
+    return smallest
 
 
 @root
@@ -181,7 +187,7 @@ def _on_cubic(x, t, h, model, state, work, scratch, watched, out):
     else:
         _interpolate(x, h, 0, 2 * model.bodies.active.size, state, scratch, stage)
         for i in range(fenders.points.size):
-            if any_negative(watched[MARGINS * i : MARGINS * (i + 1)]):
+            if watched[i] != 0:
                 k = fenders.state + STATES * i
                 _interpolate(x, h, k, k + 2, state, scratch, stage)  # its stretch
     _measure(t + x * h, stage, model, state, work, scratch, watched, out)
@@ -202,7 +208,7 @@ def _dip(t, h, model, state, work, scratch, counters):
     It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
     step, or before another event, is not jumped over. The margins of the end are in NOW.
     """
-    margin, every, end = scratch.margins, scratch.margins[EVERY], scratch.states[END]
+    margin, every, end = scratch.margins, scratch.watched[EVERY], scratch.states[END]
     rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
     counters[EVALUATIONS] += 1
     scratch.fresh[1] = 1
@@ -260,10 +266,10 @@ def _deepest(i, floor, t, h, model, state, work, scratch):
 
 @kernel
 def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
-    one, out = scratch.margins[ONE], scratch.margins[TRIAL]
-    one[i] = -1.0
+    one, out = scratch.watched[SOME], scratch.margins[TRIAL]
+    for j in range(one.size):
+        one[j] = 1 if j == i // MARGINS else 0
     _on_cubic(x, t, h, model, state, work, scratch, one, out)
-    one[i] = 0.0
     return out[i]
 
 

@@ -207,7 +207,7 @@ def _possible(
     fenders, springs = model.elements[FENDER], model.elements[SPRING]
     out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    flat, bodies, every = out.reshape(-1), model.bodies, np.full(out.size, -1.0)
+    flat, bodies, every = out.reshape(-1), model.bodies, np.ones(len(modes), dtype=np.int64)
     transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, every, flat)
     spring.margins(modes, motion, bodies, springs, flat)
     steepest = [fenders.points["steepest"], springs.lines["steepest"]]

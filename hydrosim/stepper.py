@@ -31,7 +31,8 @@ RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
-BEFORE, AFTER, NOW, EARLY, LATE, TRIAL, ONE, EVERY = range(8)
+BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
+EVERY, SOME = range(2)
 INSIDE = 1e-15  # of the time: what a corner is seen from inside by
 SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
@@ -46,20 +47,21 @@ class State(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (8, nm),
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
     ``pace`` (2,), the next adaptive step and the error of the last, and ``fresh`` (3,), not zero
     while k[0] is the slope at the current state, and the slope in ``states`` that at the end; then
     whether the margins before the step are known.
 
     The states are the end of the step, the end of the uncut step and the slope there, a stage, and
     one to spare; the margins are those before and after the uncut step, at the place in question,
-    near both ends and on trial, and, for what to look at, all zero but for one of them, and all
-    negative; ``headings`` (nf, 2) are those of slip at the start of the step.
+    near both ends and on trial; ``watched`` (2, rows of modes) is not zero where these are wanted,
+    of every row and of some; ``headings`` (nf, 2) are those of slip at the start of the step.
     """
 
     k: np.ndarray
     states: np.ndarray
     margins: np.ndarray
+    watched: np.ndarray
     pace: np.ndarray
     fresh: np.ndarray
     headings: np.ndarray
@@ -72,12 +74,14 @@ def new_scratch(model: Model, method: Tableau, control: Control, pace: float) ->
     nf, ny = model.elements[FENDER].points.size, model.size
     implicit = bool(np.diag(method.a).any())
     unknown = dynamic_states(model) if implicit else np.zeros(0, dtype=np.int64)
-    margins = np.zeros((8, MARGINS * len(new_modes(model.elements))))
-    margins[EVERY] = -1.0
+    rows = len(new_modes(model.elements))
+    watched = np.zeros((2, rows), dtype=np.int64)
+    watched[EVERY] = 1
     return Scratch(
         np.zeros((method.b.size, ny)),
         np.zeros((5, ny)),
-        margins,
+        np.zeros((6, MARGINS * rows)),
+        watched,
         np.array([pace, 1.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((nf, 2)),

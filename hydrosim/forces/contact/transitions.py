@@ -44,7 +44,7 @@ from hydrosim.forces.contact.modes import (
     SLIP,
     STICK,
 )
-from hydrosim.kernels import any_negative, kernel, root
+from hydrosim.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 
 AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
@@ -53,11 +53,11 @@ LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
 
 @kernel
 def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
-    """Margins ``out`` (4 n,) of the modes of points, negative where a mode has ended: only of those
-    that have a negative one in ``watched`` (4 n,)."""
+    """Margins ``out`` (4 n,) of the modes of points, negative where a mode has ended: of those that
+    are ``watched`` (n,), not zero."""
     for i in range(p.points.size):
         point, k, m = p.points[i], p.state + STATES * i, MARGINS * i
-        if not any_negative(watched[m : m + MARGINS]):
+        if watched[i] == 0:
             continue
         c = geometry.touch(point, bodies, motion)
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
