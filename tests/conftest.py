@@ -13,7 +13,9 @@ from moored_barge import scene_of
 
 import hydrosim as hs
 
-hypothesis.settings.register_profile("hydrosim", deadline=None)  # no test is about wall time
+hypothesis.settings.register_profile(  # no test is about wall time
+    "hydrosim", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
 hypothesis.settings.load_profile("hydrosim")
 
 
