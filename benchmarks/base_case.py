@@ -23,10 +23,15 @@ FINEST = RECORDED / 128  # s: the step of the reference
 @lru_cache
 def base_case() -> Scene:
     """The base case, its database read once for all."""
-    scene = load_case(ROOT / "cases" / "reverse_float_over" / "base.yaml").scene()
-    (barge,) = scene.bodies
-    assert isinstance(barge.hydrodynamics, Path)
-    read = replace(barge, hydrodynamics=load_database(barge.hydrodynamics))
+    return with_database_read(ROOT / "cases" / "reverse_float_over" / "base.yaml")
+
+
+def with_database_read(case: Path) -> Scene:
+    """The scene of a case of one body, its database in memory."""
+    scene = load_case(case).scene()
+    (body,) = scene.bodies
+    assert isinstance(body.hydrodynamics, Path)
+    read = replace(body, hydrodynamics=load_database(body.hydrodynamics))
     return replace(scene, bodies=(read,))
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
+from benchmarks.base_case import with_database_read
 from benchmarks.report import ROOT
-from hydrosim import load_case, load_database
 from hydrosim.scene import (
     Kinematics,
     LinearScenes,
@@ -25,11 +24,7 @@ STATES = StateSpaceRadiation(tolerance=2e-4)
 @lru_cache
 def irregular() -> Scene:
     """`cases/sphere/irregular.yaml`, its database read once for all."""
-    scene = load_case(ROOT / "cases" / "sphere" / "irregular.yaml").scene()
-    (body,) = scene.bodies
-    assert isinstance(body.hydrodynamics, Path)
-    read = replace(body, hydrodynamics=load_database(body.hydrodynamics))
-    return replace(scene, bodies=(read,))
+    return with_database_read(ROOT / "cases" / "sphere" / "irregular.yaml")
 
 
 def sphere(

@@ -91,7 +91,8 @@ def memory_names(scene: Scene, model: Model) -> list[str]:
 
 def _radiation_names(scene: Scene, model: Model) -> dict[str, list[str]]:
     states, bodies = model.states, [body.name for body in scene.bodies]
-    groups = [states.dof[a:b] for a, b in pairwise(states.member)]
+    # the model may repeat the last DOF of a group
+    groups = [[*dict.fromkeys(states.dof[a:b].tolist())] for a, b in pairwise(states.member)]
     return {
         f"radiation {k + 1} of {dofs_of(dofs, bodies)}": [_coordinate(scene, dof) for dof in dofs]
         for dofs, count in zip(groups, np.diff(states.state), strict=True)

@@ -22,10 +22,5 @@ from hydrosim.rigid.kinematics import (
     point_velocity,
     wrench_of_coordinates,
 )
-from hydrosim.rigid.mass import (
-    cholesky,
-    cholesky_solve,
-    kinetic_energy,
-    mass_matrix,
-)
+from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.rigid.stiffness import spring_energy, spring_force

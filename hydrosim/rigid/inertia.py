@@ -122,7 +122,7 @@ def accelerate_freely(p, bodies, motion, F, room, x):
 @kernel
 def _accelerate_alone(b, p, inertia, motion, F, x):
     """The same for a free body that no other is coupled with: W omega' = F_r - M_rt y by Cramer's
-    rule, and then a'' = E^-1 (omega' - b). Written out, for it is a third of the time of a step."""
+    rule, and then a'' = E^-1 (omega' - b). Written out: such short loops take six times longer."""
     k, f = 3 * b, 6 * b
     R, E = motion.rotation[b], motion.rate_map[b]
     x_, y_, z_ = vector(R[0], 0), vector(R[1], 0), vector(R[2], 0)
