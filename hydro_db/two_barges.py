@@ -44,7 +44,7 @@ from hydrosim.database.build import barge
 from hydrosim.database.build.bem import mesh_of
 from hydrosim.database.build.water import Water
 from hydrosim.database.netcdf import write
-from hydrosim.scene import DOFS
+from hydrosim.dofs import DOFS
 
 LENGTH, BEAM, DRAUGHT, GAP = 40.0, 10.0, 3.0, 4.0
 PANEL = 1.25  # m, the largest

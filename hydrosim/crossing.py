@@ -15,7 +15,7 @@ from hydrosim.forces.contact.modes import MARGINS, MODE, SLIP, STICK
 from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.kernels import any_negative, assign, kernel, root
+from hydrosim.jit.kernels import any_negative, assign, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepper import (
     AFTER,

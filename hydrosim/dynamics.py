@@ -33,7 +33,8 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, kernel, root
+from hydrosim.jit.kernels import assign, clear, kernel, root
+from hydrosim.jit.refs import ref
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -41,7 +42,6 @@ from hydrosim.radiation.memory import (
     radiation_damping,
     radiation_states,
 )
-from hydrosim.refs import ref
 from hydrosim.rigid import (
     Bodies,
     Inertia,

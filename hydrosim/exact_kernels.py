@@ -5,8 +5,8 @@ from __future__ import annotations
 from hydrosim.dynamics import power
 from hydrosim.forces import APPLIED, applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.kernels import assign, clear, kernel
-from hydrosim.refs import ref
+from hydrosim.jit.kernels import assign, clear, kernel
+from hydrosim.jit.refs import ref
 from hydrosim.run import check, keep
 from hydrosim.stepper import RUNNING, STATUS
 from hydrosim.waves.loads import wave_loads

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from hydrosim.dofs import DOFS
 from hydrosim.dynamics import Model, dynamic_states, jacobian, new_work
 from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
-from hydrosim.scene import DOFS
 from hydrosim.stepper import State
 
 STEP = 1e-4  # of the central differences: m, rad and their rates

@@ -14,7 +14,8 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 
-from hydrosim.database.database import MIRROR_SIGN, TURN
+from hydrosim.database.database import TURN
+from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -27,7 +28,7 @@ from hydrosim.forces import (
     StreamLoad,
 )
 from hydrosim.forces.signal import scaled
-from hydrosim.scene import DOFS, ForceElement
+from hydrosim.scene import ForceElement
 
 SMALL = 1e-6
 """Of what is there by symmetry: less than this is left of a zero in tables of six digits."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrosim import forces, radiation, restart
 from hydrosim.database import HydroDatabase, needed
+from hydrosim.dofs import DOFS
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING, Recorded, Spring, new_modes, settle, signals_of
@@ -27,7 +28,6 @@ from hydrosim.rigid import BODY, Bodies, Motion, constant_inertia, place_bodies
 from hydrosim.run import Clock
 from hydrosim.scene import (
     ADAPTIVE,
-    DOFS,
     Body,
     ConvolutionRadiation,
     Environment,

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from hydrosim.dofs import DOFS
 from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING
@@ -38,7 +39,7 @@ from hydrosim.names import (
 from hydrosim.phases import Phase, contact_phases
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.run import Record, channels
-from hydrosim.scene import DOFS, Scene
+from hydrosim.scene import Scene
 from hydrosim.waves import elevations, sea
 
 LOST = -1  # the last of what `observe` says of a point

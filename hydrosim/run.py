@@ -17,9 +17,9 @@ from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
-from hydrosim.kernels import assign, kernel, root, summing
+from hydrosim.jit.kernels import assign, kernel, root, summing
+from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import push
-from hydrosim.refs import ref
 from hydrosim.rigid import accelerations
 from hydrosim.stepper import (
     AFTER,

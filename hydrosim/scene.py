@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
+
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.database import HydroDatabase
-
-DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 class RadiationModel(StrEnum):

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from hydrosim.dofs import DOFS
 from hydrosim.equilibrium import Rest, equilibrium
 from hydrosim.linear import Linear, natural_modes
 from hydrosim.response import Radiation, Responder, responder
-from hydrosim.scene import DOFS, Scene
+from hydrosim.scene import Scene
 from hydrosim.waves import sea
 
 BINS = 200  # of a response spectrum

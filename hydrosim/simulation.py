@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from hydrosim.dofs import DOFS
 from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.exact import propagate
@@ -23,7 +24,7 @@ from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
 from hydrosim.run import PITCH, Clock, Record, advance, new_record
-from hydrosim.scene import DOFS, Method, Scene, Unstable
+from hydrosim.scene import Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limits
 from hydrosim.stages import complete
 from hydrosim.stepper import (

@@ -24,7 +24,7 @@ from hydrosim.integrate import (
     stage_state,
 )
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
-from hydrosim.kernels import assign, kernel, root
+from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.radiation.history import VelocityHistory
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)

@@ -25,7 +25,7 @@ import xarray as xr
 from scipy import linalg
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.database import MIRROR_SIGN
+from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.dynamics import Model
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
@@ -36,7 +36,7 @@ from hydrosim.model import check_scene, compile_calm
 from hydrosim.names import coordinate_names, moving_names
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, check_fit, resume
-from hydrosim.scene import DOFS, Body, Scene, SecondOrder, Symmetry, WaveForces
+from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepper import State
 from hydrosim.waves import Components, sea
 from hydrosim.waves.quadratic import difference_factors, sum_factors

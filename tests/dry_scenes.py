@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -23,7 +24,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.scene import DOFS, Body, ForceElement, LinearScenes, Scene, Solver
+from hydrosim.scene import Body, ForceElement, LinearScenes, Scene, Solver
 
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per unit of mass [m^2]
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from hydrosim.scene import DOFS
+from hydrosim.dofs import DOFS
 
 SIZE = {"surge": 0.3, "sway": 0.2, "heave": 0.8, "roll": 0.03, "pitch": 0.02, "yaw": 0.01}
 

@@ -16,6 +16,7 @@ from scipy import linalg
 
 import hydrosim as hs
 from hydrosim.check import survey
+from hydrosim.dofs import DOFS
 from hydrosim.dynamics import new_work, rhs
 from hydrosim.exact import division, stretches
 from hydrosim.forces import (
@@ -33,7 +34,6 @@ from hydrosim.forces import (
 from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
 from hydrosim.linearity import propagated, solution
 from hydrosim.scene import (
-    DOFS,
     Body,
     ConstantRadiation,
     Environment,

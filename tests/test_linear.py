@@ -16,10 +16,11 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.contact.modes import STICK
 from hydrosim.linear import Linear, NaturalMode
-from hydrosim.scene import DOFS, Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
+from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
 Figure = Callable[[str, float], None]
 BANDS = {"surge": (129, 131), "heave": (10.5, 11.1), "roll": (11.8, 12.5), "pitch": (9.5, 10.2)}

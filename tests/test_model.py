@@ -13,9 +13,10 @@ from moored_barge import SEA, in_contact, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.contact.modes import SLIP, STICK
-from hydrosim.scene import DOFS, Body, Kinematics, RegularWave, Scene, Solver, WaveTrain
+from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain
 
 Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m

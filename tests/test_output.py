@@ -13,8 +13,9 @@ from moored_barge import CASES, hull, in_contact, scene_of
 from numpy.testing import assert_allclose, assert_array_equal
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.output import write
-from hydrosim.scene import DOFS, Environment, Method, RegularWave, Scene, Solver, WaveTrain
+from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
 MOTION = ("time", "body", "dof")
 EXPECTED = {

@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.plot import draw, open_run, pictures
 from hydrosim.plot.panels import bands, lines, picture, thinned
-from hydrosim.scene import DOFS
 
 TIME = np.linspace(0.0, 60.0, 121)
 UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "N", "kN", "MN", "J", "kJ", "MJ"))

@@ -11,8 +11,9 @@ import xarray as xr
 from moored_barge import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.response import Radiation, responder
-from hydrosim.scene import DOFS, RegularWave, Scene, Solver, WaveForces, WaveTrain
+from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.seakeeping import Wanted, linear_analysis
 
 Figure = Callable[[str, float], None]

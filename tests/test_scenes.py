@@ -11,9 +11,10 @@ from dry_scenes import table
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
 from hydrosim.linear import NaturalMode
-from hydrosim.scene import DOFS, Body, Scene, Solver
+from hydrosim.scene import Body, Scene, Solver
 
 MASS = np.array([4.0, 4.0, 4.0, 2.0, 6.0, 5.0])
 BLOCK = Body("block", mass=4.0, inertia=np.diag(MASS[3:]))

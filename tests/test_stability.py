@@ -13,6 +13,7 @@ from moored_barge import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim import load_case
+from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -27,7 +28,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
-from hydrosim.scene import DOFS, Body, LinearScenes, Method, Scene, Solver, Unstable
+from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
 from hydrosim.simulation import scene_step_limits
 from hydrosim.stability import ray_limits
 

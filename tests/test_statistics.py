@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from hydrosim.dofs import DOFS
 from hydrosim.phases import contact_phases
-from hydrosim.scene import DOFS
 from hydrosim.statistics import FEWEST, largest, lines, statistics
 
 TIME = np.arange(0.0, 2000.0, 0.5)

@@ -25,6 +25,7 @@ from scipy.linalg import block_diag
 import hydrosim as hs
 from hydrosim.check import survey
 from hydrosim.database import HydroDatabase
+from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -45,7 +46,6 @@ from hydrosim.notes import Notes
 from hydrosim.output import write
 from hydrosim.restart import opened
 from hydrosim.scene import (
-    DOFS,
     Body,
     ConstantRadiation,
     ConvolutionRadiation,

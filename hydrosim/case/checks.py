@@ -12,7 +12,8 @@ from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Spring
 from hydrosim.case.signals import Recorded
 from hydrosim.case.units import shown
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
-from hydrosim.scene import ADAPTIVE, DOFS
+from hydrosim.dofs import DOFS
+from hydrosim.scene import ADAPTIVE
 
 # The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")

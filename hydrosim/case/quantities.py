@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from hydrosim.case.units import Cyclic, Quantity, problem
-from hydrosim.scene import DOFS
+from hydrosim.dofs import DOFS
 
 _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 

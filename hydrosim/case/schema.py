@@ -26,16 +26,8 @@ from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
 from hydrosim.case.units import problem
 from hydrosim.case.waves import Waves
-from hydrosim.scene import (
-    DOFS,
-    Kinematics,
-    LinearScenes,
-    Method,
-    Place,
-    SecondOrder,
-    Symmetry,
-    Unstable,
-)
+from hydrosim.dofs import DOFS
+from hydrosim.scene import Kinematics, LinearScenes, Method, Place, SecondOrder, Symmetry, Unstable
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])

@@ -27,7 +27,7 @@ from hydrosim.case.text import (
     require_rising,
 )
 from hydrosim.case.units import shown
-from hydrosim.scene import DOFS
+from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,8 +11,8 @@ from rich.console import Console
 @contextmanager
 def announced(err: Console) -> Iterator[None]:
     """Whatever kernels are compiled meanwhile: that is said when the first of them is."""
-    from hydrosim.kernels import kernel_cache  # loads numba
-    from hydrosim.linking import at_first_compile
+    from hydrosim.jit.kernels import kernel_cache  # loads numba
+    from hydrosim.jit.linking import at_first_compile
 
     def say() -> None:
         what = "compiling the kernels, once for this version (half a minute), into"

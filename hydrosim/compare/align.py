@@ -21,9 +21,9 @@ from hydrosim.case.series import select
 from hydrosim.case.text import Source, require_finite, require_rising
 from hydrosim.case.units import factor, shown
 from hydrosim.compare.mapping import Place, TimeColumn
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.recordings import Recording
-from hydrosim.scene import DOFS
 
 LEAST = 10  # common times
 GAP = 10.0  # usual steps

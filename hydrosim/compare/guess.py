@@ -16,8 +16,8 @@ from hydrosim.case.text import name_and_unit
 from hydrosim.case.units import factor
 from hydrosim.channels import Channel
 from hydrosim.compare.mapping import Place
+from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
-from hydrosim.scene import DOFS
 
 OURS = {  # the words of others, and our word for each
     "x": "surge",

@@ -16,13 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-# +1 where a mirror image in y = 0 keeps the sign of a load or motion: surge, heave, pitch.
-MIRROR_SIGN = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 TURN = 2 * np.pi
 SAME_HEADING = 1e-9  # rad: headings closer than this are one

@@ -18,8 +18,8 @@ import numpy as np
 from hydrosim.database import hdf5
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import DOFS
 
 NAME = "hydrosim netCDF"
 FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"

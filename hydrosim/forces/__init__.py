@@ -36,7 +36,7 @@ from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
-from hydrosim.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement
 
 CATALOGUE = (

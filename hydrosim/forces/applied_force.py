@@ -15,12 +15,13 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, value
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
-from hydrosim.scene import DOFS, ForceElement
+from hydrosim.scene import ForceElement
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ stored energy q^T C q / 2 at any angle. Limits: small changes of the waterplane.
 from __future__ import annotations
 
 from hydrosim.forces.layout import HYDROSTATIC
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
 
 

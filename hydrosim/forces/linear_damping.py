@@ -21,13 +21,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.relative import add_resistance, relative_velocity
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import product
-from hydrosim.scene import DOFS, ForceElement
+from hydrosim.scene import ForceElement
 
 
 @dataclass(frozen=True)

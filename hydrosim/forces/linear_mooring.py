@@ -14,12 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Layout
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
 from hydrosim.rigid.vectors import product
-from hydrosim.scene import DOFS, ForceElement
+from hydrosim.scene import ForceElement
 
 TUNING = 100  # iterations, each of which takes off most of the error
 

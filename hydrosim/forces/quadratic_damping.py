@@ -21,7 +21,7 @@ import numpy as np
 
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.relative import add_resistance, relative_velocity
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.scene import ForceElement
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from hydrosim.forces.contact.modes import (
 )
 from hydrosim.forces.contact.normal import NormalCurve, curve_force, find_segment
 from hydrosim.forces.layout import Layout
-from hydrosim.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement

@@ -26,7 +26,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.forces.layout import Layout
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
 

@@ -7,7 +7,7 @@ them, phi, is what has to be brought to zero: its first zero is the first event.
 
 from __future__ import annotations
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 
 @kernel

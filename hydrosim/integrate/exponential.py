@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 POINTS = 8  # of the polynomial between two nodes
 BESIDE = POINTS // 2 - 1  # nodes needed on either side of an interval

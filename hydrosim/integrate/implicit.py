@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import assign, kernel
+from hydrosim.jit.kernels import assign, kernel
 
 ENOUGH = 1e-4  # of the tolerances of a step, to which stages are solved
 ITERATIONS, SLOW = 12, 5

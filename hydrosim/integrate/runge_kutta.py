@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import assign, kernel
+from hydrosim.jit.kernels import assign, kernel
 
 
 class Tableau(NamedTuple):

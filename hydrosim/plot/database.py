@@ -15,8 +15,8 @@ from matplotlib.ticker import MultipleLocator
 
 from hydrosim.database import HydroDatabase
 from hydrosim.database.checks.scales import diagonal
+from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import COLOURS, DPI
-from hydrosim.scene import DOFS
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn

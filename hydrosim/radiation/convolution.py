@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import clear, kernel, root
+from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.radiation.dots import dot
 from hydrosim.radiation.history import EVEN, VelocityHistory, node_before, oldest_node
 from hydrosim.radiation.history import velocity_history as new_history

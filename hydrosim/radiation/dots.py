@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hydrosim.kernels import summing
+from hydrosim.jit.kernels import summing
 
 
 @summing

@@ -14,6 +14,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from hydrosim.cache import cache_root, store
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.radiation.passivity import ROUNDING
 from hydrosim.radiation.retardation import Retardation
@@ -24,7 +25,6 @@ from hydrosim.radiation.state_space import (
     coupled_groups,
     fit_group,
 )
-from hydrosim.scene import DOFS
 
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 EVEN = 1e-9  # of a step: nodes this near to the grid are on it
 

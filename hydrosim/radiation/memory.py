@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel, summing
+from hydrosim.jit.kernels import kernel, summing
 from hydrosim.radiation.dots import dot, dot_three
 
 AT_ONCE = 3

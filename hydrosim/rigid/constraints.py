@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import clear, kernel
+from hydrosim.jit.kernels import clear, kernel
 
 
 class Constraints(NamedTuple):

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import assign, kernel
+from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, sub, vector

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import assign, kernel, root
+from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
 BODY = np.dtype([("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from hydrosim.kernels import assign, kernel
+from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.vectors import matvec
 
 

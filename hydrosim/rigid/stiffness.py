@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import product
 
 

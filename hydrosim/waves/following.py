@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.scene import Place
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.components import Components

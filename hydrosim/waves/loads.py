@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 POINTS = 6
 """Rows of a table that an interpolation reads."""

@@ -17,9 +17,9 @@ from hydrosim.compare.align import precision_of
 from hydrosim.compare.comparison import beyond
 from hydrosim.compare.dataset import to_dataset
 from hydrosim.compare.diagnosis import NEAR, UNITS
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
-from hydrosim.scene import DOFS
 
 RUN = made_run()
 TIME = RUN.time.values

@@ -14,8 +14,9 @@ from moored_barge import hull, in_waves, scene_of
 from scipy.optimize import brentq
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import CurrentLoad, LinearDamping, LinearMooring, QuadraticDamping, WindLoad
-from hydrosim.scene import DOFS, Environment, Scene, Stream
+from hydrosim.scene import Environment, Scene, Stream
 
 Figure = Callable[[str, float], None]
 MASS = 2e3

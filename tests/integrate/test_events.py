@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrosim.integrate import between, phi, scaled
-from hydrosim.kernels import any_negative
+from hydrosim.jit.kernels import any_negative
 
 BEFORE = np.array([4.0, 1.0, -0.5, 2.0])
 AFTER = np.array([-1.0, 3.0, -2.0, -8.0])

@@ -15,8 +15,9 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from hydrosim import simulate
+from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
-from hydrosim.scene import DOFS, Kinematics, Method, Scene, Solver
+from hydrosim.scene import Kinematics, Method, Scene, Solver
 
 Figure = Callable[[str, float], None]
 ORDERS = {Method.RK2: 2, Method.HEUN: 2, Method.RK4: 4}

@@ -8,6 +8,7 @@ from dry_scenes import INERTIA, block, scene
 from scipy import linalg
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.rigid import (
     accelerate_freely,
     constant_inertia,
@@ -15,7 +16,7 @@ from hydrosim.rigid import (
     new_turning,
     place_bodies,
 )
-from hydrosim.scene import DOFS, Kinematics
+from hydrosim.scene import Kinematics
 
 RNG = np.random.default_rng(11)
 MASSES = (2.0, 5.0)

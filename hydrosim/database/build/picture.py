@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from hydrosim.database import HydroDatabase, needed
-from hydrosim.scene import DOFS
+from hydrosim.dofs import DOFS
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
 QTFS = (0, 1, 2, 5)  # surge, sway, heave, yaw

@@ -8,7 +8,8 @@ import numpy as np
 
 from hydrosim.database.checks.finding import Check, LeftOut
 from hydrosim.database.checks.scales import added_mass_scale, damping_scale
-from hydrosim.database.database import MIRROR_SIGN, HydroDatabase, Real, needed
+from hydrosim.database.database import HydroDatabase, Real, needed
+from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.radiation.retardation import (
     OGILVIE_BAND,
     infinite_added_mass,

@@ -31,8 +31,8 @@ from hydrosim.database.readers.assembly import (
     told,
     volumes,
 )
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import DOFS
 
 NAME = "Capytaine netCDF"
 

@@ -23,7 +23,7 @@ import numpy as np
 from hydrosim.forces.contact.geometry import press, tangential_bias
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.forces.contact.stick_slip import Friction
-from hydrosim.kernels import clear, kernel
+from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.constraints import Constraints, new_constraints
 from hydrosim.rigid.vectors import length

@@ -38,7 +38,7 @@ from hydrosim.forces.contact.normal import FLAT, NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, Pressed, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.signal import NOTHING, SIGNAL, compile_signals, crest, rate, value
-from hydrosim.kernels import clear, kernel
+from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(4)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from hydrosim.forces.contact.coulomb import direction
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.contact.stick_slip import Friction, size_along
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hydrosim.forces.contact.modes import SLIP
 from hydrosim.forces.contact.stick_slip import Friction
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 

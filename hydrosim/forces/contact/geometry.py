@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 

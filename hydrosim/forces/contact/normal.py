@@ -15,7 +15,7 @@ from math import inf
 import numpy as np
 
 from hydrosim.forces.signal import Signal
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 
 
 @dataclass(frozen=True)

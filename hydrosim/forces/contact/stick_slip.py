@@ -42,7 +42,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.kernels import kernel
+from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 REVERSED = 10.0  # 1 / cos(84 deg)

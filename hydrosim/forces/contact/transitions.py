@@ -44,7 +44,7 @@ from hydrosim.forces.contact.modes import (
     SLIP,
     STICK,
 )
-from hydrosim.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 
 AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hydrosim as hs
+from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -21,7 +22,7 @@ from hydrosim.forces import (
     StickSlip,
 )
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.scene import DOFS, Scene
+from hydrosim.scene import Scene
 
 MASS, WEIGHT, DURATION = 1e4, 9.81e4, 3.0
 FINENESS = 0.2  # of the step times the fastest rate in the scene

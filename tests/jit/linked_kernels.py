@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.kernels import kernel, root
-from hydrosim.refs import ref
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.refs import ref
 
 
 class Scale(NamedTuple):

@@ -1,4 +1,4 @@
-"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.linking`.
+"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.jit.linking`.
 
 numba's disk cache notices an edit of the file a kernel is in, but not of the files it calls
 into. hydrosim therefore keeps its cache in a folder named after a hash of all sources that may
@@ -17,11 +17,11 @@ from typing import Any
 import numba
 
 from hydrosim.cache import cache_root
-from hydrosim.linking import Part, Summing, Whole
+from hydrosim.jit.linking import Part, Summing, Whole
 
 config: Any = numba.config
-PACKAGE = Path(__file__).parent
-SOURCES = {"kernels.py", "linking.py", "refs.py", "exact_kernels.py"}
+PACKAGE = Path(__file__).parents[1]
+SOURCES = {"jit", "exact_kernels.py"}
 SOURCES |= {"dynamics.py", "stepper.py", "crossing.py", "run.py"}
 SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
 

@@ -27,7 +27,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime import rtsys
 
-from hydrosim.refs import Ref
+from hydrosim.jit.refs import Ref
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,

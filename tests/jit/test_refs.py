@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import jit
 
-from hydrosim.linking import OPTIONS
-from hydrosim.refs import ref
+from hydrosim.jit.linking import OPTIONS
+from hydrosim.jit.refs import ref
 
 bare = jit(**OPTIONS)  # without numba's memory manager, as all kernels
 

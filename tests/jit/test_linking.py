@@ -11,7 +11,7 @@ import linked_kernels
 import numpy as np
 import pytest
 
-from hydrosim import kernels
+from hydrosim.jit import kernels
 
 VALUES, SCALE = np.arange(4.0), linked_kernels.Scale(2.0, np.array([1.0]))
 EXPECTED = (2.0 * 6.0 + 4.0) + (2.0 * 6.0 + 3.0)
@@ -85,7 +85,7 @@ def test_any_edit_of_a_source_of_kernels_makes_a_new_cache(
 def run(cache: Path, program: str = PROGRAM) -> list[str]:
     """What a program prints in a new process with this cache folder."""
     here = Path(__file__).parent
-    paths = {"PYTHONPATH": f"{here.parent}:{here}", "HYDROSIM_CACHE_DIR": str(cache)}
+    paths = {"PYTHONPATH": f"{here.parents[1]}:{here}", "HYDROSIM_CACHE_DIR": str(cache)}
     done = subprocess.run(
         [sys.executable, "-c", program], env=paths, capture_output=True, text=True, check=True
     )

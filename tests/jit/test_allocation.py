@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 from numba.core.errors import NumbaError
 
-from hydrosim.kernels import kernel_cache
-from hydrosim.linking import OPTIONS
+from hydrosim.jit.kernels import kernel_cache
+from hydrosim.jit.linking import OPTIONS
 
 KERNEL = "hydrosim."
 ENTRY = ("Py", "_Py", "numba_")  # what unpacks the arguments of a call from Python
