@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.series import columns_of, select
-from hydrosim.case.text import Source
+from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.series import columns_of, select
+from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))

@@ -22,10 +22,11 @@ from typing import Annotated, Any
 import xarray as xr
 from pydantic import AfterValidator, BeforeValidator, Field, StrictInt, StrictStr
 
-from hydrosim.case import quantities as of
-from hydrosim.case.layers import read_case
-from hydrosim.case.load import load_case, validated
-from hydrosim.case.units import problem
+from hydrosim.case.load import load_case
+from hydrosim.documents import quantities as of
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.units import problem
+from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.many import Progress, prepared, simulate_many
 from hydrosim.scene import Scene

@@ -8,9 +8,9 @@ import numpy as np
 
 from hydrosim import forces, scene
 from hydrosim.case import schema, signals
-from hydrosim.case.quantities import as_matrix
 from hydrosim.case.records import read_record
 from hydrosim.case.seas import wave_trains
+from hydrosim.documents.quantities import as_matrix
 from hydrosim.forces.signal import scaled
 
 OUTPUT_STEP = 0.5  # s, about: if the case does not say

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
-from hydrosim.case.nodes import joined, suggestion
 from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Spring
 from hydrosim.case.signals import Recorded
-from hydrosim.case.units import shown
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
+from hydrosim.documents.messages import Keys, Problem
+from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.units import shown
 from hydrosim.dofs import DOFS
 from hydrosim.scene import ADAPTIVE
 
@@ -20,15 +20,6 @@ RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
 
 STREAMS = {"current_load": "current", "wind_load": "wind"}
-Keys = tuple[str | int, ...]
-
-
-class Problem(NamedTuple):
-    """Keys to where it is, and what: "found X; expected Y; remedy"."""
-
-    keys: Keys
-    text: str
-
 
 RELATIVE = "relative paths begin at the folder of the file that they are in"
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.case.text import Source
+from hydrosim.documents.text import Source
 from hydrosim.scene import DirectionalTable
 
 if TYPE_CHECKING:

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from pydantic import BaseModel, ValidationError
-from yaml.nodes import Node
-
-from hydrosim.case.checks import Problem, check, recorded
-from hydrosim.case.layers import apply_setting, read_case, settings_of, written
-from hydrosim.case.messages import explain
-from hydrosim.case.nodes import SETTING, empty_keys, locate, plain, where
+from hydrosim.case.checks import check, recorded
 from hydrosim.case.schema import CaseFile
-from hydrosim.errors import InputError
+from hydrosim.documents.layers import apply_setting, read_case, settings_of, written
+from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.validate import validated
 from hydrosim.scene import Scene
-
-M = TypeVar("M", bound=BaseModel)
-Further = Callable[[M], Iterable[Problem]]
 
 
 @dataclass(frozen=True)
@@ -70,34 +63,3 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
         remarks = "".join(f"# {SETTING}{' '.join(setting.split())}\n" for setting in texts)
         text = f"# {path.name}\n{remarks}{written(document)}"
     return Case(path, text, validated(document, CaseFile, lambda data: check(data, path.parent)))
-
-
-def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
-    """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
-
-    Raises InputError with a line for each problem.
-    """
-    raw = plain(document)
-    readers: dict[int, Any] = {}
-    try:
-        data = model.model_validate(raw, context=readers)
-    except ValidationError as error:
-        _report([*explain(error, raw, readers), *_empty(document)], document)
-        raise
-    _report([*_empty(document), *further(data)], document)
-    return data
-
-
-def _empty(document: Node) -> Iterator[Problem]:
-    for keys in empty_keys(document):
-        yield Problem(keys, "found nothing; expected a value; give one or remove the key")
-
-
-def _report(problems: Sequence[Problem], document: Node) -> None:
-    """Raises one InputError with the first problem of each key; passes if there is none."""
-    lines: dict[str, str] = {}
-    for problem in problems:
-        key, mark = locate(document, problem.keys)
-        lines.setdefault(key, ": ".join(part for part in (where(mark), key, problem.text) if part))
-    if lines:
-        raise InputError("\n".join(lines.values()))

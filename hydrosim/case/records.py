@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hydrosim.case.series import Series, read_series
 from hydrosim.case.signals import Recorded
-from hydrosim.case.text import Source
-from hydrosim.case.units import same_dimension
+from hydrosim.documents.series import Series, read_series
+from hydrosim.documents.text import Source
+from hydrosim.documents.units import same_dimension
 
 
 def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:

@@ -21,11 +21,11 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case import quantities as of
-from hydrosim.case.quantities import Strict, as_matrix
 from hydrosim.case.signals import Forces, NormalOverTime
-from hydrosim.case.units import problem
 from hydrosim.case.waves import Waves
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict, as_matrix
+from hydrosim.documents.units import problem
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Kinematics, LinearScenes, Method, Place, SecondOrder, Symmetry, Unstable
 

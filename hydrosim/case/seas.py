@@ -12,8 +12,8 @@ from hydrosim import scene
 from hydrosim.case import schema, waves
 from hydrosim.case.directional import read_directional
 from hydrosim.case.records import read_record
-from hydrosim.case.series import read_series
-from hydrosim.case.text import Source
+from hydrosim.documents.series import read_series
+from hydrosim.documents.text import Source
 
 KEYS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
 

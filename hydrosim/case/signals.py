@@ -14,9 +14,9 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case import quantities as of
-from hydrosim.case.quantities import Strict, T
-from hydrosim.case.units import AnyQuantity, Scale, problem
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict, T
+from hydrosim.documents.units import AnyQuantity, Scale, problem
 
 
 class Table(Strict, Generic[T]):

@@ -15,10 +15,10 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case import quantities as of
-from hydrosim.case.quantities import Strict
 from hydrosim.case.signals import Recorded
-from hydrosim.case.units import problem
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
 from hydrosim.scene import Amplitudes
 
 

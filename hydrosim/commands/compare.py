@@ -107,8 +107,8 @@ def record(
 
     Without --channels those of motions, waves, forces, fenders and springs that are not zero.
     """
-    from hydrosim.case.series import columns_of
     from hydrosim.channels import chosen, usual
+    from hydrosim.documents.series import columns_of
     from hydrosim.plot import open_run
     from hydrosim.recordings import write_recording
 

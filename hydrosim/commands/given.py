@@ -124,7 +124,7 @@ def _numbers(row: _Numbers, text: str) -> float | tuple[float, ...]:
 def _number(row: _Numbers, text: str) -> float:
     from pydantic_core import PydanticCustomError
 
-    from hydrosim.case.units import Quantity
+    from hydrosim.documents.units import Quantity
 
     above = None if row.what == "coordinate" else 0.0
     infinite = row.what == "depth"

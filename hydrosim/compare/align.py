@@ -17,10 +17,10 @@ import xarray as xr
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from hydrosim.case.series import select
-from hydrosim.case.text import Source, require_finite, require_rising
-from hydrosim.case.units import factor, shown
 from hydrosim.compare.mapping import Place, TimeColumn
+from hydrosim.documents.series import select
+from hydrosim.documents.text import Source, require_finite, require_rising
+from hydrosim.documents.units import factor, shown
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.recordings import Recording

@@ -12,10 +12,10 @@ from math import log
 
 import numpy as np
 
-from hydrosim.case.units import factor
 from hydrosim.compare.align import Pair
 from hydrosim.compare.figures import Figures, varies
 from hydrosim.compare.signals import Fit, fit, rms, split_bands
+from hydrosim.documents.units import factor
 
 EQUAL = 1e-3  # rms over std: what differs less is not told apart
 ALIKE = 0.8  # correlation: what is less is no gain, lag or offset

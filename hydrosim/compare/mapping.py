@@ -19,12 +19,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, StrictBool, StrictInt, StrictStr
 
-from hydrosim.case import quantities as of
-from hydrosim.case.layers import read_case
-from hydrosim.case.load import validated
-from hydrosim.case.quantities import Strict
-from hydrosim.case.text import spelled
-from hydrosim.case.units import AnyQuantity, Scale, problem, shown
+from hydrosim.documents import quantities as of
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.text import spelled
+from hydrosim.documents.units import AnyQuantity, Scale, problem, shown
+from hydrosim.documents.validate import validated
 
 
 def _unit(text: str) -> str:

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import netCDF4
 import numpy as np
 
-from hydrosim.database import hdf5
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import h5py
 import numpy as np
 
-from hydrosim.case.text import Source, spelled
-from hydrosim.database.hdf5 import fault
+from hydrosim.documents.hdf5 import fault
+from hydrosim.documents.text import Source, spelled
 from hydrosim.recordings import netcdf
 from hydrosim.recordings.recording import Recording, of_arrays
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from hydrosim.case.text import Source
+from hydrosim.documents.text import Source
 from hydrosim.recordings import hdf5, matlab, netcdf, text
 from hydrosim.recordings.recording import Recording
 

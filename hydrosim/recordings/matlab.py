@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.case.text import Source, name_and_unit
+from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.recordings.recording import Recording, of_arrays
 
 

@@ -1,11 +1,11 @@
-"""Recordings in netCDF; of a run, columns are called as in `hydrosim.case.series`."""
+"""Recordings in netCDF; of a run, columns are called as in `hydrosim.documents.series`."""
 
 from __future__ import annotations
 
 import xarray as xr
 
-from hydrosim.case.series import columns_of, select
-from hydrosim.case.text import Source, spelled
+from hydrosim.documents.series import columns_of, select
+from hydrosim.documents.text import Source, spelled
 from hydrosim.recordings.recording import Column, Recording, is_time
 
 

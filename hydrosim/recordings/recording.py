@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.case.text import TIME, Source, name_and_unit
-from hydrosim.case.units import shown
+from hydrosim.documents.text import TIME, Source, name_and_unit
+from hydrosim.documents.units import shown
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import zip_longest
 
-from hydrosim.case.text import Source, name_and_unit, parse, spelled
+from hydrosim.documents.text import Source, name_and_unit, parse, spelled
 from hydrosim.recordings.recording import Column, Recording
 
 

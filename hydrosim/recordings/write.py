@@ -16,8 +16,8 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
-from hydrosim.case.series import select
-from hydrosim.case.text import Source
+from hydrosim.documents.series import select
+from hydrosim.documents.text import Source
 
 EXACT = 17  # significant digits that tell any two float64 apart
 GAP = 2  # blanks between columns, at least

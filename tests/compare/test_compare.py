@@ -11,12 +11,12 @@ import xarray as xr
 from numpy.testing import assert_allclose
 from recorded_runs import SIZE, made_run, position, sea, write_csv
 
-from hydrosim.case.units import factor
 from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
 from hydrosim.compare.comparison import beyond
 from hydrosim.compare.dataset import to_dataset
 from hydrosim.compare.diagnosis import NEAR, UNITS
+from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrosim.case.text import Source, name_and_unit
 from hydrosim.channels import Channel
 from hydrosim.compare import read_mapping
 from hydrosim.compare.guess import guess
+from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.errors import InputError
 from hydrosim.recordings import Column, Recording
 

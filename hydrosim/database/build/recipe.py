@@ -12,13 +12,13 @@ from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
-from hydrosim.case import quantities as of
-from hydrosim.case.layers import read_case
-from hydrosim.case.load import validated
-from hydrosim.case.quantities import Strict
-from hydrosim.case.units import Quantity, problem
 from hydrosim.database.build import barge
 from hydrosim.database.build.drift import STEP, Drifting, Real
+from hydrosim.documents import quantities as of
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import Quantity, problem
+from hydrosim.documents.validate import validated
 
 MOST = 1000  # frequencies or headings
 

@@ -20,7 +20,6 @@ from typing import Any
 import netCDF4
 import numpy as np
 
-from hydrosim.database import hdf5
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
@@ -31,6 +30,7 @@ from hydrosim.database.readers.assembly import (
     told,
     volumes,
 )
+from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 

@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from hydrosim.case import factors
+from hydrosim.documents import factors
 
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from hydrosim.case.checks import Problem
-from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.units import Quantity, shown
+from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.units import Quantity, shown
 
 Keys = tuple[str | int, ...]
 Readers = Mapping[int, type[BaseModel]]
+
+
+class Problem(NamedTuple):
+    """Keys to where it is, and what: "found X; expected Y; remedy"."""
+
+    keys: Keys
+    text: str
+
 
 EXPECTED = {
     "model_type": "a mapping of keys and values",

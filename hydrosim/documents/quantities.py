@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.units import Cyclic, Quantity, problem
+from hydrosim.documents.units import Cyclic, Quantity, problem
 from hydrosim.dofs import DOFS
 
 _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s

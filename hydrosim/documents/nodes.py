@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.case.units import NUMBER
+from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
 
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}

@@ -1,7 +1,7 @@
 """Recorded series over time: columns of a text file, or variables of a run's netCDF.
 
-A text file is what `hydrosim.case.text` reads. Its times [s] are the column named time or t, else
-the first. A column is called by its name or its number, from 1 on.
+A text file is what `hydrosim.documents.text` reads. Its times [s] are the column named time or t,
+else the first. A column is called by its name or its number, from 1 on.
 
 In a run, a column is the name of a variable and what is selected of its other dimensions, in any
 order: ``force_wave_first_order.barge.surge``, ``fender_compression.interface 1``,
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.case.text import (
+from hydrosim.documents.text import (
     TIME,
     Source,
     Table,
@@ -26,7 +26,7 @@ from hydrosim.case.text import (
     require_finite,
     require_rising,
 )
-from hydrosim.case.units import shown
+from hydrosim.documents.units import shown
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:

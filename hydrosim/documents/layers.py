@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.case.nodes import SETTING, compose, entries, joined, plain, suggestion, wrong
+from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, suggestion, wrong
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"

@@ -17,8 +17,8 @@ from typing import NoReturn
 
 import numpy as np
 
-from hydrosim.case.nodes import joined, suggestion
-from hydrosim.case.units import factor, shown
+from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.units import factor, shown
 from hydrosim.errors import InputError
 
 REMARKS = ("#", "%", "!")

@@ -1,0 +1,2 @@
+"""Files that people write: YAML with layers, quantities with units, tables in text; what is wrong
+with them, in words. Knows no scene."""

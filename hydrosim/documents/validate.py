@@ -1,0 +1,47 @@
+"""`validated`: a YAML file as a pydantic model, or all that is wrong with it in one message."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from yaml.nodes import Node
+
+from hydrosim.documents.messages import Problem, explain
+from hydrosim.documents.nodes import empty_keys, locate, plain, where
+from hydrosim.errors import InputError
+
+M = TypeVar("M", bound=BaseModel)
+Further = Callable[[M], Iterable[Problem]]
+
+
+def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
+    """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
+
+    Raises InputError with a line for each problem.
+    """
+    raw = plain(document)
+    readers: dict[int, Any] = {}
+    try:
+        data = model.model_validate(raw, context=readers)
+    except ValidationError as error:
+        _report([*explain(error, raw, readers), *_empty(document)], document)
+        raise
+    _report([*_empty(document), *further(data)], document)
+    return data
+
+
+def _empty(document: Node) -> Iterator[Problem]:
+    for keys in empty_keys(document):
+        yield Problem(keys, "found nothing; expected a value; give one or remove the key")
+
+
+def _report(problems: Sequence[Problem], document: Node) -> None:
+    """Raises one InputError with the first problem of each key; passes if there is none."""
+    lines: dict[str, str] = {}
+    for problem in problems:
+        key, mark = locate(document, problem.keys)
+        lines.setdefault(key, ": ".join(part for part in (where(mark), key, problem.text) if part))
+    if lines:
+        raise InputError("\n".join(lines.values()))
