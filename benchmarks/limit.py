@@ -16,10 +16,10 @@ import numpy as np
 from numba import njit
 
 from benchmarks.compiled import Compiled
-from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import CATALOGUE, FENDER, applied_force, linear_mooring
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import mass_matrix, place_bodies
+from hydrosim.stepping.dynamics import Model, new_work
 
 bare = njit(error_model="numpy", nogil=True, fastmath=True, forceinline=True)
 """One loop with all that it calls inside, sums in any order: three times as fast as with calls."""

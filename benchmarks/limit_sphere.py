@@ -19,12 +19,12 @@ import numpy as np
 
 from benchmarks.compiled import Compiled
 from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
-from hydrosim.dynamics import Model
 from hydrosim.forces import CATALOGUE, linear_mooring
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER
 from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
 from hydrosim.radiation.history import push
 from hydrosim.rigid import Inertia, vectors
+from hydrosim.stepping.dynamics import Model
 
 add, sub, cross, dot, matvec, vector, product = (
     bare(getattr(vectors, name).py_func)

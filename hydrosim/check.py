@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.database import check as check_database
-from hydrosim.dynamics import Model
 from hydrosim.linear import NaturalMode, linearise, natural_modes
 from hydrosim.linearity import propagated, solution
 from hydrosim.model import compile_clock, compile_scene
@@ -19,7 +18,8 @@ from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from
 from hydrosim.scene import ConvolutionRadiation, Scene
 from hydrosim.simulation import scene_step_limits
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.stepper import State
 from hydrosim.symmetry import planar
 from hydrosim.wet import radiation_of, with_states
 

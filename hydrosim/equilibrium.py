@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrosim.dynamics import Model, Work, forces, new_work, total_force
 from hydrosim.errors import InputError
 from hydrosim.forces import Fender, Frictionless, settle
 from hydrosim.model import compile_scene
 from hydrosim.rigid import generalised_force, place_bodies
 from hydrosim.scene import Scene, SecondOrder, WaveForces
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model, Work, forces, new_work, total_force
+from hydrosim.stepping.stepper import State
 
 ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences

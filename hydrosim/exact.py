@@ -22,8 +22,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
-from hydrosim.dynamics import Model, new_work, rhs
-from hydrosim.exact_kernels import add_energies, keep_states, sample_loads
 from hydrosim.forces import APPLIED, LINEAR_DAMPING, LINEAR_MOORING
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate import Tableau
@@ -36,8 +34,10 @@ from hydrosim.integrate.exponential import (
     interval,
 )
 from hydrosim.linear import linearise
-from hydrosim.run import Clock, Record
-from hydrosim.stepper import STATUS, State, new_scratch
+from hydrosim.stepping.dynamics import Model, new_work, rhs
+from hydrosim.stepping.exact import add_energies, keep_states, sample_loads
+from hydrosim.stepping.run import Clock, Record
+from hydrosim.stepping.stepper import STATUS, State, new_scratch
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
 FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.dynamics import Model
 from hydrosim.forces import (
     LINEAR_DAMPING,
     AppliedForce,
@@ -21,6 +20,7 @@ from hydrosim.forces import (
     signals_of,
 )
 from hydrosim.scene import LinearScenes, Scene
+from hydrosim.stepping.dynamics import Model
 
 LINEAR = (LinearMooring, LinearDamping, AppliedForce)
 """Elements that are linear, the last two on conditions."""

@@ -27,7 +27,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.database import HydroDatabase, load
-from hydrosim.dynamics import Model
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.model import add_waves, check_scene, compile_calm
 from hydrosim.notes import Notes
@@ -37,7 +36,8 @@ from hydrosim.scene import Scene, Start
 from hydrosim.simulation import run_compiled, simulate, stability_warnings
 from hydrosim.stages import complete
 from hydrosim.statistics import statistics
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.stepper import State
 from hydrosim.symmetry import planar, wave_asymmetries
 from hydrosim.wet import WetGroup, wet_groups
 

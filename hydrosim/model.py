@@ -11,7 +11,6 @@ import numpy as np
 from hydrosim import forces, radiation, restart
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
-from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING, Recorded, Spring, new_modes, settle, signals_of
 from hydrosim.forces.contact import fender
@@ -25,7 +24,6 @@ from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.radiation.state_space import coupled_groups
 from hydrosim.rigid import BODY, Bodies, Motion, constant_inertia, place_bodies
-from hydrosim.run import Clock
 from hydrosim.scene import (
     ADAPTIVE,
     Body,
@@ -36,7 +34,9 @@ from hydrosim.scene import (
     Scene,
     Stream,
 )
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.run import Clock
+from hydrosim.stepping.stepper import State
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
 from hydrosim.wet import WetGroup, each_alone, resonance, wet_groups
 

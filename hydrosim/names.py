@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.dynamics import Model
 from hydrosim.forces import Fender, Spring
 from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model
 
 MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
 """Beginnings of the names of states that are not of contact points or energies."""

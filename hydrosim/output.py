@@ -22,7 +22,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.dynamics import Model
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING
 from hydrosim.forces.contact.fender import DAMPED, SLIP_DAMPED, SLIP_DISTANCE, STATES
@@ -38,8 +37,9 @@ from hydrosim.names import (
 )
 from hydrosim.phases import Phase, contact_phases
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.run import Record, channels
 from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.run import Record, channels
 from hydrosim.waves import elevations, sea
 
 LOST = -1  # the last of what `observe` says of a point

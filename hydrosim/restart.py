@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim import radiation
-from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError
 from hydrosim.forces import FENDER, SPRING, new_modes, settle, spring
 from hydrosim.forces.contact import fender, transitions
@@ -41,7 +40,8 @@ from hydrosim.radiation import VelocityHistory
 from hydrosim.radiation.history import push
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Scene, Start
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.stepper import State
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.dynamics import Model, new_work
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.exact import propagate
 from hydrosim.forces import FENDER
@@ -23,11 +22,12 @@ from hydrosim.names import coordinate_names, fender_names, force_names, spring_n
 from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
-from hydrosim.run import PITCH, Clock, Record, advance, new_record
 from hydrosim.scene import Method, Scene, Unstable
 from hydrosim.stability import StepLimit, step_limits
 from hydrosim.stages import complete
-from hydrosim.stepper import (
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.run import PITCH, Clock, Record, advance, new_record
+from hydrosim.stepping.stepper import (
     CAPSIZED,
     CHATTERING,
     COUNTERS,

@@ -19,7 +19,6 @@ from itertools import pairwise
 import numpy as np
 from scipy import linalg
 
-from hydrosim.dynamics import Model, new_work
 from hydrosim.forces import FENDER, SPRING, new_modes
 from hydrosim.forces.contact.fender import COULOMB, STATES, STICK_SLIP
 from hydrosim.forces.contact.geometry import touch
@@ -29,7 +28,8 @@ from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.integrate import Tableau
 from hydrosim.linear import Linear, linearise, participation
 from hydrosim.rigid import place_bodies
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.stepper import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at

@@ -26,7 +26,6 @@ from scipy import linalg
 
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
-from hydrosim.dynamics import Model
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.modes import MODE
@@ -37,7 +36,8 @@ from hydrosim.names import coordinate_names, moving_names
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, check_fit, resume
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.stepper import State
 from hydrosim.waves import Components, sea
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at

@@ -17,7 +17,6 @@ from scipy import linalg
 import hydrosim as hs
 from hydrosim.check import survey
 from hydrosim.dofs import DOFS
-from hydrosim.dynamics import new_work, rhs
 from hydrosim.exact import division, stretches
 from hydrosim.forces import (
     AppliedForce,
@@ -52,6 +51,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
+from hydrosim.stepping.dynamics import new_work, rhs
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]

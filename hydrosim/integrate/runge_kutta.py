@@ -8,7 +8,7 @@ A method is a `Tableau`; a step of length h from (t, y) is
 where a_ii = 0 for explicit methods; otherwise `implicit` finds k_i.
 
 The caller evaluates f: kernels that take functions cannot be cached on disk, so the loop over the
-stages stands beside the equation it integrates (`hydrosim.stepper`, or a test's own loop):
+stages stands beside the equation it integrates (`hydrosim.stepping.stepper`, or a test's own loop):
 
     for i in range(1, c.size):
         stage_state(i, tableau, h, y, k, Y)

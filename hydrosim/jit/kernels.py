@@ -21,9 +21,7 @@ from hydrosim.jit.linking import Part, Summing, Whole
 
 config: Any = numba.config
 PACKAGE = Path(__file__).parents[1]
-SOURCES = {"jit", "exact_kernels.py"}
-SOURCES |= {"dynamics.py", "stepper.py", "crossing.py", "run.py"}
-SOURCES |= {"rigid", "integrate", "forces", "waves", "radiation"}
+SOURCES = {"jit", "rigid", "integrate", "forces", "waves", "radiation", "stepping"}
 
 
 @lru_cache

@@ -14,7 +14,6 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.dynamics import Model, new_work, rhs, stored_energies
 from hydrosim.forces import (
     FENDER,
     AppliedForce,
@@ -38,7 +37,8 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
 from hydrosim.rigid import Motion
 from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream
-from hydrosim.stepper import State
+from hydrosim.stepping.dynamics import Model, new_work, rhs, stored_energies
+from hydrosim.stepping.stepper import State
 
 RNG = np.random.default_rng(5)
 ELEMENT = len(ROWS)  # the row of the one element of a scene

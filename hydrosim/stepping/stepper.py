@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.dynamics import Model, dynamic_states, jacobian, rhs
 from hydrosim.forces import FENDER, new_modes
 from hydrosim.forces.contact.modes import MARGINS
 from hydrosim.integrate import (
@@ -26,6 +25,7 @@ from hydrosim.integrate import (
 from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.radiation.history import VelocityHistory
+from hydrosim.stepping.dynamics import Model, dynamic_states, jacobian, rhs
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from hydrosim.dynamics import power
 from hydrosim.forces import APPLIED, applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
 from hydrosim.jit.refs import ref
-from hydrosim.run import check, keep
-from hydrosim.stepper import RUNNING, STATUS
+from hydrosim.stepping.dynamics import power
+from hydrosim.stepping.run import check, keep
+from hydrosim.stepping.stepper import RUNNING, STATUS
 from hydrosim.waves.loads import wave_loads
 
 

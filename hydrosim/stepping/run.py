@@ -2,7 +2,7 @@
 
 A step from t to t + h is one step of the method unless a contact mode ends inside it or a table
 has a corner there. Then the step is cut: the end of the mode is located, the state is taken there
-by the method itself, the mode switches, and the rest of the step follows (`hydrosim.crossing`).
+by the method itself, the mode switches, and the rest of the step follows (see `crossing`).
 """
 
 from __future__ import annotations
@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.dynamics import Model, rhs, still, stored_energies
 from hydrosim.forces import FENDER, SPRING, new_modes, spring
 from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
 from hydrosim.integrate import Control, error_norm, step_factor
@@ -21,7 +19,9 @@ from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import push
 from hydrosim.rigid import accelerations
-from hydrosim.stepper import (
+from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
+from hydrosim.stepping.dynamics import Model, rhs, still, stored_energies
+from hydrosim.stepping.stepper import (
     AFTER,
     BEFORE,
     BUT_FOR_SLIP,

@@ -8,7 +8,6 @@ contact.
 
 from __future__ import annotations
 
-from hydrosim.dynamics import rhs, still
 from hydrosim.forces import FENDER, SPRING, spring
 from hydrosim.forces.contact.fender import SETTLED, STATES
 from hydrosim.forces.contact.modes import MARGINS, MODE, SLIP, STICK
@@ -17,7 +16,8 @@ from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, kernel, root
 from hydrosim.rigid import place_bodies
-from hydrosim.stepper import (
+from hydrosim.stepping.dynamics import rhs, still
+from hydrosim.stepping.stepper import (
     AFTER,
     BEFORE,
     BUT_FOR_SLIP,

@@ -1,0 +1,1 @@
+"""The equation of motion, a step, an event, the loop: kernels only."""
