@@ -17,7 +17,8 @@ import xarray as xr
 
 from benchmarks.base_case import base_case, motions
 from benchmarks.report import Answer, Row
-from hydrosim import compile_scene, exact, simulate
+from hydrosim import compile_scene, simulate
+from hydrosim.linear.linearise import propagate
 from hydrosim.model import compile_clock
 from hydrosim.scene import LinearScenes, Scene
 
@@ -82,17 +83,17 @@ def _parts() -> dict[str, float]:
     model, state = compile_scene(scene)
     clock = compile_clock(scene, model)
     begin = process_time()
-    equation = exact.linear_equation(model, state)
-    pieces, parts = exact.division(scene.output_step, exact.node_spacing(clock, model))
+    equation = propagate.linear_equation(model, state)
+    pieces, parts = propagate.division(scene.output_step, exact.node_spacing(clock, model))
     response = equation.response(scene.output_step / pieces, parts)
     known = process_time()
-    loads = exact.loads_at_rest(
-        exact.record_times(clock), pieces * parts, equation.rows, model, state
+    loads = propagate.loads_at_rest(
+        propagate.record_times(clock), pieces * parts, equation.rows, model, state
     )
     read = process_time()
-    f = exact.extended(np.einsum("krn->kn", loads) + equation.rest)
+    f = propagate.extended(np.einsum("krn->kn", loads) + equation.rest)
     z = state.y[: len(equation.J)]
-    for _, states in exact.motions(z, f, response.interval, pieces):
+    for _, states in propagate.motions(z, f, response.interval, pieces):
         states[pieces::pieces, : len(DOFS)].copy()
     return dict(zip(PARTS, np.diff([begin, known, read, process_time()]), strict=True))
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
-    from hydrosim.linear import linearise, natural_modes
+    from hydrosim.linear.linearise import linearise, natural_modes
     from hydrosim.many import simulate_many
     from hydrosim.model import compile_scene
     from hydrosim.scene import Scene
@@ -29,8 +29,8 @@ _HOME = {
     "HydrosimError": "errors",
     "InputError": "errors",
     "SimulationError": "errors",
-    "linearise": "linear",
-    "natural_modes": "linear",
+    "linearise": "linear.linearise",
+    "natural_modes": "linear.linearise",
     "compile_scene": "model",
     "Scene": "scene",
     "simulate": "simulation",

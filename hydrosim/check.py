@@ -11,8 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.database import check as check_database
-from hydrosim.linear import NaturalMode, linearise, natural_modes
-from hydrosim.linearity import propagated, solution
+from hydrosim.linear.linearise import NaturalMode, linearise, natural_modes
+from hydrosim.linear.linearity import propagated, solution
 from hydrosim.model import compile_clock, compile_scene
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, opened, resume, started_from

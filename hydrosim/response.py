@@ -18,7 +18,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from hydrosim.linear import Linear, linearise
+from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.model import compile_scene, wave_bodies
 from hydrosim.notes import Notes
 from hydrosim.radiation import TOLERANCE

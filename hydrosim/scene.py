@@ -357,8 +357,8 @@ class Solver:
 
     An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
     ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
-    stepped unless asked for, see `hydrosim.exact`; one that is its own mirror image has no sway,
-    roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.symmetry`.
+    stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own mirror image has
+    no sway, roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.symmetry`.
     """
 
     method: Method = Method.RK4

@@ -14,7 +14,7 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.equilibrium import Rest, equilibrium
-from hydrosim.linear import Linear, natural_modes
+from hydrosim.linear.linearise import Linear, natural_modes
 from hydrosim.response import Radiation, Responder, responder
 from hydrosim.scene import Scene
 from hydrosim.waves import sea

@@ -12,18 +12,18 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.exact import propagate
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.integrate import Tableau
-from hydrosim.linearity import propagated, solution
+from hydrosim.linear.linearity import propagated, solution
+from hydrosim.linear.propagate import propagate
+from hydrosim.linear.stability import StepLimit, step_limits
 from hydrosim.model import METHODS, compile_clock, compile_scene
 from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
 from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
 from hydrosim.scene import Method, Scene, Unstable
-from hydrosim.stability import StepLimit, step_limits
 from hydrosim.stages import complete
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.run import PITCH, Clock, Record, advance, new_record

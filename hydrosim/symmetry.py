@@ -29,7 +29,7 @@ from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.modes import MODE
-from hydrosim.linear import linearise
+from hydrosim.linear.linearise import linearise
 from hydrosim.mirror import COUPLES, LATERAL, SMALL, couples, without_image
 from hydrosim.model import check_scene, compile_calm
 from hydrosim.names import coordinate_names, moving_names

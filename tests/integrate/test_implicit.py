@@ -20,7 +20,7 @@ from hydrosim.integrate import (
     stage_state,
 )
 from hydrosim.integrate.implicit import ITERATIONS, factorise, solve
-from hydrosim.stability import stability_function
+from hydrosim.linear.stability import stability_function
 
 Figure = Callable[[str, float], None]
 Slope = Callable[[float, np.ndarray], np.ndarray]

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 
 import hydrosim as hs
 from hydrosim.database import HydroDatabase
-from hydrosim.linear import linearise
+from hydrosim.linear.linearise import linearise
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -33,7 +33,7 @@ from hydrosim.integrate.exponential import (
     follow,
     interval,
 )
-from hydrosim.linear import linearise
+from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import add_energies, keep_states, sample_loads
 from hydrosim.stepping.run import Clock, Record

@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.contact.modes import STICK
-from hydrosim.linear import Linear, NaturalMode
+from hydrosim.linear.linearise import Linear, NaturalMode
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
 Figure = Callable[[str, float], None]

@@ -17,7 +17,6 @@ from scipy import linalg
 import hydrosim as hs
 from hydrosim.check import survey
 from hydrosim.dofs import DOFS
-from hydrosim.exact import division, stretches
 from hydrosim.forces import (
     AppliedForce,
     Frictionless,
@@ -31,7 +30,8 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
-from hydrosim.linearity import propagated, solution
+from hydrosim.linear.linearity import propagated, solution
+from hydrosim.linear.propagate import division, stretches
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -26,7 +26,7 @@ from hydrosim.forces.contact.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.integrate import Tableau
-from hydrosim.linear import Linear, linearise, participation
+from hydrosim.linear.linearise import Linear, linearise, participation
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.stepper import State

@@ -1,0 +1,2 @@
+"""What follows from one linearisation: modes, step limits, motions without steps. Takes a model,
+compiles none."""
