@@ -18,7 +18,7 @@ import xarray as xr
 from benchmarks.base_case import base_case, motions
 from benchmarks.report import Answer, Row
 from hydrosim import compile_scene, simulate
-from hydrosim.linear.linearise import propagate
+from hydrosim.linear import propagate
 from hydrosim.model import compile_clock
 from hydrosim.scene import LinearScenes, Scene
 
@@ -84,7 +84,7 @@ def _parts() -> dict[str, float]:
     clock = compile_clock(scene, model)
     begin = process_time()
     equation = propagate.linear_equation(model, state)
-    pieces, parts = propagate.division(scene.output_step, exact.node_spacing(clock, model))
+    pieces, parts = propagate.division(scene.output_step, propagate.node_spacing(clock, model))
     response = equation.response(scene.output_step / pieces, parts)
     known = process_time()
     loads = propagate.loads_at_rest(

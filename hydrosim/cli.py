@@ -117,8 +117,8 @@ def converge(
     from hydrosim.case import load_case
     from hydrosim.converge import converge as study_of
     from hydrosim.converge import to_dataset
-    from hydrosim.output import write
     from hydrosim.plot.work_precision import draw_work_precision
+    from hydrosim.results.output import write
     from hydrosim.scene import Method
     from hydrosim.summary import convergence
 
@@ -203,7 +203,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
 
 
 def _save(dataset: xr.Dataset, path: Path) -> None:
-    from hydrosim.output import write
+    from hydrosim.results.output import write
 
     write(dataset, path)
 

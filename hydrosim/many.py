@@ -31,11 +31,11 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.model import add_waves, check_scene, compile_calm
 from hydrosim.notes import Notes
 from hydrosim.restart import opened_start
-from hydrosim.runs_file import COMPLETE, NOT_RUN, RunsFile
+from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
+from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Start
 from hydrosim.simulation import run_compiled, simulate, stability_warnings
 from hydrosim.stages import complete
-from hydrosim.statistics import statistics
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
 from hydrosim.symmetry import planar, wave_asymmetries

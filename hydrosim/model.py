@@ -19,10 +19,10 @@ from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.forces.signal import corners
 from hydrosim.forces.spring import stretch
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
-from hydrosim.names import spring_names
 from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.radiation.state_space import coupled_groups
+from hydrosim.results.names import spring_names
 from hydrosim.rigid import BODY, Bodies, Motion, constant_inertia, place_bodies
 from hydrosim.scene import (
     ADAPTIVE,

@@ -11,7 +11,7 @@ from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.names import dofs_of
+from hydrosim.results.names import dofs_of
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import components, energy_outside, sea, separate_headings

@@ -1,9 +1,9 @@
 """A run that starts from the state of another: `Scene.initial`.
 
-What a run keeps of its whole state is in its dataset under names (`hydrosim.output`); here it is
-read again. Bodies, degrees of freedom and radiation must be the same; all else may differ: what is
-new begins with nothing stretched, slipped or lost, and a contact mode that cannot be any more is
-found anew. Time goes on, with the waves and all tables.
+What a run keeps of its whole state is in its dataset under names (`hydrosim.results.output`); here
+it is read again. Bodies, degrees of freedom and radiation must be the same; all else may differ:
+what is new begins with nothing stretched, slipped or lost, and a contact mode that cannot be any
+more is found anew. Time goes on, with the waves and all tables.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from hydrosim.forces.contact.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.names import (
+from hydrosim.radiation import VelocityHistory
+from hydrosim.radiation.history import push
+from hydrosim.results.names import (
     MOVING,
     fender_names,
     memory_names,
@@ -35,9 +37,7 @@ from hydrosim.names import (
     spring_names,
     state_names,
 )
-from hydrosim.output import read
-from hydrosim.radiation import VelocityHistory
-from hydrosim.radiation.history import push
+from hydrosim.results.output import read
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work

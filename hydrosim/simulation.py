@@ -19,10 +19,10 @@ from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import StepLimit, step_limits
 from hydrosim.model import METHODS, compile_clock, compile_scene
-from hydrosim.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.notes import Notes
-from hydrosim.output import program_version, to_dataset, unpack
 from hydrosim.restart import opened, started_from
+from hydrosim.results.names import coordinate_names, fender_names, force_names, spring_names
+from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import Method, Scene, Unstable
 from hydrosim.stages import complete
 from hydrosim.stepping.dynamics import Model, new_work
@@ -65,8 +65,8 @@ Progress = Callable[[float, int], None]
 
 
 def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset:
-    """Run a case or a scene; the dataset is described in `hydrosim.output`. The runs that a case
-    needs are made first, see `hydrosim.stages`.
+    """Run a case or a scene; the dataset is described in `hydrosim.results.output`. The runs that a
+    case needs are made first, see `hydrosim.stages`.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``

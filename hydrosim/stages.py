@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.output import program_version, write
+from hydrosim.results.output import program_version, write
 
 if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage

@@ -32,9 +32,9 @@ from hydrosim.forces.contact.modes import MODE
 from hydrosim.linear.linearise import linearise
 from hydrosim.mirror import COUPLES, LATERAL, SMALL, couples, without_image
 from hydrosim.model import check_scene, compile_calm
-from hydrosim.names import coordinate_names, moving_names
 from hydrosim.notes import Notes
 from hydrosim.restart import begin, check_fit, resume
+from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State

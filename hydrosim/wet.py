@@ -13,8 +13,8 @@ from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
-from hydrosim.names import dofs_of
 from hydrosim.radiation import Retardation, StateSpace
+from hydrosim.results.names import dofs_of
 from hydrosim.scene import (
     BY_NAME,
     Body,

@@ -20,7 +20,7 @@ DETAILS = ("overview", "motions", "fender_forces", "contact", "energies")
 
 
 def run_of(bodies: int = 1, fenders: int = 0, waves: bool = True, nt: int = 121) -> xr.Dataset:
-    """The dataset of a run as `hydrosim.output` describes it; its motions are plain sines."""
+    """The dataset of a run as `hydrosim.results.output` describes it; motions are plain sines."""
     time = np.linspace(0.0, 60.0, nt)
     swing = np.sin(time)
     position = np.zeros((nt, bodies, 6))

@@ -17,8 +17,8 @@ from numpy.testing import assert_array_equal
 
 import hydrosim as hs
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
-from hydrosim.output import write
 from hydrosim.restart import opened
+from hydrosim.results.output import write
 from hydrosim.scene import (
     ConvolutionRadiation,
     Method,

@@ -43,8 +43,8 @@ from hydrosim.forces import (
 )
 from hydrosim.mirror import LATERAL, SMALL
 from hydrosim.notes import Notes
-from hydrosim.output import write
 from hydrosim.restart import opened
+from hydrosim.results.output import write
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -62,10 +62,10 @@ def compare(
     from hydrosim.compare.comparison import beyond
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
-    from hydrosim.output import write
     from hydrosim.plot import open_run
     from hydrosim.plot.compare import draw_comparison
     from hydrosim.recordings import read_recording
+    from hydrosim.results.output import write
 
     path = result_path(output, run_file.with_stem(f"{run_file.stem}_compare"))
     picture = path.with_suffix(".png")
@@ -107,10 +107,10 @@ def record(
 
     Without --channels those of motions, waves, forces, fenders and springs that are not zero.
     """
-    from hydrosim.channels import chosen, usual
     from hydrosim.documents.series import columns_of
     from hydrosim.plot import open_run
     from hydrosim.recordings import write_recording
+    from hydrosim.results.channels import chosen, usual
 
     path = result_path(output, run_file)
     _spare([path], [run_file])

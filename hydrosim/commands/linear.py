@@ -42,9 +42,9 @@ def linear(
     import numpy as np
 
     from hydrosim.case import load_case
-    from hydrosim.output import write
     from hydrosim.plot.response import draw_response
     from hydrosim.response import Radiation
+    from hydrosim.results.output import write
     from hydrosim.seakeeping import Wanted, linear_analysis
 
     path = result_path(output, case_file.with_stem(f"{case_file.stem}_linear"))

@@ -22,9 +22,9 @@ def statistics(
 ) -> None:
     """Means, periods and extremes of motions with their confidence, spectra, crawl by phase."""
     from hydrosim.errors import InputError
-    from hydrosim.output import read, write
-    from hydrosim.statistics import lines
-    from hydrosim.statistics import statistics as of_run
+    from hydrosim.results.output import read, write
+    from hydrosim.results.statistics import lines
+    from hydrosim.results.statistics import statistics as of_run
 
     path = result_path(output, run_file.with_stem(f"{run_file.stem}_statistics"))
     run = read(run_file)

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.channels import channels, chosen
 from hydrosim.compare.align import Overlap, Pair, align
 from hydrosim.compare.diagnosis import diagnose
 from hydrosim.compare.figures import EDGES, Contact, Figures, contact, figures
@@ -19,6 +18,7 @@ from hydrosim.compare.guess import guess
 from hydrosim.compare.mapping import MappingFile, Place, TimeColumn
 from hydrosim.compare.signals import Fit, fit
 from hydrosim.recordings import Recording
+from hydrosim.results.channels import channels, chosen
 
 SHARE, MOST = 0.1, 60.0  # of the time, and s: the largest lag that is looked for
 SHIFT = 0.5  # of the time: the largest shift

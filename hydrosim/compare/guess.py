@@ -12,12 +12,12 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from hydrosim.channels import Channel
 from hydrosim.compare.mapping import Place
 from hydrosim.documents.text import name_and_unit
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
+from hydrosim.results.channels import Channel
 
 OURS = {  # the words of others, and our word for each
     "x": "surge",

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrosim.channels import Channel
 from hydrosim.compare import read_mapping
 from hydrosim.compare.guess import guess
 from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.errors import InputError
 from hydrosim.recordings import Column, Recording
+from hydrosim.results.channels import Channel
 
 CHANNELS = [
     *(Channel(f"position.barge.{dof}", "m") for dof in ("surge", "heave")),

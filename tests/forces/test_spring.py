@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.forces import Coulomb, Spring, StickSlip
-from hydrosim.output import write
+from hydrosim.results.output import write
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
 from hydrosim.simulation import scene_step_limits
 

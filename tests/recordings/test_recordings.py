@@ -12,9 +12,9 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
-from hydrosim.channels import usual
 from hydrosim.errors import InputError
 from hydrosim.recordings import Recording, read_recording, write_recording
+from hydrosim.results.channels import usual
 
 TIME = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
 HEAVE, FORCE = np.array([1.0, 0.5, -0.25, 0.125, 3.0]), np.array([1.0, 2.0, 3.0, 5.0, 8.0])

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from scipy import signal
 
-from hydrosim.phases import Phase
+from hydrosim.results.phases import Phase
 
 NAMES = ("mean", "std", "significant", "period", "maximum", "lower", "upper", "smallest", "largest")
 INTERVAL = 0.9  # probability of the largest value's interval

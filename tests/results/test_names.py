@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import hydrosim as hs
-from hydrosim.names import moving_names, state_names
+from hydrosim.results.names import moving_names, state_names
 
-CASE = Path(__file__).parents[1] / "cases" / "sphere" / "irregular.yaml"
+CASE = Path(__file__).parents[2] / "cases" / "sphere" / "irregular.yaml"
 
 
 def test_radiation_states_are_named_after_their_group_once() -> None:

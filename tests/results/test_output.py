@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.output import write
+from hydrosim.results.output import write
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
 MOTION = ("time", "body", "dof")

@@ -27,7 +27,8 @@ from hydrosim.forces import FENDER, SPRING
 from hydrosim.forces.contact.fender import DAMPED, SLIP_DAMPED, SLIP_DISTANCE, STATES
 from hydrosim.forces.contact.modes import MODE, RISING, SEGMENT
 from hydrosim.forces.layout import HYDROSTATIC
-from hydrosim.names import (
+from hydrosim.radiation import VelocityHistory, input_rates
+from hydrosim.results.names import (
     fender_names,
     force_names,
     memory_names,
@@ -35,8 +36,7 @@ from hydrosim.names import (
     state_names,
     supplies,
 )
-from hydrosim.phases import Phase, contact_phases
-from hydrosim.radiation import VelocityHistory, input_rates
+from hydrosim.results.phases import Phase, contact_phases
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.run import Record, channels

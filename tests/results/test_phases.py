@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.phases import SHARE, WINDOW, Phase, contact_phases
+from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases
 
 
 def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.phases import contact_phases
-from hydrosim.statistics import FEWEST, largest, lines, statistics
+from hydrosim.results.phases import contact_phases
+from hydrosim.results.statistics import FEWEST, largest, lines, statistics
 
 TIME = np.arange(0.0, 2000.0, 0.5)
 
