@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim import compile_scene
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.symmetry import planar
 from hydrosim.forces import FENDER
-from hydrosim.notes import Notes
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
-from hydrosim.symmetry import planar
 
 
 class Compiled(NamedTuple):

@@ -23,8 +23,8 @@ from benchmarks.compiled import compiled
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
-from hydrosim.model import add_waves, compile_calm
-from hydrosim.notes import Notes
+from hydrosim.compiling.model import add_waves, compile_calm
+from hydrosim.compiling.notes import Notes
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.waves import sea
 

@@ -18,8 +18,8 @@ import xarray as xr
 from benchmarks.base_case import base_case, motions
 from benchmarks.report import Answer, Row
 from hydrosim import compile_scene, simulate
+from hydrosim.compiling.model import compile_clock
 from hydrosim.linear import propagate
-from hydrosim.model import compile_clock
 from hydrosim.scene import LinearScenes, Scene
 
 REPEATS = 7

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrosim.case import Case, load_case
+    from hydrosim.compiling.model import compile_scene
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.linear.linearise import linearise, natural_modes
     from hydrosim.many import simulate_many
-    from hydrosim.model import compile_scene
     from hydrosim.scene import Scene
     from hydrosim.simulation import simulate
 
@@ -31,7 +31,7 @@ _HOME = {
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.linearise",
-    "compile_scene": "model",
+    "compile_scene": "compiling.model",
     "Scene": "scene",
     "simulate": "simulation",
     "simulate_many": "many",

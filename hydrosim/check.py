@@ -10,18 +10,18 @@ from rich.console import JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from hydrosim.compiling.model import compile_clock, compile_scene
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import begin, opened, resume, started_from
+from hydrosim.compiling.symmetry import planar
+from hydrosim.compiling.wet import radiation_of, with_states
 from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import NaturalMode, linearise, natural_modes
 from hydrosim.linear.linearity import propagated, solution
-from hydrosim.model import compile_clock, compile_scene
-from hydrosim.notes import Notes
-from hydrosim.restart import begin, opened, resume, started_from
 from hydrosim.scene import ConvolutionRadiation, Scene
 from hydrosim.simulation import scene_step_limits
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
-from hydrosim.symmetry import planar
-from hydrosim.wet import radiation_of, with_states
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 

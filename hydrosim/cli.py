@@ -179,7 +179,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         TimeRemainingColumn,
     )
 
-    from hydrosim.restart import begin, opened
+    from hydrosim.compiling.restart import begin, opened
     from hydrosim.simulation import simulate
 
     scene = opened(case.scene())

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrosim.compiling.model import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.forces import Fender, Frictionless, settle
-from hydrosim.model import compile_scene
 from hydrosim.rigid import generalised_force, place_bodies
 from hydrosim.scene import Scene, SecondOrder, WaveForces
 from hydrosim.stepping.dynamics import Model, Work, forces, new_work, total_force

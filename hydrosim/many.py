@@ -26,11 +26,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.model import add_waves, check_scene, compile_calm
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import opened_start
+from hydrosim.compiling.symmetry import planar, wave_asymmetries
+from hydrosim.compiling.wet import WetGroup, wet_groups
 from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.model import add_waves, check_scene, compile_calm
-from hydrosim.notes import Notes
-from hydrosim.restart import opened_start
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Start
@@ -38,8 +40,6 @@ from hydrosim.simulation import run_compiled, simulate, stability_warnings
 from hydrosim.stages import complete
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
-from hydrosim.symmetry import planar, wave_asymmetries
-from hydrosim.wet import WetGroup, wet_groups
 
 if TYPE_CHECKING:
     from hydrosim.case import Case

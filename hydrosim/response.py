@@ -18,16 +18,16 @@ from enum import StrEnum
 
 import numpy as np
 
+from hydrosim.compiling.model import compile_scene, wave_bodies
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.wet import WetGroup, with_states
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.model import compile_scene, wave_bodies
-from hydrosim.notes import Notes
 from hydrosim.radiation import TOLERANCE
 from hydrosim.scene import Environment, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
 from hydrosim.waves import Components, WaveBody, first_order
 from hydrosim.waves.dispersion import wavenumber
-from hydrosim.wet import WetGroup, with_states
 
 
 class Radiation(StrEnum):

@@ -1,6 +1,6 @@
 """The scene: what is simulated, as frozen dataclasses in SI units and radians.
 
-A scene comes from a case file (`hydrosim.case`) or is written in Python; `hydrosim.model`
+A scene comes from a case file (`hydrosim.case`) or is written in Python; `hydrosim.compiling.model`
 compiles it to arrays. Nothing here computes.
 """
 
@@ -358,7 +358,7 @@ class Solver:
     An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
     ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
     stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own mirror image has
-    no sway, roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.symmetry`.
+    no sway, roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.compiling.symmetry`.
     """
 
     method: Method = Method.RK4

@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.model import METHODS, compile_clock, compile_scene
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import opened, started_from
+from hydrosim.compiling.symmetry import planar
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.forces import FENDER
@@ -18,9 +22,6 @@ from hydrosim.integrate import Tableau
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import StepLimit, step_limits
-from hydrosim.model import METHODS, compile_clock, compile_scene
-from hydrosim.notes import Notes
-from hydrosim.restart import opened, started_from
 from hydrosim.results.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import Method, Scene, Unstable
@@ -43,7 +44,6 @@ from hydrosim.stepping.stepper import (
     State,
     new_scratch,
 )
-from hydrosim.symmetry import planar
 
 if TYPE_CHECKING:
     from hydrosim.case import Case

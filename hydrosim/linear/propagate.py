@@ -35,7 +35,7 @@ from hydrosim.integrate.exponential import (
 )
 from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
-from hydrosim.stepping.exact import add_energies, keep_states, sample_loads
+from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.stepping.run import Clock, Record
 from hydrosim.stepping.stepper import STATUS, State, new_scratch
 
@@ -43,15 +43,6 @@ PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequ
 FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval
 TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
 CLOSE = 1e-9  # of the distance of records: times as close are the same
-
-
-class Resistances(NamedTuple):
-    """Rows (nb,) of forces that take the power v (B v - b) at the free coordinates' rates v (n,):
-    ``B`` (nb, n, n) and ``b`` (nb, n)."""
-
-    row: np.ndarray
-    B: np.ndarray
-    b: np.ndarray
 
 
 class Response(NamedTuple):

@@ -8,7 +8,7 @@ losses, zero but for the error of the time integration. A run that starts from a
 from there; its residual is its own, zero where it begins.
 
 The whole state y is in `state_value` (state_time, state) by name, for a start from there
-(`hydrosim.restart`): at the end, or at every output time if the scene says so.
+(`hydrosim.compiling.restart`): at the end, or at every output time if the scene says so.
 """
 
 from __future__ import annotations

@@ -1,6 +1,10 @@
-"""Kernels of `exact`: loads on bodies at rest, energies, and records of states that are known."""
+"""Kernels of `hydrosim.linear.propagate`: loads on bodies at rest, energies, and records of states that are known."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
 
 from hydrosim.forces import APPLIED, applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
@@ -10,6 +14,15 @@ from hydrosim.stepping.dynamics import power
 from hydrosim.stepping.run import check, keep
 from hydrosim.stepping.stepper import RUNNING, STATUS
 from hydrosim.waves.loads import wave_loads
+
+
+class Resistances(NamedTuple):
+    """Rows (nb,) of forces that take the power v (B v - b) at the free coordinates' rates v (n,):
+    ``B`` (nb, n, n) and ``b`` (nb, n)."""
+
+    row: np.ndarray
+    B: np.ndarray
+    b: np.ndarray
 
 
 @kernel

@@ -16,8 +16,8 @@ from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.check import survey
+from hydrosim.compiling.notes import Notes
 from hydrosim.database import HydroDatabase, load, needed
-from hydrosim.notes import Notes
 from hydrosim.radiation.retardation import diagonal_scale, infinite_added_mass, retardation_function
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
 

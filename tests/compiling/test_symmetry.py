@@ -24,6 +24,10 @@ from scipy.linalg import block_diag
 
 import hydrosim as hs
 from hydrosim.check import survey
+from hydrosim.compiling.mirror import LATERAL, SMALL
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import opened
+from hydrosim.compiling.symmetry import planar
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.forces import (
@@ -41,9 +45,6 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.mirror import LATERAL, SMALL
-from hydrosim.notes import Notes
-from hydrosim.restart import opened
 from hydrosim.results.output import write
 from hydrosim.scene import (
     Body,
@@ -63,7 +64,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.symmetry import planar
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

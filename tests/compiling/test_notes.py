@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from dry_scenes import block
 
+from hydrosim.compiling.notes import OUTSIDE_REFUSED, OUTSIDE_WARNED, range_warnings
 from hydrosim.errors import InputError
-from hydrosim.notes import OUTSIDE_REFUSED, OUTSIDE_WARNED, range_warnings
 from hydrosim.scene import Environment, Scene, WaveForces, WaveTrain, WhiteNoise
 
 NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies

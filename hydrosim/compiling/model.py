@@ -8,7 +8,10 @@ from math import ceil, cos, sin
 
 import numpy as np
 
-from hydrosim import forces, radiation, restart
+from hydrosim import forces, radiation
+from hydrosim.compiling import restart
+from hydrosim.compiling.notes import Notes, take_note
+from hydrosim.compiling.wet import WetGroup, each_alone, resonance, wet_groups
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -19,7 +22,6 @@ from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.forces.signal import corners
 from hydrosim.forces.spring import stretch
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Control, Tableau
-from hydrosim.notes import Notes, take_note
 from hydrosim.radiation import StateSpace
 from hydrosim.radiation.state_space import coupled_groups
 from hydrosim.results.names import spring_names
@@ -38,7 +40,6 @@ from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.run import Clock
 from hydrosim.stepping.stepper import State
 from hydrosim.waves import WaveBody, following_model, sea, wave_loads_model
-from hydrosim.wet import WetGroup, each_alone, resonance, wet_groups
 
 METHODS: dict[Method, Tableau] = {
     Method.RK2: RK2,
@@ -53,7 +54,7 @@ TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 def compile_scene(scene: Scene, notes: Notes | None = None) -> tuple[Model, State]:
     """The scene as arrays, and its state at the start; ``notes`` are filled if given. All degrees
     of freedom are there: `simulate` takes out first what is zero by symmetry, see
-    `hydrosim.symmetry`.
+    `hydrosim.compiling.symmetry`.
 
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -15,7 +16,6 @@ from hydrosim.results.names import dofs_of
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import components, energy_outside, sea, separate_headings
-from hydrosim.wet import WetGroup, each_alone
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond a database's range

@@ -24,16 +24,17 @@ import numpy as np
 import xarray as xr
 from scipy import linalg
 
+from hydrosim.compiling.mirror import COUPLES, LATERAL, SMALL, couples, without_image
+from hydrosim.compiling.model import check_scene, compile_calm
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import begin, check_fit, resume
+from hydrosim.compiling.wet import WetGroup, each_alone, wet_groups
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import FENDER
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.modes import MODE
 from hydrosim.linear.linearise import linearise
-from hydrosim.mirror import COUPLES, LATERAL, SMALL, couples, without_image
-from hydrosim.model import check_scene, compile_calm
-from hydrosim.notes import Notes
-from hydrosim.restart import begin, check_fit, resume
 from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
@@ -41,7 +42,6 @@ from hydrosim.stepping.stepper import State
 from hydrosim.waves import Components, sea
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
-from hydrosim.wet import WetGroup, each_alone, wet_groups
 
 NEAR = 1e-9  # m, rad and per second: a state so far out of the plane is in it
 GROWTH = 1e-4  # 1/s: slower than this is no instability but rounding

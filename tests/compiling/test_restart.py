@@ -16,8 +16,8 @@ from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 
 import hydrosim as hs
+from hydrosim.compiling.restart import opened
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
-from hydrosim.restart import opened
 from hydrosim.results.output import write
 from hydrosim.scene import (
     ConvolutionRadiation,
