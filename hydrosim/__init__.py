@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.linear.linearise import linearise, natural_modes
-    from hydrosim.many import simulate_many
     from hydrosim.scene import Scene
-    from hydrosim.simulation import simulate
+    from hydrosim.studies.many import simulate_many
+    from hydrosim.studies.simulation import simulate
 
 _HOME = {
     "Case": "case",
@@ -33,8 +33,8 @@ _HOME = {
     "natural_modes": "linear.linearise",
     "compile_scene": "compiling.model",
     "Scene": "scene",
-    "simulate": "simulation",
-    "simulate_many": "many",
+    "simulate": "studies.simulation",
+    "simulate_many": "studies.many",
 }
 __all__ = sorted(_HOME)
 

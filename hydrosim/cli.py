@@ -88,8 +88,8 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
     Of a case that is driven by the runs of others it says which of those have to be made first.
     """
     from hydrosim.case import load_case
-    from hydrosim.check import survey
-    from hydrosim.stages import outdated
+    from hydrosim.studies.check import survey
+    from hydrosim.studies.stages import outdated
 
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated(stage))]
@@ -115,12 +115,12 @@ def converge(
 ) -> None:
     """Error against run time, over methods and steps: table, picture and netCDF."""
     from hydrosim.case import load_case
-    from hydrosim.converge import converge as study_of
-    from hydrosim.converge import to_dataset
+    from hydrosim.commands.summary import convergence
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.results.output import write
     from hydrosim.scene import Method
-    from hydrosim.summary import convergence
+    from hydrosim.studies.converge import converge as study_of
+    from hydrosim.studies.converge import to_dataset
 
     path = result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
     chosen = [_one_of(Method, name, "--methods") for name in methods.split(",")]
@@ -162,7 +162,7 @@ def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
 
 def _complete(case: Case) -> None:
     """Make the runs that the case needs, and say so."""
-    from hydrosim.stages import complete
+    from hydrosim.studies.stages import complete
 
     def announce(text: str) -> None:
         err.print(f"first stage: {text}", markup=False, highlight=False, soft_wrap=True)
@@ -180,7 +180,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
     )
 
     from hydrosim.compiling.restart import begin, opened
-    from hydrosim.simulation import simulate
+    from hydrosim.studies.simulation import simulate
 
     scene = opened(case.scene())
     start = begin(scene)
@@ -209,7 +209,7 @@ def _save(dataset: xr.Dataset, path: Path) -> None:
 
 
 def _summary(dataset: xr.Dataset, path: Path) -> None:
-    from hydrosim.summary import lines
+    from hydrosim.commands.summary import lines
 
     show(*lines(dataset), f"result    {path}")
 

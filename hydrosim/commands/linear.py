@@ -43,9 +43,9 @@ def linear(
 
     from hydrosim.case import load_case
     from hydrosim.plot.response import draw_response
-    from hydrosim.response import Radiation
     from hydrosim.results.output import write
-    from hydrosim.seakeeping import Wanted, linear_analysis
+    from hydrosim.studies.response import Radiation
+    from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
     path = result_path(output, case_file.with_stem(f"{case_file.stem}_linear"))
     wanted = Wanted(

@@ -15,7 +15,7 @@ from hydrosim.commands.terminal import show
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrosim.sweep import Study
+    from hydrosim.studies.sweep import Study
 
 SHOWN = 5  # failures that are told
 err = Console(stderr=True)
@@ -31,7 +31,7 @@ def sweep(
     ] = None,
 ) -> None:
     """Run a case with all combinations of parameters and seeds; write one netCDF file."""
-    from hydrosim.sweep import load_study
+    from hydrosim.studies.sweep import load_study
 
     path = result_path(output, study_file)
     study = load_study(study_file)
@@ -54,7 +54,7 @@ def _with_progress(study: Study, path: Path, workers: int | None) -> xr.Dataset:
         TimeRemainingColumn,
     )
 
-    from hydrosim.sweep import run_study
+    from hydrosim.studies.sweep import run_study
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     times = (TimeElapsedColumn(), TimeRemainingColumn())

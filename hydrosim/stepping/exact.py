@@ -1,4 +1,4 @@
-"""Kernels of `hydrosim.linear.propagate`: loads on bodies at rest, energies, and records of states that are known."""
+"""Kernels of exact propagation: loads on bodies at rest, energies, records of known states."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """One step of a method from a state; what a run remembers, and the scratch of its steps.
 
-The stages call `hydrosim.dynamics.rhs` by name: kernels that take functions as arguments would be
-compiled anew in every process.
+The stages call `dynamics.rhs` by name: kernels that take functions as arguments would be compiled
+anew in every process.
 """
 
 from __future__ import annotations

@@ -23,7 +23,6 @@ from numpy.testing import assert_array_equal
 from scipy.linalg import block_diag
 
 import hydrosim as hs
-from hydrosim.check import survey
 from hydrosim.compiling.mirror import LATERAL, SMALL
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import opened
@@ -64,6 +63,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
+from hydrosim.studies.check import survey
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

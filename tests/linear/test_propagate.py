@@ -15,7 +15,6 @@ from numpy.testing import assert_allclose
 from scipy import linalg
 
 import hydrosim as hs
-from hydrosim.check import survey
 from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
@@ -52,6 +51,7 @@ from hydrosim.scene import (
     WaveTrain,
 )
 from hydrosim.stepping.dynamics import new_work, rhs
+from hydrosim.studies.check import survey
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]

@@ -30,7 +30,7 @@ from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
 from hydrosim.linear.stability import ray_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
-from hydrosim.simulation import scene_step_limits
+from hydrosim.studies.simulation import scene_step_limits
 
 Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go

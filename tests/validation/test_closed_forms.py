@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from hydrosim import simulate
-from hydrosim.equilibrium import equilibrium
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveForces, WaveTrain
+from hydrosim.studies.equilibrium import equilibrium
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0

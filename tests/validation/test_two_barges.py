@@ -15,11 +15,11 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.check import survey
 from hydrosim.compiling.notes import Notes
 from hydrosim.database import HydroDatabase, load, needed
 from hydrosim.radiation.retardation import diagonal_scale, infinite_added_mass, retardation_function
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
+from hydrosim.studies.check import survey
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

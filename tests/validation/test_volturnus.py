@@ -13,8 +13,8 @@ import pytest
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.forces import LinearMooring
-from hydrosim.response import Radiation, responder
 from hydrosim.scene import Body, Environment, Scene
+from hydrosim.studies.response import Radiation, responder
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "volturnus"
 pytestmark = [

@@ -28,8 +28,8 @@ from hydrosim.documents.layers import read_case
 from hydrosim.documents.units import problem
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
-from hydrosim.many import Progress, prepared, simulate_many
 from hydrosim.scene import Scene
+from hydrosim.studies.many import Progress, prepared, simulate_many
 
 SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
 SEEDS = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'

@@ -11,7 +11,7 @@ from command_line import Command, command
 from moored_barge import CASES
 
 import hydrosim as hs
-from hydrosim.sweep import load_study
+from hydrosim.studies.sweep import load_study
 
 HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
 

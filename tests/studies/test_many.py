@@ -17,9 +17,9 @@ from dry_scenes import steady
 from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim import many
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Solver, Start, WaveTrain
+from hydrosim.studies import many
 
 SHORT = 60.0  # s: with contact from the start
 

@@ -12,9 +12,9 @@ from moored_barge import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.response import Radiation, responder
 from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.response import Radiation, responder
+from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
 Figure = Callable[[str, float], None]
 PERIODS = (5.0, 6.0, 7.5, 8.0, 9.6, 10.0, 12.0, 15.0, 20.0, 24.0)  # s; all of them divide FITTED

@@ -19,9 +19,9 @@ from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import NaturalMode, linearise, natural_modes
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.scene import ConvolutionRadiation, Scene
-from hydrosim.simulation import scene_step_limits
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
+from hydrosim.studies.simulation import scene_step_limits
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 

@@ -9,7 +9,7 @@ import xarray as xr
 from rich.markup import escape
 from rich.table import Table
 
-from hydrosim.converge import Study
+from hydrosim.studies.converge import Study
 
 
 def lines(run: xr.Dataset) -> Iterator[str]:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from moored_barge import in_contact
 
-from hydrosim.converge import common_multiple, converge, to_dataset
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.plot.work_precision import draw_work_precision
 from hydrosim.scene import Body, Method, Scene, Solver, Unstable
+from hydrosim.studies.converge import common_multiple, converge, to_dataset
 
 Figure = Callable[[str, float], None]
 

@@ -11,7 +11,6 @@ from dry_scenes import block, moving, on_floor, steady
 from moored_barge import in_waves, motion, scene_of
 
 import hydrosim as hs
-from hydrosim.equilibrium import ENOUGH, equilibrium
 from hydrosim.errors import InputError
 from hydrosim.forces import (
     AppliedForce,
@@ -23,6 +22,7 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
+from hydrosim.studies.equilibrium import ENOUGH, equilibrium
 
 Figure = Callable[[str, float], None]
 LIFT = 316.1e6  # N

@@ -15,7 +15,7 @@ from moored_barge import ROOT
 
 import hydrosim as hs
 from hydrosim.cli import main
-from hydrosim.stages import outdated
+from hydrosim.studies.stages import outdated
 
 FIRST = """\
 title: Swinging block

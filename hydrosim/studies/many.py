@@ -36,10 +36,10 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Start
-from hydrosim.simulation import run_compiled, simulate, stability_warnings
-from hydrosim.stages import complete
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
+from hydrosim.studies.simulation import run_compiled, simulate, stability_warnings
+from hydrosim.studies.stages import complete
 
 if TYPE_CHECKING:
     from hydrosim.case import Case

@@ -25,7 +25,6 @@ from hydrosim.linear.stability import StepLimit, step_limits
 from hydrosim.results.names import coordinate_names, fender_names, force_names, spring_names
 from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import Method, Scene, Unstable
-from hydrosim.stages import complete
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.run import PITCH, Clock, Record, advance, new_record
 from hydrosim.stepping.stepper import (
@@ -44,6 +43,7 @@ from hydrosim.stepping.stepper import (
     State,
     new_scratch,
 )
+from hydrosim.studies.stages import complete
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -66,7 +66,7 @@ Progress = Callable[[float, int], None]
 
 def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset:
     """Run a case or a scene; the dataset is described in `hydrosim.results.output`. The runs that a
-    case needs are made first, see `hydrosim.stages`.
+    case needs are made first, see `hydrosim.studies.stages`.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``

@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.equilibrium import Rest, equilibrium
 from hydrosim.linear.linearise import Linear, natural_modes
-from hydrosim.response import Radiation, Responder, responder
 from hydrosim.scene import Scene
+from hydrosim.studies.equilibrium import Rest, equilibrium
+from hydrosim.studies.response import Radiation, Responder, responder
 from hydrosim.waves import sea
 
 BINS = 200  # of a response spectrum

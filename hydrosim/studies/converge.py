@@ -16,7 +16,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.scene import ADAPTIVE, LinearScenes, Method, Scene, Tolerance
-from hydrosim.simulation import simulate
+from hydrosim.studies.simulation import simulate
 
 FINER = 4  # the reference's step is the smallest one over this
 ORDER = 4  # of the reference

@@ -138,7 +138,7 @@ class TestRun:
         def load(*arguments: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("hydrosim.simulation.advance", load)
+        monkeypatch.setattr("hydrosim.studies.simulation.advance", load)
         before = files(project)
         result = hydrosim("run", "base.yaml", "-o", "run.nc")
         assert (result.code, result.out) == (130, "")

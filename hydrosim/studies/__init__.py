@@ -1,0 +1,1 @@
+"""One question a file: one run, many, a sweep, convergence, responses."""
