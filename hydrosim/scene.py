@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -19,7 +19,16 @@ from hydrosim.dofs import DOFS
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrosim.database import HydroDatabase
+
+class Hydrodynamics(Protocol):
+    """A database in memory, as `hydrosim.database.HydroDatabase` is: what a scene knows of it is
+    where it comes from and for how many bodies it is."""
+
+    @property
+    def source(self) -> str: ...
+
+    @property
+    def bodies(self) -> int: ...
 
 
 class RadiationModel(StrEnum):
@@ -312,7 +321,7 @@ class Body:
     name: str
     mass: float
     inertia: np.ndarray
-    hydrodynamics: HydroDatabase | Path | None = None
+    hydrodynamics: Hydrodynamics | Path | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
     database_body: int = 1

@@ -21,6 +21,7 @@ from hydrosim.scene import (
     ConstantRadiation,
     ConvolutionRadiation,
     Environment,
+    Hydrodynamics,
     Radiation,
     RadiationModel,
     Scene,
@@ -83,20 +84,31 @@ def wet_groups(scene: Scene) -> list[WetGroup]:
 
     Raises InputError where a database cannot be read or does not fit the scene.
     """
-    opened: dict[HydroDatabase | Path, HydroDatabase] = {}
+    opened: dict[Path | Hydrodynamics, HydroDatabase] = {}
     groups: dict[tuple[object, ...], tuple[HydroDatabase, list[int]]] = {}
     for i, body in enumerate(scene.bodies):
         source = body.hydrodynamics
         if source is None:
             continue
         if source not in opened:
-            opened[source] = source if isinstance(source, HydroDatabase) else database.load(source)
+            opened[source] = in_memory(source)
         db = opened[source]
         _check_environment(db, body, scene.environment)
         # several bodies may be copies of the one in a database, far from each other
         key = (source, i) if db.bodies == 1 else (source, *body.location)
         groups.setdefault(key, (db, []))[1].append(i)
     return [_group(db, members, scene) for db, members in groups.values()]
+
+
+def in_memory(source: Path | Hydrodynamics) -> HydroDatabase:
+    """The database of a body: read from its file, unless it is in memory."""
+    if isinstance(source, Path):
+        return database.load(source)
+    if isinstance(source, HydroDatabase):
+        return source
+    raise InputError(
+        f"hydrodynamics: found {type(source).__name__}; expected a file or a HydroDatabase."
+    )
 
 
 def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:

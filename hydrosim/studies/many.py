@@ -35,7 +35,7 @@ from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
-from hydrosim.scene import Scene, Start
+from hydrosim.scene import Hydrodynamics, Scene, Start
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
 from hydrosim.studies.simulation import run_compiled, simulate, stability_warnings
@@ -344,7 +344,7 @@ class _Shared:
             self._start = scene.initial, opened_start(scene.initial)
         return replace(scene, initial=self._start[1])
 
-    def _database(self, source: HydroDatabase | Path | None) -> HydroDatabase | None:
+    def _database(self, source: Hydrodynamics | Path | None) -> Hydrodynamics | None:
         if not isinstance(source, Path):
             return source
         if source not in self._databases:
