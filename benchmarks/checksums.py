@@ -18,7 +18,7 @@ import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
 from statistics import median
@@ -119,7 +119,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "oscillation": ("numerical_oscillation/base", {}),
     "one dimension": ("one_dimensional/base", {"duration": 800}),
 }
-SPEED = {
+SPEED: dict[str, tuple[str, dict[str, Any]]] = {
     "sphere, 42 states": ("sphere/irregular", {"solver.linear": "step", "duration": 3000}),
     "free barge": (
         "reverse_float_over/base",
@@ -150,10 +150,13 @@ def runs(folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
     yield "two barges", hs.simulate(hs.load_case(pair))
     begun = run_of("reverse_float_over/base", {"duration": 600, "output.states": True})
     begun.to_netcdf(folder / "begun.nc")
-    later = {"initial": {"run": str(folder / "begun.nc"), "time": 550}, "duration": 150}
+    later: dict[str, Any] = {
+        "initial": {"run": str(folder / "begun.nc"), "time": 550},
+        "duration": 150,
+    }
     yield "restart", run_of("reverse_float_over/base", later)
-    later["bodies.barge.radiation"] = settings = "convolution"
-    begun = run_of("reverse_float_over/base", {"duration": 560, "bodies.barge.radiation": settings})
+    later["bodies.barge.radiation"] = "convolution"
+    begun = run_of("reverse_float_over/base", {**CASES["convolution"][1], "duration": 560})
     begun.to_netcdf(folder / "remembers.nc")
     later["initial"] = {"run": str(folder / "remembers.nc")}
     yield "restart of a convolution", run_of("reverse_float_over/base", later)
@@ -231,18 +234,14 @@ def all_checksums() -> dict[str, str]:
 
 def speed() -> dict[str, float]:
     """Steps per second of CPU time, of the time loop alone, once each after a run that compiles."""
-    return {name: _pace(lambda p, n=name: hs.simulate(_scene(n), p)) for name in SPEED}
+    return {name: _pace(*SPEED[name]) for name in SPEED}
 
 
-def _scene(name: str) -> Any:
-    case, settings = SPEED[name]
-    return hs.load_case(HERE / "cases" / f"{case}.yaml", settings)
-
-
-def _pace(simulate: Callable[[Callable[[float, int], None]], object]) -> float:
+def _pace(name: str, settings: dict[str, Any]) -> float:
     marks: list[tuple[float, int]] = []
-    simulate(lambda *_: None)
-    simulate(lambda _, steps: marks.append((process_time(), steps)))
+    case = hs.load_case(HERE / "cases" / f"{name}.yaml", settings)
+    hs.simulate(case)
+    hs.simulate(case, lambda _, steps: marks.append((process_time(), steps)))
     (begin, few), (end, all_) = marks[0], marks[-1]
     return (all_ - few) / (end - begin)
 

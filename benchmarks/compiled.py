@@ -2,46 +2,44 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim import compile_scene
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.symmetry import planar
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.forces import FENDER
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
 
 
-class Compiled(NamedTuple):
-    """A scene, and what `compile_scene` makes of it; ``fits`` are the radiation's of all bodies."""
+class Several(NamedTuple):
+    """A scene as `compile_scene` makes it; ``fits`` are the radiation's of all bodies."""
 
-    scene: Scene
-    model: Model
-    state: State
+    compiled: Compiled
     fits: tuple[StateSpace, ...]
-    notes: Notes
 
-    def first_state(self) -> State:
-        """For a run to carry on."""
-        return deepcopy(self.state)
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        return self.compiled.scene
+
+    @property
+    def model(self) -> Model:
+        """Its constants."""
+        return self.compiled.model
 
 
-def compiled(scene: Scene, in_plane: bool = False) -> Compiled:
+def compiled(scene: Scene, in_plane: bool = False) -> Several:
     """The scene as it is, or in its plane if it is symmetric, as `simulate` has it."""
-    notes = Notes()
-    scene = planar(scene, notes) if in_plane else scene
-    model, state = compile_scene(scene, notes)
-    fits = [fit.on_dofs(wet.dofs[fit.dofs]) for wet in notes.wet for fit in wet.fits]
-    return Compiled(scene, model, state, tuple(fits), notes)
+    found = compile_scene(scene, in_plane)
+    fits = [fit.on_dofs(wet.dofs[fit.dofs]) for wet in found.wet for fit in wet.fits]
+    return Several(found, tuple(fits))
 
 
-def with_states(given: Compiled, total: int) -> Compiled:
+def with_states(given: Several, total: int) -> Several:
     """The same motions by ``total`` radiation states, or one less: each is there several times,
     with a part of the force. For scenes without fenders."""
     share = total / sum(fit.order for fit in given.fits)
@@ -49,7 +47,7 @@ def with_states(given: Compiled, total: int) -> Compiled:
     fits = [_split(fit, round((share * fit.order - fit.real) / 2)) for fit in others]
     rest = total - sum(fit.order for fit in fits)
     fits.append(_split(last, (rest - last.real) // 2))
-    model, y, at = given.model, given.state.y, given.model.radiation
+    model, first, at = given.model, given.compiled.state, given.model.radiation
     more = sum(fit.order for fit in fits) - model.states.decay.size
     elements = list(model.elements)
     elements[FENDER] = elements[FENDER]._replace(state=elements[FENDER].state + more)
@@ -59,8 +57,8 @@ def with_states(given: Compiled, total: int) -> Compiled:
         energy=model.energy + more,
         size=model.size + more,
     )
-    state = given.state._replace(y=np.insert(y, at, np.zeros(more)))
-    return given._replace(model=model, state=state, fits=tuple(fits))
+    state = first._replace(y=np.insert(first.y, at, np.zeros(more)))
+    return Several(replace(given.compiled, model=model, state=state), tuple(fits))
 
 
 def _split(fit: StateSpace, pairs: int) -> StateSpace:

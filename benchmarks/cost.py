@@ -23,8 +23,8 @@ from benchmarks.compiled import compiled
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
-from hydrosim.compiling.model import add_waves, compile_calm
-from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.calm import in_waves
+from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.waves import sea
 
@@ -143,9 +143,9 @@ def _synthesis(repeated: float, wanted: SecondOrder) -> Callable[[], object]:
     scene = long_case(HOURS[0], repeated)
     (barge,) = scene.bodies
     forces = replace(barge.wave_forces, second_order=wanted)
-    scene, notes = replace(scene, bodies=(replace(barge, wave_forces=forces),)), Notes()
-    calm, _ = compile_calm(scene, notes)
-    return partial(add_waves, scene, calm, notes)
+    scene = replace(scene, bodies=(replace(barge, wave_forces=forces),))
+    calm = compile_in_calm(scene)
+    return lambda: in_waves(calm, scene, sea(scene.environment))
 
 
 def _memory(hours: float) -> Row:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from benchmarks.compiled import Compiled
+from benchmarks.compiled import Several
 from hydrosim.forces import CATALOGUE, FENDER, applied_force, linear_mooring
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import mass_matrix, place_bodies
@@ -62,7 +62,7 @@ class Barge(NamedTuple):
     dashpot: float
 
 
-def barge(run: Compiled) -> Barge:
+def barge(run: Several) -> Barge:
     """The constants, out of the compiled base case."""
     model, scene = run.model, run.scene
     mooring = model.elements[CATALOGUE.index(linear_mooring)][0]

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.compiled import Compiled
+from benchmarks.compiled import Several
 from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
 from hydrosim.forces import CATALOGUE, linear_mooring
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER
@@ -63,7 +63,7 @@ class Memory(NamedTuple):
     piece: np.ndarray
 
 
-def sphere_of(run: Compiled) -> Sphere:
+def sphere_of(run: Several) -> Sphere:
     """The constants, out of the compiled scene."""
     model = run.model
     mooring = model.elements[CATALOGUE.index(linear_mooring)][0]

@@ -18,7 +18,7 @@ import xarray as xr
 from benchmarks.base_case import base_case, motions
 from benchmarks.report import Answer, Row
 from hydrosim import compile_scene, simulate
-from hydrosim.compiling.model import compile_clock
+from hydrosim.compiling.clock import compile_clock
 from hydrosim.linear import propagate
 from hydrosim.scene import LinearScenes, Scene
 
@@ -80,8 +80,8 @@ def _scene(step: float, linear: LinearScenes = LinearScenes.EXACT) -> Scene:
 def _parts() -> dict[str, float]:
     """Times [s] of what a propagated run takes for its motions alone, after the waves' ramp."""
     scene = _scene(STEP)
-    model, state = compile_scene(scene)
-    clock = compile_clock(scene, model)
+    compiled = compile_scene(scene)
+    model, state, clock = compiled.model, compiled.first_state(), compile_clock(compiled)
     begin = process_time()
     equation = propagate.linear_equation(model, state)
     pieces, parts = propagate.division(scene.output_step, propagate.node_spacing(clock, model))

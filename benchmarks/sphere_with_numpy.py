@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import interp1d
 from scipy.linalg import block_diag
 
-from benchmarks.compiled import Compiled
+from benchmarks.compiled import Several
 from benchmarks.limit_sphere import sphere_of, wave_loads
 from hydrosim import compile_scene
 
@@ -74,11 +74,11 @@ class Equation:
         return np.concatenate((v, self.inverse @ force, self.A @ x + self.B @ v))
 
 
-def equation(run: Compiled) -> Equation:
+def equation(run: Several) -> Equation:
     """The matrices of a scene, out of the compiled one, and a finer table of its waves."""
-    scene, (wet,) = run.scene, run.notes.wet
+    scene, (wet,) = run.scene, run.compiled.wet
     constants = sphere_of(run)
-    fine, _ = compile_scene(replace(scene, solver=replace(scene.solver, step=2 * TABLE)))
+    fine = compile_scene(replace(scene, solver=replace(scene.solver, step=2 * TABLE))).model
     B = [np.eye(6)[:, fit.dofs] @ fit.B.T for fit in run.fits]
     C = [np.eye(6)[:, fit.dofs] @ fit.C for fit in run.fits]
     lags = np.arange(0.0, wet.memory.time[-1], scene.solver.step)

@@ -143,7 +143,7 @@ def _error(velocity: np.ndarray, reference: np.ndarray) -> float:
 
 def _limit(scene: Scene, method: Method) -> float:
     scene = replace(scene, solver=Solver(method=method, step=FINE))
-    return scene_step_limits(scene, *compile_scene(scene))[0].step
+    return scene_step_limits(compile_scene(scene))[0].step
 
 
 def _counts(law: str, found: Map) -> list[Row]:

@@ -20,7 +20,7 @@ import xarray as xr
 from benchmarks import limit, limit_sphere
 from benchmarks import sphere_with_numpy as by_numpy
 from benchmarks.base_case import barges, base_case, free_barge, motions, touches, with_fenders
-from benchmarks.compiled import Compiled, compiled, with_states
+from benchmarks.compiled import Several, compiled, with_states
 from benchmarks.report import Answer, Row
 from benchmarks.sphere import sphere
 from benchmarks.timing import Timed, interleaved, time_loop, timed
@@ -157,7 +157,7 @@ def _rk4(rates: by_numpy.Rates, sizes: np.ndarray) -> np.ndarray:
 
 
 def _interleaved(
-    ours: Mapping[str, Compiled],
+    ours: Mapping[str, Several],
     loops: Mapping[str, Callable[[], np.ndarray]],
     slow: Mapping[str, Callable[[], np.ndarray]],
 ) -> dict[str, Timed]:

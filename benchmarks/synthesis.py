@@ -40,7 +40,7 @@ def _row(database: HydroDatabase, hours: float, wanted: SecondOrder) -> Row:
 
     def made() -> tuple[float, int]:
         begin = process_time()
-        model = wave_loads_model(water, [body], 0.0, 0.05, duration)
+        model = wave_loads_model(sea(water), [body], 0.0, 0.05, duration)
         return process_time() - begin, model.values.nbytes
 
     seconds, size = zip(*(made() for _ in range(REPEATS)), strict=True)

@@ -8,7 +8,7 @@ from statistics import median
 from time import process_time
 from typing import Any, NamedTuple, TypeVar
 
-from benchmarks.compiled import Compiled
+from benchmarks.compiled import Several
 from hydrosim.studies.simulation import run_compiled
 
 Key = TypeVar("Key")
@@ -28,9 +28,9 @@ def timed(function: Callable[[], Any]) -> Timed:
     return Timed(result, process_time() - begin)
 
 
-def time_all(run: Compiled) -> Timed:
+def time_all(run: Several) -> Timed:
     """Simulate to a dataset; the time of that, all told but compiling the scene."""
-    return timed(partial(run_compiled, run.scene, run.model, run.first_state(), run.notes, None))
+    return timed(partial(run_compiled, run.compiled))
 
 
 class _Marks:
@@ -51,10 +51,10 @@ class _Marks:
         return (end - begin) * all_ / max(all_ - few, 1)
 
 
-def time_loop(run: Compiled) -> Timed:
+def time_loop(run: Several) -> Timed:
     """Simulate to a dataset by steps; the time is that of their loop alone, records included."""
     marks = _Marks()
-    result = run_compiled(run.scene, run.model, run.first_state(), run.notes, marks)
+    result = run_compiled(run.compiled, marks)
     return Timed(result, marks.seconds())
 
 

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from benchmarks import sphere_with_numpy as by_numpy
 from benchmarks.base_case import FINEST, motions, short_case
-from benchmarks.compiled import Compiled, compiled, with_states
+from benchmarks.compiled import Several, compiled, with_states
 from benchmarks.report import Answer, Row
 from benchmarks.sphere import sphere
 from benchmarks.timing import Timed, interleaved, time_all, time_loop, timed
@@ -132,12 +132,12 @@ def _base_case() -> tuple[list[Trial], float]:
     return _judged(found, fine, SURGE), _largest(coarse - fine, fine) / 15
 
 
-def _short(step: float, method: Method = Method.RK4) -> Compiled:
+def _short(step: float, method: Method = Method.RK4) -> Several:
     """The base case, which is symmetric, in its plane."""
     return compiled(short_case(step, method), in_plane=True)
 
 
-def _attempt(run: Compiled) -> Timed:
+def _attempt(run: Several) -> Timed:
     """The run, or as far as it goes."""
     try:
         return time_loop(run)
@@ -145,13 +145,13 @@ def _attempt(run: Compiled) -> Timed:
         return Timed(error.dataset, nan)
 
 
-def _ours(**solver: Any) -> Compiled:
+def _ours(**solver: Any) -> Several:
     """The sphere with these settings of the solver."""
     scene = sphere(DURATION, kinematics=Kinematics.LINEAR, output_step=RECORDED, **solver)
     return with_states(compiled(scene), STATES)
 
 
-def _direct(step: float) -> Compiled:
+def _direct(step: float) -> Several:
     """The sphere with a convolution."""
     return compiled(sphere(DURATION, MEMORY, Kinematics.LINEAR, RECORDED, step=step))
 
@@ -211,7 +211,7 @@ def _tolerant(scene: Scene, tolerance: Tolerance) -> Scene:
     return replace(scene, solver=replace(scene.solver, tolerance=tolerance))
 
 
-def _motion(run: Compiled, dof: int) -> np.ndarray:
+def _motion(run: Several, dof: int) -> np.ndarray:
     """Of a run that is not timed."""
     return motions(time_loop(run).result)[:, dof]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrosim.case import Case, load_case
-    from hydrosim.compiling.model import compile_scene
+    from hydrosim.compiling.compile import compile_scene
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
@@ -31,7 +31,7 @@ _HOME = {
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.linearise",
-    "compile_scene": "compiling.model",
+    "compile_scene": "compiling.compile",
     "Scene": "scene",
     "simulate": "studies.simulation",
     "simulate_many": "studies.many",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,40 +15,49 @@ from hydrosim.forces import Recorded, signals_of
 from hydrosim.results.names import dofs_of
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import components, energy_outside, sea, separate_headings
+from hydrosim.waves import Components, components, energy_outside, separate_headings
 
+Seas = Sequence[Components]
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond a database's range
 
 
-@dataclass
+@dataclass(frozen=True)
 class Notes:
-    """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated,
-    and the databases in use; what became of `symmetry` in words, and the names of the coordinates
-    that are ``zero`` by it."""
+    """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated;
+    what became of ``symmetry`` in words, and the names of the coordinates that are ``zero`` by it.
+    """
 
-    skipped: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    records: list[str] = field(default_factory=list)
-    wet: list[WetGroup] = field(default_factory=list)
+    skipped: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    records: tuple[str, ...] = ()
     symmetry: str = ""
     zero: tuple[str, ...] = ()
 
+    def warned(self, more: Iterable[str]) -> Notes:
+        """The notes with ``more`` warnings."""
+        return replace(self, warnings=(*self.warnings, *more))
 
-def take_note(scene: Scene, model: Model, notes: Notes) -> None:
-    """Fill ``notes`` with what is skipped and what is worth a warning.
+
+def notes_of_sea(
+    scene: Scene, wet: Sequence[WetGroup], model: Model, seas: Seas, notes: Notes
+) -> Notes:
+    """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``.
 
     Raises InputError where a sea is mostly beyond a database's frequencies.
     """
-    alone = each_alone(notes.wet)
-    notes.skipped.extend(_skipped(scene, model, alone, notes.zero))
-    notes.records.extend(_records(scene))
-    notes.warnings.extend(_fit_warnings(notes.wet))
+    alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
     for body in scene.bodies:
         if body.name in alone and body.dofs:
-            notes.warnings.extend(_mass_warnings(body, alone[body.name]))
-            notes.warnings.extend(range_warnings(scene, body, alone[body.name]))
-            notes.warnings.extend(_heading_warnings(scene, body, alone[body.name]))
+            warnings.extend(_mass_warnings(body, alone[body.name]))
+            warnings.extend(range_warnings(seas, body, alone[body.name]))
+            warnings.extend(_heading_warnings(seas, body, alone[body.name]))
+    return replace(
+        notes,
+        skipped=tuple(_skipped(scene, model, alone, seas, notes.zero)),
+        records=tuple(_records(scene)),
+        warnings=(*warnings, *notes.warnings),
+    )
 
 
 def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
@@ -72,12 +81,12 @@ def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:
         )
 
 
-def range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
+def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Energy of the whole sea beyond a database's frequencies, where first-order loads are zero.
 
     Raises InputError if it is too much.
     """
-    seas, frequency = sea(scene.environment), db.frequency
+    frequency = db.frequency
     if not (seas and body.wave_forces.first_order):
         return
     energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
@@ -95,10 +104,10 @@ def range_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]
         yield f"{text}: no first-order loads there."
 
 
-def _heading_warnings(scene: Scene, body: Body, db: HydroDatabase) -> Iterator[str]:
+def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """QTFs without pairs of headings."""
     second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
-    for waves in sea(scene.environment) if second else ():
+    for waves in seas if second else ():
         if separate_headings(db, waves):
             yield (
                 f"{db.source} has QTFs for pairs of waves of one heading only: waves of"
@@ -129,7 +138,11 @@ def _records(scene: Scene) -> Iterator[str]:
 
 
 def _skipped(
-    scene: Scene, model: Model, wet: Mapping[str, HydroDatabase], zero: Sequence[str]
+    scene: Scene,
+    model: Model,
+    wet: Mapping[str, HydroDatabase],
+    seas: Seas,
+    zero: Sequence[str],
 ) -> Iterator[str]:
     for body in scene.bodies:
         left_out = [dof for dof in DOFS if dof not in body.dofs]
@@ -148,10 +161,9 @@ def _skipped(
         and i not in model.waves.first_dof
         and i // 6 not in model.following.body
     ]
-    waves = sea(scene.environment)
-    if waves and unloaded:
+    if seas and unloaded:
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)
-    if not waves:
+    if not seas:
         yield "no waves: no wave loads"
     if model.waves.second_dof.size == 0:
         yield "no second-order loads"

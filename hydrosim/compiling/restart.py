@@ -69,8 +69,8 @@ def opened_start(start: Start) -> Start:
 
 
 def begin(scene: Scene) -> float:
-    """Time at which a run of the scene begins [s]: 0, or that of the state it starts from."""
-    start = opened(scene).initial
+    """Time at which a run of an `opened` scene begins [s]: 0, or that of what it starts from."""
+    start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
 
 

@@ -2,8 +2,8 @@
 
 Where hulls, masses, force elements, waves and streams of a scene are symmetric about the vertical
 plane y = const through its bodies, and its state at the start is, no load leads out of that plane
-ever: sway, roll and yaw are zero. `planar` takes them out of a scene before it is run, as if it had
-been written without them.
+ever: sway, roll and yaw are zero. `planar` takes them out of a compiled scene before it is run, as
+if it had been written without them.
 
 Matrices and wave loads count as symmetric where what leads out of the plane is below `SMALL` (1e-6)
 of what stays in it. Only waves along the plane are symmetric, to 0 or 180 deg: of a sea with waves
@@ -24,11 +24,11 @@ import numpy as np
 import xarray as xr
 from scipy import linalg
 
+from hydrosim.compiling.calm import compile_calm
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.mirror import COUPLES, LATERAL, SMALL, couples, without_image
-from hydrosim.compiling.model import check_scene, compile_calm
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import begin, check_fit, resume
-from hydrosim.compiling.wet import WetGroup, each_alone, wet_groups
+from hydrosim.compiling.start import first_state
+from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import FENDER
@@ -39,7 +39,7 @@ from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.stepper import State
-from hydrosim.waves import Components, sea
+from hydrosim.waves import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
@@ -48,36 +48,34 @@ GROWTH = 1e-4  # 1/s: slower than this is no instability but rounding
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
 
-def planar(scene: Scene, notes: Notes) -> Scene:
-    """An `opened` scene without sway, roll and yaw if it is symmetric; else as it is.
-
-    Fills `Notes.symmetry`, `Notes.zero` and, where it must look at them, the databases of
-    ``notes``. Raises InputError as `compile_scene` does.
-    """
-    check_scene(scene)
+def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
+    """A scene in calm water without sway, roll and yaw if it is symmetric, also in the ``sea`` that
+    is drawn of its waves; else as it is. Its notes say which, and why."""
+    scene = calm.scene
     names = coordinate_names(scene)
     zero = tuple(name for name in names if _leads_aside([name]))
     if not 0 < len(zero) < len(names):
-        return scene
+        return calm
     ignored = scene.solver.symmetry == Symmetry.IGNORE
-    reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(scene, notes))
-    if not reasons:
-        model, fresh = compile_calm(replace(scene, initial=None), notes)
-        aside = {name: _leads_aside(of) for name, of in moving_names(scene, model).items()}
-        reasons = list(_at_start(scene, model, fresh, aside))
+    reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(calm, sea))
+    aside = {name: _leads_aside(of) for name, of in moving_names(scene, calm.model).items()}
+    reasons = reasons or list(_at_start(calm, aside))
     if reasons:
-        notes.symmetry = f"in all degrees of freedom: {'; '.join(reasons)}"
-        return scene
-    notes.symmetry = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
-    notes.zero = zero
-    return _in_plane(scene, {name for name in aside if aside[name]})
+        said = f"in all degrees of freedom: {'; '.join(reasons)}"
+        return replace(calm, notes=replace(calm.notes, symmetry=said))
+    reduced = compile_calm(_in_plane(scene, {name for name in aside if aside[name]}), calm.wet)
+    said = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
+    notes = replace(calm.notes, symmetry=said, zero=zero)
+    return replace(reduced, notes=notes, whole=calm)
 
 
-def wave_asymmetries(scene: Scene, groups: Sequence[WetGroup]) -> Iterator[str]:
+def wave_asymmetries(
+    scene: Scene, groups: Sequence[WetGroup], sea: Sequence[Components]
+) -> Iterator[str]:
     """Why waves of the scene load its bodies out of their plane; nothing if they do not."""
     alone = each_alone(groups)
     loaded = [b for b in scene.bodies if b.name in alone and _wave_loads(b.wave_forces)]
-    headings = np.concatenate([np.zeros(0), *(w.heading for w in sea(scene.environment))])
+    headings = np.concatenate([np.zeros(0), *(waves.heading for waves in sea)])
     headings = np.unique(headings if loaded else np.zeros(0))
     aside = np.degrees(headings[np.abs(np.sin(headings)) > SMALL])
     if aside.size:
@@ -87,8 +85,9 @@ def wave_asymmetries(scene: Scene, groups: Sequence[WetGroup]) -> Iterator[str]:
             yield from _wave_loads_aside(alone[body.name], body.wave_forces, headings)
 
 
-def _asymmetries(scene: Scene, notes: Notes) -> Iterator[str]:
+def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     """What is not symmetric in a scene, but for its state at the start."""
+    scene = calm.scene
     y, rotations = _plane(scene.bodies[0]), ASIDE[3:]
     for body in scene.bodies:
         if abs(_plane(body) - y) > NEAR:
@@ -100,10 +99,9 @@ def _asymmetries(scene: Scene, notes: Notes) -> Iterator[str]:
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
             yield f"{name} to {np.degrees(stream.heading):g} deg"
-    notes.wet = notes.wet or wet_groups(scene)
-    for group in notes.wet:
+    for group in calm.wet:
         yield from _couplings(group)
-    yield from wave_asymmetries(scene, notes.wet)
+    yield from wave_asymmetries(scene, calm.wet, sea)
 
 
 def _plane(body: Body) -> float:
@@ -162,13 +160,10 @@ def _load_aside(
         yield f"{what} of {db.source} in {', '.join(far)}"
 
 
-def _at_start(scene: Scene, model: Model, fresh: State, aside: Mapping[str, bool]) -> Iterator[str]:
-    """What leads out of the plane in the state that a scene starts from, ``fresh`` if from no other
-    run; ``aside`` says of the first states in y whether they do."""
-    state, leads = fresh, np.array([*aside.values()])
-    if scene.initial is not None:
-        check_fit(scene, model)
-        state = resume(scene, model, fresh)
+def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
+    """What leads out of the plane in the state that a scene starts from; ``aside`` says of the
+    first states in y whether they do."""
+    model, state, leads = calm.model, calm.state, np.array([*aside.values()])
     size = np.abs(state.y[: leads.size])
     still = np.where(np.arange(leads.size) < model.radiation, NEAR, NEAR * size.max())
     off = [name for name, is_off in zip(aside, leads & (size > still), strict=True) if is_off]
@@ -180,7 +175,7 @@ def _at_start(scene: Scene, model: Model, fresh: State, aside: Mapping[str, bool
         yield "the motions before the start"
     elif not _mirrored_contacts(model, state):
         yield "the contacts at the start"
-    elif _growth(scene, model, fresh, leads) > GROWTH:
+    elif _growth(calm, leads) > GROWTH:
         yield f"{', '.join(LATERAL)} are not stable"
 
 
@@ -204,9 +199,10 @@ def _mirrored_contacts(model: Model, state: State) -> bool:
     return bool(np.all(images.any(axis=1)))
 
 
-def _growth(scene: Scene, model: Model, state: State, aside: np.ndarray) -> float:
-    """The fastest growth of motions out of the plane about the start [1/s]."""
-    J = linearise(model, state, time=begin(scene)).jacobian
+def _growth(calm: Compiled, aside: np.ndarray) -> float:
+    """The fastest growth of motions out of the plane about a start from rest [1/s]."""
+    state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
+    J = linearise(calm.model, state, time=calm.begin).jacobian
     return float(linalg.eigvals(J[: aside.size, : aside.size][np.ix_(aside, aside)]).real.max())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from pathlib import Path
 
@@ -52,10 +53,25 @@ class WetGroup:
     damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
 
+    @cached_property
+    def alone(self) -> dict[str, HydroDatabase]:
+        """By the names of the bodies, each one's own part of the database: the others are held."""
+        return {name: database.body_of(self.database, k) for k, name in enumerate(self.names)}
+
     @property
     def names(self) -> list[str]:
         """Names of the bodies."""
         return [body.name for body in self.bodies]
+
+    def with_states(self, tolerance: float) -> WetGroup:
+        """The group with states instead of a convolution, whose memory cannot be linearised."""
+        bodies = tuple(with_states(body, tolerance) for body in self.bodies)
+        chosen = radiation_of(bodies[0])
+        if chosen == self.radiation:
+            return self
+        db = self.database
+        fits = radiation.fit(db.checksum, db.source, self.memory, db.frequency, tolerance)
+        return replace(self, bodies=bodies, radiation=chosen, fits=fits)
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
@@ -210,12 +226,8 @@ def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> Non
 
 
 def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
-    """By the names of all wet bodies, each one's own part of its database: the others are held."""
-    return {
-        name: database.body_of(wet.database, k)
-        for wet in groups
-        for k, name in enumerate(wet.names)
-    }
+    """By the names of all wet bodies, each one's own part of its database."""
+    return {name: own for wet in groups for name, own in wet.alone.items()}
 
 
 def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:

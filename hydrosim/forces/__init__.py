@@ -92,6 +92,11 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> tu
     return tuple(kind.compile_elements(elements, layout) for kind in CATALOGUE)
 
 
+def without_friction(elements: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The same elements with contacts that slip freely."""
+    return (*elements[:FENDER], fender.without_friction(elements[FENDER]), *elements[FENDER + 1 :])
+
+
 def new_modes(elements: tuple[Any, ...]) -> np.ndarray:
     """Modes (nf + ns, 3) of all contact points and springs, for `settle`."""
     rows = elements[FENDER].points.size + elements[SPRING].lines.size

@@ -13,7 +13,7 @@ The whole state y is in `state_value` (state_time, state) by name, for a start f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from math import prod
 from pathlib import Path
@@ -40,7 +40,7 @@ from hydrosim.results.phases import Phase, contact_phases
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.run import Record, channels
-from hydrosim.waves import elevations, sea
+from hydrosim.waves import Components, elevations
 
 LOST = -1  # the last of what `observe` says of a point
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
@@ -93,13 +93,14 @@ REMEDY = "expected the result of `hydrosim run`, such as run.nc"
 def to_dataset(
     scene: Scene,
     model: Model,
+    sea: Sequence[Components],
     record: Record,
     count: int,
     history: VelocityHistory,
     attributes: Mapping[str, object],
 ) -> xr.Dataset:
-    """The first ``count`` records as a dataset with ``attributes``, and the velocity ``history`` at
-    the end."""
+    """The first ``count`` records as a dataset with ``attributes``, the waves of the ``sea`` at the
+    probes, and the velocity ``history`` at the end."""
     values = unpack(model, record, count)
     time = values["time"]
     data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
@@ -113,7 +114,7 @@ def to_dataset(
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
     data.update(_fenders(time, values["contact"], modes[:, : points.shape[1]], points))
     data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
-    data.update(_probes(scene, time))
+    data.update(_probes(scene, sea, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, modes))
@@ -254,12 +255,14 @@ def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str,
     }
 
 
-def _probes(scene: Scene, time: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+def _probes(
+    scene: Scene, sea: Sequence[Components], time: np.ndarray
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     """Elevation at the probes: a sum over the components, for nothing in a run depends on it."""
     if not scene.wave_probes:
         return {}
     points = np.array(list(scene.wave_probes.values()))
-    found = elevations(sea(scene.environment), points, time)
+    found = elevations(sea, points, time)
     return {"wave_elevation_at_probe": (("time", "probe"), found)}
 
 

@@ -10,17 +10,17 @@ from rich.console import JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from hydrosim.compiling.model import compile_clock, compile_scene
+from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import begin, opened, resume, started_from
-from hydrosim.compiling.symmetry import planar
-from hydrosim.compiling.wet import radiation_of, with_states
+from hydrosim.compiling.restart import resume, started_from
+from hydrosim.compiling.wet import with_states
 from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import NaturalMode, linearise, natural_modes
 from hydrosim.linear.linearity import propagated, solution
-from hydrosim.scene import ConvolutionRadiation, Scene
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
+from hydrosim.scene import Scene
 from hydrosim.studies.simulation import scene_step_limits
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
@@ -28,17 +28,14 @@ CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where 
 
 def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
-    decided, given = Notes(), opened(scene)
-    scene = planar(given, decided)
-    if scene.initial is not None:
-        compile_scene(scene)  # refuses what does not fit
-    notes = Notes(symmetry=decided.symmetry, zero=decided.zero)
-    model, state = _with_states(scene, notes)
-    clock = compile_clock(scene, model)
+    own = compile_scene(scene, in_plane=True)
+    compiled = linearisable(own)
+    scene, model, notes = compiled.scene, compiled.model, compiled.notes
+    clock = compile_clock(compiled)
     yield scene.title
     for key, value in started_from(scene).items():
         yield f"{key.replace('_', ' ')}: {value}"
-    if any(isinstance(radiation_of(body), ConvolutionRadiation) for body in scene.bodies):
+    if compiled is not own:
         yield "radiation by convolution; states are for step limits and natural periods alone"
     yield (
         f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
@@ -54,7 +51,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
-    for wet in notes.wet:
+    for wet in compiled.wet:
         yield f"{', '.join(wet.names)}:"
         for key, value in wet.provenance().items():
             yield f"  {key.replace('_', ' ')}: {value}"
@@ -69,25 +66,31 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     for line in notes.warnings:
         yield f"warning: {line}"
     if not propagated(scene, model):
-        yield from _limits(scene, model, state)
-    if scene is not given:
-        model, state = _with_states(given, Notes())
-    yield _periods(scene, natural_modes(linearise(model, state, time=begin(scene))))
+        yield from _limits(compiled)
+    whole = linearisable(own.whole) if own.whole else compiled
+    linear = linearise(whole.model, whole.state, time=whole.begin)
+    yield _periods(scene, natural_modes(linear))
 
 
-def _with_states(scene: Scene, notes: Notes) -> tuple[Model, State]:
-    """The compiled scene, and its state at the start, with states instead of a convolution."""
-    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in scene.bodies)
-    model, state = compile_scene(replace(scene, bodies=bodies, initial=None), notes)
-    return model, state if scene.initial is None else resume(scene, model, state)
+def linearisable(compiled: Compiled) -> Compiled:
+    """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
+    if compiled.model.convolution.row.size == 0:
+        return compiled
+    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in compiled.scene.bodies)
+    scene = replace(compiled.scene, bodies=bodies)
+    wet = [group.with_states(CLOSE_ENOUGH) for group in compiled.wet]
+    fresh = compile_calm(replace(scene, initial=None), wet)
+    state = fresh.state if scene.initial is None else resume(scene, fresh.model, fresh.state)
+    calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
+    return in_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)
 
 
-def _limits(scene: Scene, model: Model, state: State) -> Iterator[str]:
-    limits = scene_step_limits(scene, model, state, each_alone=True)
+def _limits(compiled: Compiled) -> Iterator[str]:
+    limits, solver = scene_step_limits(compiled, each_alone=True), compiled.scene.solver
     for limit in limits:
-        yield limit.describe(scene.solver.step)
+        yield limit.describe(solver.step)
     if not limits:
-        yield f"no step is too large for {scene.solver.method} to be stable"
+        yield f"no step is too large for {solver.method} to be stable"
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

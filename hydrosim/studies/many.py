@@ -14,7 +14,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from numbers import Number
@@ -26,8 +25,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.model import add_waves, check_scene, compile_calm
-from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened_start
 from hydrosim.compiling.symmetry import planar, wave_asymmetries
 from hydrosim.compiling.wet import WetGroup, wet_groups
@@ -36,10 +36,9 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Hydrodynamics, Scene, Start
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
-from hydrosim.studies.simulation import run_compiled, simulate, stability_warnings
+from hydrosim.studies.simulation import run_compiled, simulate, warned_of_steps
 from hydrosim.studies.stages import complete
+from hydrosim.waves import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -56,14 +55,12 @@ Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
 
 
-class _Parts(NamedTuple):
-    """What scenes that differ in their waves alone have in common, if these are symmetric alike;
-    ``notes`` are those without waves."""
+class _Work(NamedTuple):
+    """A scene, the sea drawn of its waves, and all else compiled."""
 
     scene: Scene
-    model: Model
-    state: State
-    notes: Notes
+    sea: tuple[Components, ...]
+    calm: Compiled
 
 
 class _Outcome(NamedTuple):
@@ -222,7 +219,7 @@ def _run_all(
     with ThreadPoolExecutor(workers) as pool:
         try:
             for scene in scenes:
-                pending.append(pool.submit(_run, scene, shared.parts(scene), digest, stop))
+                pending.append(pool.submit(_run, shared.prepared(scene), digest, stop))
                 while len(pending) > (1 + AHEAD) * workers:
                     take()
             while pending:
@@ -247,10 +244,7 @@ def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
 
 
 def _run(
-    scene: Scene,
-    parts: _Parts | HydrosimError,
-    digest: Callable[[xr.Dataset], xr.Dataset],
-    stop: Event,
+    work: _Work | HydrosimError, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
 ) -> _Outcome:
     """One run, in a thread of its own; it ends early once ``stop`` is set."""
 
@@ -258,17 +252,13 @@ def _run(
         if stop.is_set():
             raise KeyboardInterrupt
 
-    if isinstance(parts, HydrosimError):
-        return _Outcome("failed", str(parts))
+    if isinstance(work, HydrosimError):
+        return _Outcome("failed", str(work))
     if stop.is_set():
         return _Outcome(NOT_RUN)
-    # what is read from files is read: netCDF knows no threads
-    scene = replace(scene, bodies=parts.scene.bodies, initial=parts.scene.initial)
-    notes = replace(parts.notes, skipped=[], warnings=[], records=[])
     try:
-        model = add_waves(scene, parts.model, notes)
-        notes.warnings.extend(parts.notes.warnings)
-        run = run_compiled(scene, model, deepcopy(parts.state), notes, watch)
+        compiled = in_waves(work.calm, work.scene, work.sea)
+        run = run_compiled(compiled, watch)
     except HydrosimError as error:
         return _Outcome("failed", str(error))
     except KeyboardInterrupt:
@@ -277,7 +267,7 @@ def _run(
     if status != COMPLETE:
         return _Outcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in OWN}
-    return _Outcome(status, "", "\n".join(notes.warnings), digest(run), common)
+    return _Outcome(status, "", "\n".join(compiled.notes.warnings), digest(run), common)
 
 
 def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
@@ -306,32 +296,30 @@ class _Shared:
         self._databases: dict[Path, HydroDatabase] = {}
         self._start: tuple[Start, Start] | None = None
         self._calm: Scene | None = None
-        self._wet: list[WetGroup] = []
-        self._made: tuple[list[str], _Parts] | None = None
+        self._wet: tuple[WetGroup, ...] = ()
+        self._made: tuple[list[str], Compiled] | None = None
 
-    def parts(self, scene: Scene) -> _Parts | HydrosimError:
-        """The parts of a scene, or why there are none."""
+    def prepared(self, scene: Scene) -> _Work | HydrosimError:
+        """A scene in calm water and its sea, or why there is none."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
         if self._calm is None or not alike(calm, self._calm):
-            self._calm, self._wet, self._made = calm, [], None
+            self._calm, self._wet, self._made = calm, (), None
         try:
             check_scene(scene)
             scene = self._opened(scene)
-            self._wet = self._wet or wet_groups(scene)
-            aside = list(wave_asymmetries(scene, self._wet))
+            self._wet = self._wet or tuple(wet_groups(scene))
+            drawn = sea(scene.environment)
+            aside = list(wave_asymmetries(scene, self._wet, drawn))
             if self._made is None or self._made[0] != aside:
-                self._made = aside, self._compiled(scene)
+                whole = compile_calm(scene, self._wet)
+                self._made = aside, warned_of_steps(planar(whole, drawn))
         except HydrosimError as error:
             return error
-        return self._made[1]
-
-    def _compiled(self, scene: Scene) -> _Parts:
-        notes = Notes(wet=self._wet)
-        scene = planar(scene, notes)
-        model, state = compile_calm(scene, notes)
-        notes.warnings.extend(stability_warnings(scene, model, state))
-        return _Parts(scene, model, state, notes)
+        made = self._made[1]
+        # what is read from files is read: netCDF knows no threads
+        scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
+        return _Work(scene, drawn, made)
 
     def _opened(self, scene: Scene) -> Scene:
         bodies = tuple(

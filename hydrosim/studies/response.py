@@ -18,8 +18,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from hydrosim.compiling.model import compile_scene, wave_bodies
-from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.calm import wave_bodies
+from hydrosim.compiling.compile import compile_in_calm
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup, with_states
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.radiation import TOLERANCE
@@ -81,35 +82,39 @@ class Responder:
 
 
 def responder(
-    scene: Scene,
+    scene: Scene | Compiled,
     state: State | None = None,
     radiation: Radiation = Radiation.MODEL,
     time: float = 0.0,
 ) -> Responder:
-    """The scene made linear about ``state`` (of its start, or of `equilibrium`), with contacts as
-    they are there and applied forces as at ``time`` [s].
+    """The scene, or what `compile_for_linear` makes of it, made linear about ``state`` (of its
+    start, or `at_rest`), with contacts as they are there and applied forces as at ``time`` [s].
 
     A convolution counts as its state-space model. Raises InputError if the scene cannot be
     compiled.
     """
-    own, notes = radiation == Radiation.DATABASE, Notes()
-    model, start = compile_scene(_for_linear(scene, own), notes)
-    linear = linearise(model, start if state is None else _of_model(model, state), time=time)
-    bodies = wave_bodies(scene, notes.wet)
-    groups = notes.wet if own else ()
+    compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation)
+    scene, model = compiled.scene, compiled.model
+    about = compiled.state if state is None else _of_model(model, state)
+    linear = linearise(model, about, time=time)
+    bodies = wave_bodies(scene, compiled.wet)
+    groups = compiled.wet if radiation == Radiation.DATABASE else ()
     return Responder(linear, bodies, scene.environment, model.added_mass, groups)
 
 
-def _for_linear(scene: Scene, without_memory: bool) -> Scene:
-    """The scene with a radiation that can be made linear, and with no waves to synthesise."""
+def compile_for_linear(
+    scene: Scene, radiation: Radiation = Radiation.MODEL, time: float = 0.0
+) -> Compiled:
+    """The scene from its own start, in calm water, with a radiation that can be made linear: with
+    states, or none where it is that of the databases; long enough for ``time`` [s]."""
     bodies = [
         replace(body, radiation=RadiationModel.NONE)
-        if without_memory
+        if radiation == Radiation.DATABASE
         else with_states(body, TOLERANCE)
         for body in scene.bodies
     ]
-    calm = replace(scene.environment, waves=())
-    return replace(scene, bodies=tuple(bodies), environment=calm, initial=None)
+    long = max(scene.duration, time)
+    return compile_in_calm(replace(scene, bodies=tuple(bodies), initial=None, duration=long))
 
 
 def _of_model(model: Model, state: State) -> State:

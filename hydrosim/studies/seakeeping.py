@@ -7,17 +7,18 @@ exp(+i w t), relative to the elevation at the earth's origin.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
+from hydrosim.linear.equilibrium import Rest
 from hydrosim.linear.linearise import Linear, natural_modes
 from hydrosim.scene import Scene
-from hydrosim.studies.equilibrium import Rest, equilibrium
-from hydrosim.studies.response import Radiation, Responder, responder
-from hydrosim.waves import sea
+from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
+from hydrosim.studies.rest import at_rest
+from hydrosim.waves import Components, sea
 
 BINS = 200  # of a response spectrum
 EXPOSURE = 10800.0  # s
@@ -39,14 +40,17 @@ class Wanted:
 
 def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     """Everything linear about a scene's place at rest; raises InputError if there is none."""
-    rest = equilibrium(scene, wanted.time)
-    about = responder(scene, rest.state, wanted.radiation, wanted.time)
+    compiled = compile_for_linear(scene, wanted.radiation, wanted.time)
+    seas = sea(scene.environment)
+    rest = at_rest(compiled, wanted.time)
+    drifted = at_rest(replace(compiled, sea=seas), wanted.time, mean_drift=True)
+    about = responder(compiled, rest.state, wanted.radiation, wanted.time)
     dataset = xr.merge(
         [
-            _at_rest(scene, rest, wanted),
+            _at_rest(scene, rest, drifted),
             _modes(scene, about.linear),
             _raos(scene, about, wanted),
-            _in_sea(scene, about, wanted.exposure),
+            _in_sea(scene, seas, about, wanted.exposure),
         ]
     )
     dataset.attrs.update(
@@ -55,15 +59,14 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     return dataset
 
 
-def _at_rest(scene: Scene, rest: Rest, wanted: Wanted) -> xr.Dataset:
+def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     """Place at rest, and how far mean drift takes the bodies from it."""
-    drifted = equilibrium(scene, wanted.time, mean_drift=True).position
     return xr.Dataset(
         {
             "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
             "mean_drift_offset": (
                 MOTION,
-                drifted - rest.position,
+                drifted.position - rest.position,
                 _motion("offset by the mean second-order loads of the sea"),
             ),
         },
@@ -113,9 +116,10 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
     )
 
 
-def _in_sea(scene: Scene, about: Responder, exposure: float) -> xr.Dataset:
+def _in_sea(
+    scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
+) -> xr.Dataset:
     """Spectrum and short-term statistics of every motion in the sea of the scene."""
-    seas = sea(scene.environment)
     if not seas:
         return xr.Dataset()
     omega = np.concatenate([waves.omega for waves in seas])

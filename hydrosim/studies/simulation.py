@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import ceil, isclose
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.model import METHODS, compile_clock, compile_scene
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import opened, started_from
-from hydrosim.compiling.symmetry import planar
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.model import METHODS
+from hydrosim.compiling.restart import started_from
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.forces import FENDER
@@ -37,6 +39,7 @@ from hydrosim.stepping.stepper import (
     NOT_FINITE,
     RECORDS,
     REJECTED,
+    RUNNING,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
@@ -64,33 +67,27 @@ Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
 
 
-def simulate(case: Case | Scene, progress: Progress | None = None) -> xr.Dataset:
-    """Run a case or a scene; the dataset is described in `hydrosim.results.output`. The runs that a
-    case needs are made first, see `hydrosim.studies.stages`.
+def simulate(case: Case | Scene | Compiled, progress: Progress | None = None) -> xr.Dataset:
+    """Run a case, a scene or what is compiled of one; the dataset is described in
+    `hydrosim.results.output`. The runs that a case needs are made first, see
+    `hydrosim.studies.stages`.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
     up to there with ``status`` "failed", if the run cannot go on.
     """
+    if isinstance(case, Compiled):
+        return run_compiled(warned_of_steps(case), progress)
     if isinstance(case, Scene):
-        return _simulate(opened(case), progress)
+        return simulate(compile_scene(case, in_plane=True), progress)
     complete(case, lambda stage: simulate(stage, progress))
-    return _simulate(opened(case.scene()), progress)
+    return simulate(case.scene(), progress)
 
 
-def _simulate(scene: Scene, progress: Progress | None) -> xr.Dataset:
-    notes = Notes()
-    scene = planar(scene, notes)
-    model, state = compile_scene(scene, notes)
-    notes.warnings.extend(stability_warnings(scene, model, state))
-    return run_compiled(scene, model, state, notes, progress)
-
-
-def run_compiled(
-    scene: Scene, model: Model, state: State, notes: Notes, progress: Progress | None
-) -> xr.Dataset:
-    """`simulate` for a scene that is compiled; ``state`` is carried to the end."""
-    clock, counters = compile_clock(scene, model), np.zeros(COUNTERS, dtype=np.int64)
+def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dataset:
+    """`simulate` for a scene that is compiled and whose step limits are known."""
+    scene, model, state = compiled.scene, compiled.model, compiled.first_state()
+    clock, counters = compile_clock(compiled), np.zeros(COUNTERS, dtype=np.int64)
     record = new_record(model, clock)
     run = propagate if propagated(scene, model) else _chunks
     chunks = run(clock, METHODS[scene.solver.method], model, state, record, counters)
@@ -102,11 +99,10 @@ def run_compiled(
                 progress(time, int(counters[STEPS]))
     except KeyboardInterrupt:
         status = "interrupted"
-    message = _failure(scene, model, state, record, counters, time) if counters[STATUS] else None
-    if message and notes.warnings:
-        message = "\n".join([message, *(f"Warned of: {warning}" for warning in notes.warnings)])
+    failed = counters[STATUS] != RUNNING
+    message = _failure(compiled, state, record, counters, time) if failed else None
     attributes = {
-        **_provenance(scene, notes),
+        **_provenance(compiled),
         "solver_linear": solution(scene, model),
         "solver_steps": int(counters[STEPS]),
         "solver_rejected": int(counters[REJECTED]),
@@ -116,21 +112,24 @@ def run_compiled(
         "status": "failed" if message else status,
         "status_message": message,
     }
-    dataset = to_dataset(scene, model, record, int(counters[RECORDS]), state.history, attributes)
+    count, history = int(counters[RECORDS]), state.history
+    dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     if message:
         raise SimulationError(message, dataset)
     return dataset
 
 
-def stability_warnings(scene: Scene, model: Model, state: State) -> list[str]:
-    """What there is to say of a step above the stable limit; InputError if that is not wanted."""
+def warned_of_steps(compiled: Compiled) -> Compiled:
+    """With a warning of a step above the stable limit; InputError if that is not wanted."""
+    scene = compiled.scene
     step = scene.solver.step
-    unlimited = scene.solver.method in UNLIMITED or propagated(scene, model)
-    limits = [] if unlimited else scene_step_limits(scene, model, state)
+    unlimited = scene.solver.method in UNLIMITED or propagated(scene, compiled.model)
+    limits = [] if unlimited else scene_step_limits(compiled)
     found = [limit.describe(step) for limit in limits if limit.step < step]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
-    return [f"solver.step {step:g} s: {text}" for text in found]
+    texts = [f"solver.step {step:g} s: {text}" for text in found]
+    return replace(compiled, notes=compiled.notes.warned(texts))
 
 
 def _advice(scene: Scene, limit: StepLimit) -> str:
@@ -146,13 +145,12 @@ def _advice(scene: Scene, limit: StepLimit) -> str:
     )
 
 
-def scene_step_limits(
-    scene: Scene, model: Model, state: State, each_alone: bool = False
-) -> list[StepLimit]:
-    """What limits the step of a compiled scene with its method, see `stability.step_limits`."""
+def scene_step_limits(compiled: Compiled, each_alone: bool = False) -> list[StepLimit]:
+    """What limits the step of a scene with its method, see `stability.step_limits`."""
+    scene = compiled.scene
     names = coordinate_names(scene) + fender_names(scene) + spring_names(scene)
     method, step = METHODS[scene.solver.method], scene.solver.step
-    return step_limits(model, state, method, names, step, each_alone)
+    return step_limits(compiled.model, compiled.state, method, names, step, each_alone)
 
 
 def _chunks(
@@ -176,15 +174,17 @@ def _chunks(
 
 
 def _failure(
-    scene: Scene, model: Model, state: State, record: Record, counters: np.ndarray, time: float
+    compiled: Compiled, state: State, record: Record, counters: np.ndarray, time: float
 ) -> str:
-    """When, what and where: the message of a run that cannot go on."""
+    """When, what and where: the message of a run that cannot go on, and what it was warned of."""
+    scene, model = compiled.scene, compiled.model
     what = MESSAGES[int(counters[STATUS])].format(where=_where(scene, model, state))
     name, size = _largest_force(scene, model, record, int(counters[RECORDS]))
-    return (
+    message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {REMEDY}"
     )
+    return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
 
 
 def _where(scene: Scene, model: Model, state: State) -> str:
@@ -209,8 +209,9 @@ def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tu
     return force_names(scene)[int(size.argmax())], float(size.max())
 
 
-def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
+def _provenance(compiled: Compiled) -> dict[str, object]:
     """Where the numbers come from: case, databases, seeds, radiation, solver."""
+    scene, notes = compiled.scene, compiled.notes
     return {
         "Conventions": "CF-1.11",
         "title": scene.title,
@@ -227,7 +228,7 @@ def _provenance(scene: Scene, notes: Notes) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value
-            for wet in notes.wet
+            for wet in compiled.wet
             for name in wet.names
             for key, value in wet.provenance().items()
         },

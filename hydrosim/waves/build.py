@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrosim.scene import Environment, SecondOrder
+from hydrosim.scene import SecondOrder
 from hydrosim.waves.body import WaveBody
-from hydrosim.waves.components import Components, check_span, sea
+from hydrosim.waves.components import Components
 from hydrosim.waves.following import follows
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
@@ -29,16 +29,19 @@ from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 
 def wave_loads_model(
-    environment: Environment, bodies: Sequence[WaveBody], start: float, dt: float, duration: float
+    seas: Sequence[Components],
+    bodies: Sequence[WaveBody],
+    start: float,
+    dt: float,
+    duration: float,
 ) -> WaveLoads:
-    """Wave loads for the time from ``start`` to start + ``duration`` [s].
+    """Loads of all ``seas`` for the time from ``start`` to start + ``duration`` [s], over which
+    none may repeat itself, see `components.check_span`.
 
     They are exact at the multiples of ``dt`` [s], the distance of the solver's stages, if the
-    repeat period is one of them. Raises InputError if the sea would repeat itself within the run,
-    or if a database lacks the heading, the mean drift or the QTF that the scene asks for.
+    repeat period is one of them. Raises InputError if a database lacks the heading, the mean drift
+    or the QTF that the scene asks for.
     """
-    seas = sea(environment)
-    check_span(environment, start, start + duration)
     first = [first_order(waves, bodies) for waves in seas]
     second = [second_order(waves, bodies) for waves in seas]
     first_dof, second_dof = _loaded(first), _loaded([line for lines in second for line in lines])

@@ -34,7 +34,7 @@ def test_what_is_on_disk_is_not_announced(tmp_path: Path) -> None:
 
 def said(cache: Path) -> list[str]:
     """What `PROGRAM` prints in a new process with this cache folder."""
-    paths = {"PYTHONPATH": f"{TESTS.parent}:{TESTS}", "HYDROSIM_CACHE_DIR": str(cache)}
+    paths = {"PYTHONPATH": f"{TESTS.parent}:{TESTS / 'jit'}", "HYDROSIM_CACHE_DIR": str(cache)}
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM], env=paths, capture_output=True, text=True, check=True
     )

@@ -11,7 +11,8 @@ from dry_scenes import block
 
 from hydrosim.compiling.notes import OUTSIDE_REFUSED, OUTSIDE_WARNED, range_warnings
 from hydrosim.errors import InputError
-from hydrosim.scene import Environment, Scene, WaveForces, WaveTrain, WhiteNoise
+from hydrosim.scene import Environment, WaveForces, WaveTrain, WhiteNoise
+from hydrosim.waves import sea
 
 NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
 
@@ -19,9 +20,8 @@ NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it 
 def said(share: float, **forces: bool) -> list[str]:
     """Of a sea with a share of its energy above a database's frequencies."""
     body = replace(block(1.0), wave_forces=WaveForces(**forces))
-    scene = Scene("t", 1.0, (body,), environment=Environment(waves=(NOISE,)))
     database = SimpleNamespace(frequency=np.array([0.1, 1.5 - share]))
-    return list(range_warnings(scene, body, database))
+    return list(range_warnings(sea(Environment(waves=(NOISE,))), body, database))
 
 
 def test_energy_outside_a_database() -> None:

@@ -24,9 +24,6 @@ from scipy.linalg import block_diag
 
 import hydrosim as hs
 from hydrosim.compiling.mirror import LATERAL, SMALL
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import opened
-from hydrosim.compiling.symmetry import planar
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.forces import (
@@ -80,16 +77,15 @@ def full(scene: Scene) -> Scene:
 
 
 def reduced(scene: Scene) -> bool:
-    return planar(opened(scene), Notes()) != scene
+    return hs.compile_scene(scene, in_plane=True).whole is not None
 
 
 def reasons(scene: Scene) -> str:
     """Why a scene is not reduced."""
-    notes = Notes()
-    whole = opened(scene)
-    assert planar(whole, notes) is whole
-    assert notes.zero == ()
-    return notes.symmetry
+    found = hs.compile_scene(scene, in_plane=True)
+    assert found.whole is None
+    assert found.notes.zero == ()
+    return found.notes.symmetry
 
 
 def difference(found: xr.Dataset, expected: xr.Dataset) -> float:
@@ -462,7 +458,7 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "rigid friction": (
         lambda: with_force(
-            replace(fenders(POINTS[:2]).forces["interface"], friction=Coulomb(0.3, 0.2))
+            replace(fenders(POINTS[:1]).forces["interface"], friction=Coulomb(0.3, 0.2))
         ),
         "extra has rigid friction beside the plane",
     ),
@@ -529,9 +525,7 @@ def test_waves_that_load_nothing_may_come_from_anywhere() -> None:
 
 def test_what_has_no_motions_aside_is_left_alone() -> None:
     for dofs in (("surge", "heave", "pitch"), ("sway", "roll", "yaw")):
-        notes, scene = Notes(), opened(barge(dofs=dofs))
-        assert planar(scene, notes) is scene
-        assert notes.symmetry == ""
+        assert reasons(barge(dofs=dofs)) == ""
 
 
 def test_a_point_of_rigid_friction_in_the_plane(figure: Figure) -> None:

@@ -500,13 +500,13 @@ def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
         tension=np.array([0.0, 1e3, 1e6]),
     )
     limited = on_steps(0.01, line=steep)
-    (limit,) = scene_step_limits(limited, *hs.compile_scene(limited))
+    (limit,) = scene_step_limits(hs.compile_scene(limited))
     k = (1e6 - 1e3) / 1e4
     assert limit.step == pytest.approx(2 * sqrt(2) / sqrt(k), rel=2e-3)
     assert (limit.what, limit.contact) == ("surge of block", "no contact, springs taut")
     c = 4e5 / 1e4
     limited = on_steps(0.01, line=replace(steep, damping=4e5))
-    (limit,) = scene_step_limits(limited, *hs.compile_scene(limited))
+    (limit,) = scene_step_limits(hs.compile_scene(limited))
     assert limit.step == pytest.approx(2.7853 / (c / 2 + sqrt(c * c / 4 - k)), rel=3e-3)
 
 
@@ -518,7 +518,7 @@ def test_a_step_limit_names_the_spring_if_asked() -> None:
         "hard": line((10.0, 0.0, 0.0), 5.0, 1e6, body="tug"),
     }
     held = scene(bodies, lines, 1.0, 0.5, step=0.5)
-    limits = scene_step_limits(held, *hs.compile_scene(held), each_alone=True)
+    limits = scene_step_limits(hs.compile_scene(held), each_alone=True)
     assert limits[0].what == "surge of tug"
     assert limits[0].contact in ("no contact, springs taut", "no contact, hard alone taut")
 

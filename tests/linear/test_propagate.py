@@ -280,7 +280,7 @@ def test_what_capsizes_fails() -> None:
     lever = LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
     body = block(1.0, ["pitch"], position=moving(pitch=0.01))
     scene = dry(body, {"lever": lever}, kinematics=Kinematics.EXACT)
-    assert propagated(scene, hs.compile_scene(scene)[0])
+    assert propagated(scene, hs.compile_scene(scene).model)
     with pytest.raises(hs.SimulationError, match="the pitch of body block is beyond 85 deg") as at:
         hs.simulate(scene)
     pitch = at.value.dataset.position.values[:, 0, 4]
@@ -346,7 +346,7 @@ LINEAR = {
 @pytest.mark.parametrize("reason", NONLINEAR)
 def test_the_rest_is_stepped(reason: str) -> None:
     scene = NONLINEAR[reason]
-    model, _ = hs.compile_scene(scene)
+    model = hs.compile_scene(scene).model
     assert not propagated(scene, model)
     assert solution(scene, model).removeprefix("stepped, not linear: ") in reason.replace("\\", "")
 
@@ -372,7 +372,7 @@ def test_what_is_propagated_is_linear(name: str) -> None:
 
 def test_it_is_said_and_stepped_if_asked() -> None:
     scene = oscillator()
-    model, _ = hs.compile_scene(scene)
+    model = hs.compile_scene(scene).model
     assert not propagated(stepped(scene), model)
     assert solution(stepped(scene), model) == "stepped: asked for by solver.linear"
     for one, text in (

@@ -70,7 +70,7 @@ def dashpot(step: float, method: Method) -> Scene:
 def test_a_run_diverges_where_the_limit_says(method: Method, z: float) -> None:
     """2 % below the limit the velocity dies out, 2 % above it grows."""
     scene = dashpot(0.01, method)
-    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0].step
+    limit = scene_step_limits(hs.compile_scene(scene))[0].step
     assert limit == pytest.approx(z / 25.0, rel=3e-3)
     for factor, dies in ((0.98, True), (1.02, False)):
         run = hs.simulate(dashpot(factor * limit, method))
@@ -88,7 +88,7 @@ def test_the_thesis_numerical_oscillation() -> None:
     slope = replace(fender, friction=FrictionSlope(0.2, 1e9))
     solver = Solver(method=Method.RK2, step=0.1, unstable=Unstable.ERROR)
     scene = replace(base, forces={**base.forces, "interface": slope}, solver=solver)
-    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0]
+    limit = scene_step_limits(hs.compile_scene(scene))[0]
     assert abs(limit.eigenvalue) * 0.1 == pytest.approx(2.47, abs=0.01)
     assert limit.step * abs(limit.eigenvalue) == pytest.approx(2.0, abs=0.01)
     assert limit.what == "surge of barge"
@@ -99,7 +99,7 @@ def test_the_thesis_numerical_oscillation() -> None:
 def test_an_open_node_limits_the_base_case() -> None:
     """K2 / C2 = 5.6e8 / 3.3e7 1/s: 2.7853 / 16.97 = 0.164 s."""
     scene = scene_of("base")
-    limit = scene_step_limits(scene, *hs.compile_scene(scene))[0]
+    limit = scene_step_limits(hs.compile_scene(scene))[0]
     assert limit.step == pytest.approx(2.7853 * 3.3e7 / 5.6e8, rel=3e-3)
     assert limit.what.startswith("the contact node of interface")
 
@@ -154,7 +154,7 @@ def slope_at_limit(scene: Callable[[float], Scene]) -> float:
     slope = 1e9
     for _ in range(4):
         found = scene(slope)
-        (limit, *_) = scene_step_limits(found, *hs.compile_scene(found))
+        (limit, *_) = scene_step_limits(hs.compile_scene(found))
         slope *= limit.step / found.solver.step
     assert limit.what.startswith("surge")
     assert limit.contact == "all contacts sticking"
@@ -203,7 +203,7 @@ def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figu
     law = StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
     steady = 0.0 if mode == OPEN else (law.kinetic * 1e4 + law.slip_damping * 1.0) / law.stiffness
     scene = partial(sliding_block, law, mode == OPEN)
-    (predicted, *_) = scene_step_limits(scene(0.1), *hs.compile_scene(scene(0.1)))
+    (predicted, *_) = scene_step_limits(hs.compile_scene(scene(0.1)))
     assert predicted.what == "the contact node of fender 1"
 
     def grows(factor: float) -> bool:
@@ -225,7 +225,7 @@ def test_every_thing_that_is_unstable_is_told() -> None:
     """The thesis' fender on steel: with rk2 at 0.1 s surge and sway grow by the friction slope,
     heave and roll on the stiffness of steel with hardly any damping (|R| - 1 = (w h)^4 / 8)."""
     scene = load_case(CASES.parent / "numerical_oscillation" / "base.yaml").scene()
-    limits = scene_step_limits(scene, *hs.compile_scene(scene))
+    limits = scene_step_limits(hs.compile_scene(scene))
     assert [limit.what for limit in limits] == [
         f"{dof} of barge" for dof in ("heave", "surge", "sway", "roll")
     ]
@@ -236,5 +236,5 @@ def test_every_thing_that_is_unstable_is_told() -> None:
     mass = steel / abs(heave.eigenvalue) ** 2
     assert mass == pytest.approx(scene.bodies[0].mass + hull().added_mass[-1, 2, 2], rel=0.03)
     fine = replace(scene, solver=replace(scene.solver, step=0.01))
-    (only,) = scene_step_limits(fine, *hs.compile_scene(fine))
+    (only,) = scene_step_limits(hs.compile_scene(fine))
     assert only.step > 0.01

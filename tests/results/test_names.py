@@ -13,7 +13,7 @@ CASE = Path(__file__).parents[2] / "cases" / "sphere" / "irregular.yaml"
 def test_radiation_states_are_named_after_their_group_once() -> None:
     """Groups of two degrees of freedom and of one, which a model may fill up."""
     scene = hs.load_case(CASE).scene()
-    model = hs.compile_scene(scene)[0]
+    model = hs.compile_scene(scene).model
     names = state_names(scene, model)
     assert len(names) == len(set(names)) == model.size
     first = [name for name in names if name.startswith("radiation 1 of")]

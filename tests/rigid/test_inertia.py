@@ -47,7 +47,7 @@ def by_numpy(model, motion, added, F):
 @pytest.mark.parametrize("coupled", [True, False])
 def test_accelerations_are_those_of_the_whole_matrix(free, kinematics, coupled):
     bodies = [block(m, dofs, name) for m, dofs, name in zip(MASSES, free, "ab", strict=True)]
-    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics))[0]
+    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics)).model
     root = RNG.normal(size=(12, 12))
     added, F, n = root @ root.T, RNG.normal(size=12), model.bodies.active.size
     if not coupled:
@@ -62,5 +62,5 @@ def test_accelerations_are_those_of_the_whole_matrix(free, kinematics, coupled):
 
 def test_a_body_without_mass_has_no_acceleration():
     bodies = [block(m, name=name) for m, name in zip(MASSES, "ab", strict=True)]
-    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5))[0]
+    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5)).model
     assert np.isnan(constant_inertia(model.bodies, -10.0 * np.eye(12)).inverse).all()

@@ -23,10 +23,9 @@ from hydrosim.rigid import (
 )
 from hydrosim.scene import Kinematics
 
-BODIES: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5))[0].bodies
-SMALL: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR))[
-    0
-].bodies
+BODIES: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5)).model.bodies
+LINEAR = scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR)
+SMALL: Bodies = hs.compile_scene(LINEAR).model.bodies
 EPS = 1e-5  # of central differences: their error is about EPS^2 here
 TOLERANCE = 1e-8
 

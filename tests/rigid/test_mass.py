@@ -40,7 +40,7 @@ def test_cholesky_of_a_matrix_without_mass_is_not_a_number():
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
     bodies = [block(2.0, name="a"), block(5.0, name="b")]
-    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics))[0]
+    model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics)).model
     R = Rotation.random(2, rng=3).as_matrix()
     added, M = positive_definite(12), np.zeros((12, 12))
     mass_matrix(model.bodies, np.ascontiguousarray(R), added, M)

@@ -11,7 +11,7 @@ import pytest
 from hydrosim import simulate
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.equilibrium import equilibrium
+from hydrosim.studies.rest import at_rest
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0
@@ -28,7 +28,7 @@ def box(**changes: object) -> Body:
 
 def test_box_sinks_by_the_weight_of_its_waterplane(validated: Validated) -> None:
     load = AppliedForce("box", (0.0, 0.0, 0.0), {"heave": constant(-1e7)})
-    rest = equilibrium(Scene("loaded box", 1.0, (box(),), forces={"load": load}))
+    rest = at_rest(Scene("loaded box", 1.0, (box(),), forces={"load": load}))
     sinkage = 1e7 / (RHO * G * LENGTH * BEAM)
     error = abs(rest.position[0, 2] / -sinkage - 1.0)
     validated("box under a load, sinkage", "F / (rho g A)", error)

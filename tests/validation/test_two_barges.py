@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.wet import WetGroup
 from hydrosim.database import HydroDatabase, load, needed
 from hydrosim.radiation.retardation import diagonal_scale, infinite_added_mass, retardation_function
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
@@ -85,10 +85,8 @@ def moored(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def notes(moored: Scene) -> Notes:
-    found = Notes()
-    hs.compile_scene(moored, found)
-    return found
+def wet(moored: Scene) -> WetGroup:
+    return hs.compile_scene(moored).wet[0]
 
 
 def far_field(db: HydroDatabase) -> np.ndarray:
@@ -132,15 +130,14 @@ def test_barges_are_mirror_images() -> None:
 
 
 def test_the_fit_of_both_is_passive_and_the_kernel_has_decayed(
-    notes: Notes, figure: Figure
+    wet: WetGroup, figure: Figure
 ) -> None:
-    (wet,) = notes.wet
     assert wet.names == ["port", "starboard"]
     figure("K(T)/max K at 160 s", wet.memory.report.end_ratio)
     figure("states", sum(fit.order for fit in wet.fits))
     figure("error of the fits in frequency", max(fit.report.frequency_error for fit in wet.fits))
     assert wet.memory.report.end_ratio < 5e-3
-    K = radiation_of(notes, np.linspace(0.02, 8.0, 400)).real
+    K = radiation_of(wet, np.linspace(0.02, 8.0, 400)).real
     scaled = K / np.sqrt(np.multiply.outer(*[np.diagonal(wet.memory.kernel[0])] * 2))
     margin = np.linalg.eigvalsh(scaled).min() / np.linalg.eigvalsh(scaled).max()
     figure("smallest over largest eigenvalue of Re K^", float(margin))
@@ -148,15 +145,15 @@ def test_the_fit_of_both_is_passive_and_the_kernel_has_decayed(
     assert max(fit.report.frequency_error for fit in wet.fits) < 0.02
 
 
-def radiation_of(notes: Notes, frequency: np.ndarray) -> np.ndarray:
+def radiation_of(wet: WetGroup, frequency: np.ndarray) -> np.ndarray:
     """K^(i w) (nw, 12, 12) of the fits, in the database's order."""
     K = np.zeros((frequency.size, 12, 12), dtype=complex)
-    for fit in notes.wet[0].fits:
+    for fit in wet.fits:
         K[:, fit.dofs[:, None], fit.dofs] = fit.modes.transfer_function(1j * frequency)
     return K
 
 
-def harmonic(notes: Notes, omega: float, heading: float, exact: bool) -> np.ndarray:
+def harmonic(wet: WetGroup, omega: float, heading: float, exact: bool) -> np.ndarray:
     """Complex amplitudes (12,) per wave amplitude in the database's order, from a solution of the
     12 x 12 system: with A(w) and B(w) of the database, or with the time domain's radiation."""
     db = barges()
@@ -169,8 +166,8 @@ def harmonic(notes: Notes, omega: float, heading: float, exact: bool) -> np.ndar
     if exact:
         waves = -(omega**2) * db.added_mass[i] + 1j * omega * db.radiation_damping[i]
     else:
-        K = radiation_of(notes, np.array([omega]))[0]
-        waves = -(omega**2) * notes.wet[0].memory.added_mass_infinite + 1j * omega * K
+        K = radiation_of(wet, np.array([omega]))[0]
+        waves = -(omega**2) * wet.memory.added_mass_infinite + 1j * omega * K
     Z = C - omega**2 * mass + 1j * omega * np.diag(drag) + waves
     return np.linalg.solve(Z, db.excitation[i, j])
 
@@ -195,7 +192,7 @@ def errors(found: np.ndarray, expected: np.ndarray, alike: int) -> np.ndarray:
 @pytest.mark.parametrize("heading", HEADINGS)
 @pytest.mark.parametrize("omega", FREQUENCIES)
 def test_response_is_that_of_the_frequency_domain(
-    moored: Scene, notes: Notes, validated: Validated, omega: float, heading: float
+    moored: Scene, wet: WetGroup, validated: Validated, omega: float, heading: float
 ) -> None:
     """Of the time domain's own radiation within 0.2 % of each DOF; of the database's within what
     the fit (1e-2 of the largest K^) and the end of the frequencies (Ogilvie's relation leaves 6 %
@@ -203,8 +200,8 @@ def test_response_is_that_of_the_frequency_domain(
     wave = WaveTrain(RegularWave(1.0, 2 * np.pi / omega), np.radians(heading), ramp=100.0)
     run = hs.simulate(replace(moored, environment=replace(moored.environment, waves=(wave,))))
     found = amplitudes(run, omega, 350.0)
-    same = errors(found, harmonic(notes, omega, np.radians(heading), exact=False), 1).max()
-    true = errors(found, harmonic(notes, omega, np.radians(heading), exact=True), 3).max()
+    same = errors(found, harmonic(wet, omega, np.radians(heading), exact=False), 1).max()
+    true = errors(found, harmonic(wet, omega, np.radians(heading), exact=True), 3).max()
     what = "two barges in regular waves, 12 x 12"
     validated(what, "frequency domain, same radiation", float(same))
     validated(f"{what}, w = {omega:g}", "frequency domain of the database", float(true))
@@ -230,7 +227,7 @@ def test_check_knows_both(moored: Scene) -> None:
     assert "port, starboard:" in lines
 
 
-def test_a_held_neighbour_reflects_the_waves(moored: Scene, notes: Notes) -> None:
+def test_a_held_neighbour_reflects_the_waves(moored: Scene, wet: WetGroup) -> None:
     """Only the free barge's equation is left, with loads and radiation of the pair."""
     omega, heading = 1.0, np.radians(90.0)
     wave = WaveTrain(RegularWave(1.0, 2 * np.pi / omega), heading, ramp=100.0)
@@ -242,9 +239,9 @@ def test_a_held_neighbour_reflects_the_waves(moored: Scene, notes: Notes) -> Non
     run = hs.simulate(replace(moored, bodies=bodies, forces=forces, environment=environment))
     found, db = amplitudes(run, omega, 350.0), barges()
     i, j = int(np.argmin(np.abs(db.frequency - omega))), 9
-    K = radiation_of(notes, np.array([omega]))[0]
+    K = radiation_of(wet, np.array([omega]))[0]
     Z = needed(db, "hydrostatic_stiffness") + 1j * omega * K
-    Z = Z - omega**2 * notes.wet[0].memory.added_mass_infinite
+    Z = Z - omega**2 * wet.memory.added_mass_infinite
     own = slice(6, 12)
     mass = np.diag(MASS * np.array([1, 1, 1, *RADII["starboard"]]) ** 2)
     drag = np.diag(DAMPING + ROLL * (np.arange(6) == 3))

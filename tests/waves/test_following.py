@@ -34,7 +34,7 @@ def following(at: WaveBody, moved: np.ndarray, water: Environment = WATER) -> np
 def at_rest(at: WaveBody, water: Environment = WATER) -> np.ndarray:
     """Loads (nt, 6) from the tables."""
     still = replace(at, wave_forces=WaveForces())
-    model, found = wave_loads_model(water, [still], 0.0, 0.1, 200.0), np.zeros((TIMES.size, 6))
+    model, found = wave_loads_model(sea(water), [still], 0.0, 0.1, 200.0), np.zeros((TIMES.size, 6))
     for t, load in zip(TIMES, found, strict=True):
         wave_loads(t, model, load, np.zeros(6))
     return found
@@ -48,7 +48,7 @@ def test_at_rest_it_is_the_table(box: Box, position: Place, headings: Place) -> 
     expected = at_rest(at) if asked else np.zeros((3, 6))
     found = following(at, np.zeros(6))
     np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(at_rest(at)).max())
-    assert (wave_loads_model(WATER, [at], 0.0, 0.1, 200.0).first_dof.size == 0) == asked
+    assert (wave_loads_model(sea(WATER), [at], 0.0, 0.1, 200.0).first_dof.size == 0) == asked
 
 
 def test_a_body_that_has_moved_is_a_body_elsewhere(box: Box) -> None:

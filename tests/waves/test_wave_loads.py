@@ -18,9 +18,11 @@ from hydrosim.scene import (
 from hydrosim.waves import (
     WaveBody,
     WaveLoads,
+    check_span,
     components,
     elevation_at,
     first_order,
+    sea,
     wave_loads,
     wave_loads_model,
 )
@@ -42,6 +44,14 @@ def environment(*trains: WaveTrain) -> Environment:
     return Environment(waves=trains)
 
 
+def loads_model(
+    water: Environment, bodies: list[WaveBody], start: float, dt: float, duration: float
+) -> WaveLoads:
+    """The loads of a scene with this water, over a time that its waves must last."""
+    check_span(water, start, start + duration)
+    return wave_loads_model(sea(water), bodies, start, dt, duration)
+
+
 def loads(model: WaveLoads, times: np.ndarray, dofs: int = 6) -> tuple[np.ndarray, ...]:
     """Elevation (nt,), first- and second-order loads (nt, dofs) by the kernel."""
     first, second = np.zeros((times.size, dofs)), np.zeros((times.size, dofs))
@@ -58,7 +68,7 @@ def direct_first_order(waves_on: WaveBody, train: WaveTrain, times: np.ndarray) 
 def test_stages_are_exact(box: Box) -> None:
     at = body(box, location=(30.0, -12.0))
     times = 700.0 + 0.05 * np.arange(200)
-    model = wave_loads_model(environment(SWELL), [at], 650.0, 0.05, 100.0)
+    model = loads_model(environment(SWELL), [at], 650.0, 0.05, 100.0)
     elevation, first, _ = loads(model, times)
     waves = components(SWELL, Environment())
     # rounding over angles of up to 1500 rad
@@ -72,7 +82,7 @@ def test_error_between_stages_falls_with_the_sixth_power(box: Box) -> None:
     exact = direct_first_order(at, SWELL, times)[:, 0]
 
     def error(dt: float) -> float:
-        model = wave_loads_model(environment(SWELL), [at], 650.0, dt, 100.0)
+        model = loads_model(environment(SWELL), [at], 650.0, dt, 100.0)
         assert model.step[0] == pytest.approx(dt)  # not refined
         return float(np.abs(loads(model, times)[1][:, 0] - exact).max())
 
@@ -84,7 +94,7 @@ def test_error_between_stages_falls_with_the_sixth_power(box: Box) -> None:
 
 def test_coarse_steps_do_not_spoil_the_table(box: Box) -> None:
     at, times = body(box), 700.0 + 0.317 * np.arange(100)
-    model = wave_loads_model(environment(SWELL), [at], 650.0, 2.0, 100.0)
+    model = loads_model(environment(SWELL), [at], 650.0, 2.0, 100.0)
     exact = direct_first_order(at, SWELL, times)
     np.testing.assert_allclose(loads(model, times)[1], exact, atol=1.2e-6 * np.abs(exact).max())
 
@@ -92,7 +102,7 @@ def test_coarse_steps_do_not_spoil_the_table(box: Box) -> None:
 def test_ramp_on_the_elevation_and_its_square_on_second_order(box: Box) -> None:
     times = np.array([0.0, 10.0, 50.0, 73.21, 100.0, 150.0])
     steady, growing = (
-        loads(wave_loads_model(environment(train), [body(box)], 0.0, 0.05, 200.0), times)
+        loads(loads_model(environment(train), [body(box)], 0.0, 0.05, 200.0), times)
         for train in (SWELL, replace(SWELL, ramp=100.0))
     )
     ramp = np.where(times < 100.0, 0.5 * (1 - np.cos(np.pi * times / 100.0)), 1.0)
@@ -105,7 +115,7 @@ def test_ramp_on_the_elevation_and_its_square_on_second_order(box: Box) -> None:
 def test_regular_wave_in_closed_form(box: Box) -> None:
     x, y, times = 37.0, -18.0, np.linspace(0.0, 40.0, 101)
     train = replace(REGULAR, ramp=20.0)
-    model = wave_loads_model(environment(train), [body(box, location=(x, y))], 0.0, 0.05, 40.0)
+    model = loads_model(environment(train), [body(box, location=(x, y))], 0.0, 0.05, 40.0)
     elevation, first, second = loads(model, times)
     ramp = np.where(times < 20.0, 0.5 * (1 - np.cos(np.pi * times / 20.0)), 1.0)
     np.testing.assert_allclose(elevation, ramp * 0.8 * np.cos(OMEGA * times + 0.4), atol=1e-14)
@@ -127,7 +137,7 @@ def test_mean_drift_is_the_mean_of_the_slow_load(box: Box, train: WaveTrain) -> 
     times = np.arange(0.0, 1800.0, 0.5)
     constant = body(box, WaveForces(True, SecondOrder.MEAN_DRIFT))
     newman, mean = (
-        loads(wave_loads_model(environment(train), [on], 0.0, 0.5, 1800.0), times)[2]
+        loads(loads_model(environment(train), [on], 0.0, 0.5, 1800.0), times)[2]
         for on in (body(box), constant)
     )
     waves = components(train, Environment())
@@ -141,7 +151,7 @@ def test_mean_drift_is_the_mean_of_the_slow_load(box: Box, train: WaveTrain) -> 
 def test_slow_load_is_the_double_sum_at_the_place_of_the_body(box: Box) -> None:
     x, y, times = 70.0, 40.0, np.array([100.0, 117.5, 160.0])
     at = body(box, location=(x, y))
-    found = loads(wave_loads_model(environment(SWELL), [at], 90.0, 0.5, 80.0), times)[2]
+    found = loads(loads_model(environment(SWELL), [at], 90.0, 0.5, 80.0), times)[2]
     waves = components(SWELL, Environment())
     D = mean_drift_at(box, waves.heading, waves.omega)
     along = x * np.cos(waves.heading) + y * np.sin(waves.heading)
@@ -155,7 +165,7 @@ def test_slow_load_is_the_double_sum_at_the_place_of_the_body(box: Box) -> None:
 def test_spectrum_of_the_surge_force(box: Box) -> None:
     """Over the repeat period each line of the force is |X|^2 S dw."""
     train = replace(SWELL, heading=0.0)
-    model = wave_loads_model(environment(train), [body(box)], 0.0, 0.05, 1800.0)
+    model = loads_model(environment(train), [body(box)], 0.0, 0.05, 1800.0)
     surge = model.values[3:-4, 1 + list(model.first_dof).index(0)]
     lines = 2 * np.abs(np.fft.rfft(surge) / surge.size) ** 2
     index = np.arange(1, 500)
@@ -170,16 +180,15 @@ def test_spectrum_of_the_surge_force(box: Box) -> None:
 
 def test_sea_does_not_change_with_duration_or_step(box: Box) -> None:
     times = np.arange(0.0, 20.0, 0.5)
-    elevation = loads(wave_loads_model(environment(SWELL), [body(box)], 0.0, 0.05, 20.0), times)[0]
+    elevation = loads(loads_model(environment(SWELL), [body(box)], 0.0, 0.05, 20.0), times)[0]
     for dt, duration in ((0.05, 1800.0), (0.1, 20.0), (0.5, 300.0)):
-        other = wave_loads_model(environment(SWELL), [body(box)], 0.0, dt, duration)
+        other = loads_model(environment(SWELL), [body(box)], 0.0, dt, duration)
         np.testing.assert_allclose(loads(other, times)[0], elevation, atol=1e-13)
 
 
 def test_same_scene_same_bytes(box: Box) -> None:
     one, other = (
-        wave_loads_model(environment(SWELL, REGULAR), [body(box)], 0.0, 0.05, 50.0)
-        for _ in range(2)
+        loads_model(environment(SWELL, REGULAR), [body(box)], 0.0, 0.05, 50.0) for _ in range(2)
     )
     assert [a.tobytes() for a in one] == [a.tobytes() for a in other]
 
@@ -188,7 +197,7 @@ def test_trains_add_up(box: Box) -> None:
     times = np.array([3.0, 17.13, 29.9])
     sea = replace(REGULAR, heading=1.0, ramp=10.0)
     both, alone, other = (
-        loads(wave_loads_model(environment(*trains), [body(box)], 0.0, 0.05, 30.0), times)
+        loads(loads_model(environment(*trains), [body(box)], 0.0, 0.05, 30.0), times)
         for trains in ((SWELL, sea), (SWELL,), (sea,))
     )
     for together, one, two in zip(both, alone, other, strict=True):
@@ -199,28 +208,26 @@ def test_two_bodies_each_have_their_own_loads(box: Box) -> None:
     times, place = np.array([5.0, 17.13]), (50.0, 20.0)
     only_first = WaveForces(True, SecondOrder.NONE)
     pair = [body(box), body(box, only_first, location=place, offset=6)]
-    _, first, second = loads(
-        wave_loads_model(environment(SWELL), pair, 0.0, 0.05, 30.0), times, dofs=12
-    )
+    _, first, second = loads(loads_model(environment(SWELL), pair, 0.0, 0.05, 30.0), times, dofs=12)
     for at, dofs in ((pair[0], slice(0, 6)), (replace(pair[1], offset=0), slice(6, 12))):
-        alone = loads(wave_loads_model(environment(SWELL), [at], 0.0, 0.05, 30.0), times)
+        alone = loads(loads_model(environment(SWELL), [at], 0.0, 0.05, 30.0), times)
         np.testing.assert_allclose(first[:, dofs], alone[1], rtol=1e-13)
         np.testing.assert_allclose(second[:, dofs], alone[2], rtol=1e-13)
 
 
 def test_what_has_no_load_has_no_column(box: Box) -> None:
     head_on = replace(SWELL, heading=0.0)
-    model = wave_loads_model(environment(head_on), [body(box)], 0.0, 0.05, 10.0)
+    model = loads_model(environment(head_on), [body(box)], 0.0, 0.05, 10.0)
     assert (list(model.first_dof), list(model.second_dof)) == ([0, 2], [0])
     locked = body(box, active=np.array([False, *[True] * 5]))
-    model = wave_loads_model(environment(head_on), [locked], 0.0, 0.05, 10.0)
+    model = loads_model(environment(head_on), [locked], 0.0, 0.05, 10.0)
     assert (list(model.first_dof), list(model.second_dof)) == ([2], [])
 
 
 @pytest.mark.parametrize("trains", [(), (SWELL,), (REGULAR,)])
 def test_dry_body_and_calm_water(box: Box, trains: tuple[WaveTrain, ...]) -> None:
     at = body(None) if trains else body(box)
-    model = wave_loads_model(environment(*trains), [at], 0.0, 0.05, 10.0)
+    model = loads_model(environment(*trains), [at], 0.0, 0.05, 10.0)
     elevation, first, second = loads(model, np.array([1.0, 5.0]))
     assert not np.any(first)
     assert not np.any(second)
@@ -229,11 +236,11 @@ def test_dry_body_and_calm_water(box: Box, trains: tuple[WaveTrain, ...]) -> Non
 
 
 def test_calm_water_without_bodies() -> None:
-    model = wave_loads_model(environment(), [], 0.0, 0.05, 10.0)
+    model = loads_model(environment(), [], 0.0, 0.05, 10.0)
     assert model.values.size == model.ramp.size == 0
 
 
 def test_sea_that_would_repeat_itself_is_refused(box: Box) -> None:
     with pytest.raises(InputError, match=r"waves\.repeat_period.*1800 s.*2000 s"):
-        wave_loads_model(environment(SWELL), [body(box)], 0.0, 0.05, 2000.0)
-    wave_loads_model(environment(REGULAR), [body(box)], 0.0, 0.05, 2000.0)
+        loads_model(environment(SWELL), [body(box)], 0.0, 0.05, 2000.0)
+    loads_model(environment(REGULAR), [body(box)], 0.0, 0.05, 2000.0)

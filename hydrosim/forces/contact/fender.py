@@ -71,16 +71,17 @@ class Fender(ForceElement):
     friction: StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
+LAW_FIELDS = (
+    *("law", "static", "kinetic", "stiffness", "damping", "slip_damping", "relaxation"),
+    *("reference", "stiffness_power", "damping_power", "slip_damping_power"),
+)
 POINT = np.dtype(
     [
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
         *(("first", int), ("last", int), ("steepest", float)),
         *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
-        *(("law", int), ("static", float), ("kinetic", float)),
-        *(("stiffness", float), ("damping", float), ("slip_damping", float)),
-        *(("relaxation", float), ("reference", float), ("stiffness_power", float)),
-        *(("damping_power", float), ("slip_damping_power", float)),
+        *((name, int if name == "law" else float) for name in LAW_FIELDS),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
@@ -144,6 +145,14 @@ def _law(law: StickSlip | FrictionSlope | Coulomb | Frictionless) -> tuple[float
     if isinstance(law, Coulomb):
         return (COULOMB, law.static, law.kinetic, 0.0, 0.0, 0.0, *none)
     return (FRICTIONLESS, 0.0, 0.0, 0.0, 0.0, 0.0, *none)
+
+
+def without_friction(p: Params) -> Params:
+    """The same contact points without friction."""
+    points = p.points.copy()
+    for name, none in zip(LAW_FIELDS, _law(Frictionless()), strict=True):
+        points[name] = none
+    return p._replace(points=points)
 
 
 @kernel

@@ -21,8 +21,9 @@ from hydrosim.forces import (
     StickSlip,
     constant,
 )
+from hydrosim.linear.equilibrium import ENOUGH
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
-from hydrosim.studies.equilibrium import ENOUGH, equilibrium
+from hydrosim.studies.rest import at_rest
 
 Figure = Callable[[str, float], None]
 LIFT = 316.1e6  # N
@@ -40,7 +41,7 @@ def test_block_between_spring_and_floor() -> None:
     for force, z in ((500.0, 0.5), (-2.1e4, -1.0)):
         load = steady(surge=30.0, heave=force)
         floor = on_floor(2e4, sticky)
-        at = equilibrium(
+        at = at_rest(
             scene(
                 block(10.0, ["surge", "heave"], position=moving(surge=1.0, heave=0.2)),
                 mooring=mooring,
@@ -58,7 +59,7 @@ def test_pendulum_finds_the_vertical() -> None:
     line = Spring("block", (0.3, 0.0, 0.1), (2.0, 1.0, 50.0), 40.0, *curve)
     load = steady(heave=-981.0)
     body = block(100.0, position=moving(surge=-3.0, sway=2.0, heave=5.0, roll=0.2))
-    at = equilibrium(scene(body, line=line, load=load))
+    at = at_rest(scene(body, line=line, load=load))
     x, y, z = at.position[0, :3]
     arm = np.hypot(0.3, 0.1)
     np.testing.assert_allclose([x, y], [2.0, 1.0], atol=1e-6)
@@ -69,7 +70,7 @@ def test_pendulum_finds_the_vertical() -> None:
 def test_nothing_to_hold_it_is_refused() -> None:
     load = steady(surge=100.0)
     with pytest.raises(InputError, match=r"equilibrium at 0 s.*nothing balances"):
-        equilibrium(scene(block(10.0, ["surge"]), load=load))
+        at_rest(scene(block(10.0, ["surge"]), load=load))
 
 
 def smooth(case: Scene, **forces: ForceElement) -> Scene:
@@ -86,7 +87,7 @@ def test_base_case_under_its_lift(push: float, figure: Figure) -> None:
     """Residual, and where a damped run ends up. The slowest that decays is sway, as exp(-0.008 1/s
     t): what the lift gave it is down to 1e-8 after 2400 s. Nothing holds yaw, which is left out."""
     base = scene_of("base")
-    full = equilibrium(base, time=4100.0)
+    full = at_rest(base, time=4100.0)
     figure("residual over the weight", full.residual)
     figure("heave at rest [m]", full.position[0, 2])
     assert full.residual <= 1e-9
@@ -97,7 +98,7 @@ def test_base_case_under_its_lift(push: float, figure: Figure) -> None:
         {"heave": constant(LIFT), "surge": constant(push), "sway": constant(0.5 * push)},
     )
     still = smooth(base, lift=lift)
-    rest = equilibrium(still)
+    rest = at_rest(still)
     body = replace(still.bodies[0], position=tuple(0.98 * rest.position[0]))
     run = hs.simulate(replace(still, bodies=(body,), duration=2400.0))
     end = motion(run)[-1]
@@ -116,7 +117,7 @@ def test_mean_drift_pushes_on_the_mooring() -> None:
         bodies=(replace(case.bodies[0], wave_forces=WaveForces(True, SecondOrder.NEWMAN)),),
         environment=scene_of("base").environment,
     )
-    offset = equilibrium(drifting, mean_drift=True).position - equilibrium(drifting).position
+    offset = at_rest(drifting, mean_drift=True).position - at_rest(drifting).position
     steady_load = SecondOrder.MEAN_DRIFT
     held = replace(
         drifting,

@@ -12,15 +12,13 @@ at anew in every iteration; directions without stiffness stay where they are (le
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.compiling.model import compile_scene
 from hydrosim.errors import InputError
-from hydrosim.forces import Fender, Frictionless, settle
+from hydrosim.forces import settle
 from hydrosim.rigid import generalised_force, place_bodies
-from hydrosim.scene import Scene, SecondOrder, WaveForces
 from hydrosim.stepping.dynamics import Model, Work, forces, new_work, total_force
 from hydrosim.stepping.stepper import State
 
@@ -49,15 +47,13 @@ class Rest:
         return found.reshape(-1, 6)
 
 
-def equilibrium(scene: Scene, time: float = 0.0, mean_drift: bool = False) -> Rest:
-    """The place at rest near that of the scene's start, with applied forces as at ``time`` [s].
+def equilibrium(model: Model, state: State, time: float, weight: float) -> Rest:
+    """The place at rest near ``state`` of a ``model`` without friction and first-order waves, under
+    the forces of ``time`` [s]; ``weight`` [N] is that of all bodies.
 
-    ``mean_drift``: with the mean second-order loads of the sea, of bodies that have any. Raises
-    InputError if there is none, with the loads that are left.
+    Raises InputError if there is none, with the loads that are left.
     """
-    model, state = compile_scene(_calm(scene, time, mean_drift))
     work, n = new_work(model), model.bodies.active.size
-    weight = model.bodies.each["mass"].sum() * scene.environment.gravity
     q = state.y[:n].copy()
     load = _load(q, time, model, state, work)
     for _ in range(ITERATIONS):
@@ -73,33 +69,6 @@ def equilibrium(scene: Scene, time: float = 0.0, mean_drift: bool = False) -> Re
             " nearer to rest (initial.position)."
         )
     return Rest(model, state._replace(y=_at(q, state)), time, residual)
-
-
-def _calm(scene: Scene, time: float, mean_drift: bool) -> Scene:
-    """The scene without friction and first-order waves, long enough for ``time``."""
-    drift = [
-        SecondOrder.MEAN_DRIFT
-        if mean_drift and body.wave_forces.second_order != SecondOrder.NONE
-        else SecondOrder.NONE
-        for body in scene.bodies
-    ]
-    bodies = [
-        replace(body, wave_forces=WaveForces(first_order=False, second_order=load))
-        for body, load in zip(scene.bodies, drift, strict=True)
-    ]
-    smooth = {
-        name: replace(element, friction=Frictionless()) if isinstance(element, Fender) else element
-        for name, element in scene.forces.items()
-    }
-    waves = tuple(replace(train, ramp=0.0) for train in scene.environment.waves)
-    return replace(
-        scene,
-        bodies=tuple(bodies),
-        forces=smooth,
-        environment=replace(scene.environment, waves=waves if mean_drift else ()),
-        duration=max(scene.duration, time),
-        initial=None,
-    )
 
 
 def _at(q: np.ndarray, state: State) -> np.ndarray:

@@ -1,0 +1,67 @@
+"""Scenes in calm water, and the waves on them: those that differ in their waves alone have all else
+in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.model import model_of
+from hydrosim.compiling.notes import notes_of_sea
+from hydrosim.compiling.refusals import check_start
+from hydrosim.compiling.restart import begin
+from hydrosim.compiling.start import first_state, start_of
+from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.dofs import DOFS
+from hydrosim.scene import Scene
+from hydrosim.waves import (
+    Components,
+    WaveBody,
+    check_span,
+    following_model,
+    wave_loads_model,
+)
+
+
+def compile_calm(scene: Scene, wet: Sequence[WetGroup]) -> Compiled:
+    """An `opened` scene in calm water, with its databases ``wet``.
+
+    Raises InputError where the scene cannot be compiled, or started.
+    """
+    model = model_of(scene, wet)
+    fresh = first_state(scene, model)
+    check_start(scene, model, fresh)
+    return Compiled(scene, tuple(wet), model, start_of(scene, model, fresh))
+
+
+def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
+    """A scene of `compile_calm` in the ``sea`` drawn of its waves; ``scene`` may differ from the
+    calm one in waves, title and source. Raises InputError where a database does not fit the sea, or
+    the sea is shorter than the run."""
+    end = begin(scene) + scene.duration
+    check_span(scene.environment, 0.0, end)
+    bodies = wave_bodies(scene, calm.wet)
+    # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+    loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
+    model = calm.model._replace(waves=loads, following=following_model(sea, bodies))
+    compiled = replace(calm, scene=scene, model=model, sea=tuple(sea))
+    return replace(compiled, notes=notes_of_sea(scene, calm.wet, model, sea, calm.notes))
+
+
+def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
+    """All bodies of a scene in waves, with their own parts of the databases."""
+    alone = each_alone(wet)
+    return [
+        WaveBody(
+            alone.get(body.name),
+            body.location,
+            body.wave_forces,
+            6 * index,
+            np.array([dof in body.dofs for dof in DOFS]),
+            body.centre_of_gravity[:2],
+        )
+        for index, body in enumerate(scene.bodies)
+    ]

@@ -1,0 +1,62 @@
+"""The grid of steps of a run, the times that no step may cross, and the tolerances."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.forces import FENDER, signals_of
+from hydrosim.forces.contact import fender
+from hydrosim.forces.signal import corners
+from hydrosim.integrate import Control
+from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.run import Clock
+
+
+def compile_clock(compiled: Compiled) -> Clock:
+    """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
+    scene, begin = compiled.scene, compiled.begin
+    solver = scene.solver
+    adaptive = solver.method in ADAPTIVE
+    step = scene.output_step if adaptive else solver.step
+    # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
+    passed = round(begin / step)
+    on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
+    ramps = [w.ramp for w in scene.environment.waves]
+    tables = [corners(signal) for _, signal in signals_of(scene.forces)]
+    breakpoints = np.unique(np.concatenate([ramps, *tables]))
+    return Clock(
+        start=0.0 if on_grid else begin,
+        first=passed if on_grid else 0,
+        step=step,
+        end=begin + scene.duration,
+        points=ceil(scene.duration / step - 1e-9),
+        every=round(scene.output_step / step),
+        breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
+        events=solver.events,
+        control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, compiled.model)),
+        pace=solver.step,
+    )
+
+
+def _tolerances(scene: Scene, model: Model) -> np.ndarray:
+    """Absolute tolerance of every state (ny,): radiation states by what a velocity of the tolerance
+    would make of them in the long run; slip distances and energies do not count."""
+    tolerance, fenders = scene.solver.tolerance, model.elements[FENDER]
+    n, states = model.bodies.active.size, model.states
+    absolute = np.full(model.size, np.inf)
+    place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
+    absolute[:n] = absolute[n : 2 * n] = place
+    by_dof = np.tile(np.repeat([tolerance.position, tolerance.angle], 3), len(scene.bodies))
+    for g, first in enumerate(states.state[:-1]):
+        members = states.dof[states.member[g] : states.member[g + 1]]
+        size = states.state[g + 1] - first
+        B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
+        reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
+        absolute[model.radiation + first :][:size] = reach
+    for i in range(fenders.points.size):
+        absolute[fenders.state + fender.STATES * i :][:2] = tolerance.position
+    return absolute

@@ -1,0 +1,32 @@
+"""`compile_scene`: from a scene to arrays."""
+
+from __future__ import annotations
+
+from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.refusals import check_scene
+from hydrosim.compiling.restart import opened
+from hydrosim.compiling.symmetry import planar
+from hydrosim.compiling.wet import wet_groups
+from hydrosim.scene import Scene
+from hydrosim.waves import sea
+
+
+def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
+    """The scene as arrays; ``in_plane`` without what is zero by symmetry, as `simulate` has it, see
+    `hydrosim.compiling.symmetry`.
+
+    Raises InputError where a database or a run to start from cannot be read or does not fit the
+    scene.
+    """
+    calm = compile_in_calm(scene)
+    drawn = sea(calm.scene.environment)
+    calm = planar(calm, drawn) if in_plane else calm
+    return in_waves(calm, calm.scene, drawn)
+
+
+def compile_in_calm(scene: Scene) -> Compiled:
+    """The scene as arrays without its waves; raises as `compile_scene` does."""
+    scene = opened(scene)
+    check_scene(scene)
+    return compile_calm(scene, wet_groups(scene))

@@ -1,0 +1,46 @@
+"""`Compiled`: a scene as arrays, each part made once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass, field
+
+from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.restart import begin
+from hydrosim.compiling.wet import WetGroup
+from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.stepper import State
+from hydrosim.waves import Components
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """What `compile_scene` makes of a scene, and all that runs or analyses it takes.
+
+    ``scene`` is the one that is solved: the run that it starts from is in memory, and what is zero
+    by symmetry is out of it; ``whole`` is then the same in calm water in all degrees of freedom.
+    ``wet`` are its databases, ``model`` its constants, ``state`` that of the start, ``sea`` its
+    waves as drawn (none in calm water), ``notes`` what there is to say. Unpacks as model and state.
+    """
+
+    scene: Scene
+    wet: tuple[WetGroup, ...]
+    model: Model
+    state: State
+    sea: tuple[Components, ...] = ()
+    notes: Notes = field(default_factory=Notes)
+    whole: Compiled | None = None
+
+    def __iter__(self) -> Iterator[Model | State]:
+        return iter((self.model, self.state))
+
+    @property
+    def begin(self) -> float:
+        """Time at which a run begins [s]."""
+        return begin(self.scene)
+
+    def first_state(self) -> State:
+        """The state of the start, for a run to carry on."""
+        return deepcopy(self.state)

@@ -1,0 +1,112 @@
+"""What no scene may be: refused before it is compiled, or once its first state is known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces import FENDER, SPRING, Recorded, Spring, signals_of
+from hydrosim.forces.contact import fender
+from hydrosim.forces.contact.modes import MODE, OPEN, STICK
+from hydrosim.forces.layout import ROWS
+from hydrosim.forces.spring import stretch
+from hydrosim.results.names import spring_names
+from hydrosim.rigid import place_bodies
+from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.stepper import State
+
+TOGETHER = 1e-9  # of a spring's length: its ends are at one place
+
+
+def check_scene(scene: Scene) -> None:
+    """Raises InputError where a scene is wrong as no case file can be, but one written in Python
+    can."""
+    names = [body.name for body in scene.bodies]
+    steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
+    whole = scene.solver.method in ADAPTIVE or abs(steps - round(steps)) <= 1e-9 * steps
+    problems = {
+        "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
+        "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),
+        "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
+        "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
+    }
+    for name, element in scene.forces.items():
+        problems[f"forces.{name}.body: there is no body {element.body}"] = element.body not in names
+        if isinstance(element, Spring) and element.anchor_body is not None:
+            text = f"forces.{name}.anchor_body: there is no body {element.anchor_body}"
+            problems[text] = element.anchor_body not in names
+    found = [problem for problem, there in problems.items() if there]
+    if found:
+        raise InputError("scene: " + "; ".join(found) + ".")
+    for key, signal in signals_of(scene.forces):
+        if isinstance(signal, Recorded):
+            _check_record(key, signal.time, scene.duration)
+    for name, element in scene.forces.items():
+        if isinstance(element, fender.Fender):
+            _check_rate_free(name, element)
+
+
+def _check_record(key: str, time: np.ndarray, duration: float) -> None:
+    """A record is not known outside its times."""
+    if time[0] > 0.0 or time[-1] < duration * (1.0 - 1e-9):
+        raise InputError(
+            f"{key}: found a record from {time[0]:g} s to {time[-1]:g} s; expected one of the whole"
+            f" run, from 0 s to its end at {duration:g} s. Shorten the duration, or record more."
+        )
+
+
+def _check_rate_free(name: str, element: fender.Fender) -> None:
+    """Slip without damping needs N' and constant coefficients."""
+    law, curve = element.friction, element.normal
+    if not isinstance(law, fender.StickSlip) or law.damping + law.slip_damping > 0.0:
+        return
+    damped = isinstance(curve, fender.NormalCurve) and curve.damping > 0.0
+    if law.load or damped:
+        found = "a load" if law.load else "normal damping"
+        raise InputError(
+            f"forces.{name}.friction: found {found} and friction without damping and slip_damping;"
+            f" expected one of the latter above 0, or no {found.split()[-1]}."
+        )
+
+
+def check_start(scene: Scene, model: Model, state: State) -> None:
+    """Raises InputError where the state at the start cannot be gone on from."""
+    _check_rigid_friction(scene, model, state)
+    _check_springs(scene, model, state)
+
+
+def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
+    """Refuse rigid friction in more directions than there is motion to hold."""
+    fenders, work, n = model.elements[FENDER], new_work(model), model.bodies.active.size
+    rigid = fenders.points["law"] == fender.COULOMB
+    if not rigid.any():
+        return
+    held = state.modes[: rigid.size].copy()
+    held[:, MODE] = np.where(rigid, STICK, OPEN)
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
+    fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
+    rows = work.holds.constraints.J[: work.holds.constraints.number[0]]
+    rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
+    if rank < len(rows):
+        rows_of = set(fenders.points["row"][rigid] - len(ROWS))
+        names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
+        raise InputError(
+            f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()} points"
+            f" where the bodies can move in {rank} of them, and how the points share the load is"
+            " not defined; expected law: stick_slip there (with a large stiffness, if it must be),"
+            " or fewer points."
+        )
+
+
+def _check_springs(scene: Scene, model: Model, state: State) -> None:
+    """Refuse springs whose ends are at one place at the start."""
+    motion, n = new_work(model).motion, model.bodies.active.size
+    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
+    for name, line in zip(spring_names(scene), model.elements[SPRING].lines, strict=True):
+        if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
+            raise InputError(
+                f"forces.{name}: its point and its anchor are at the same place at the start;"
+                " expected two places (point is in the body's frame, about its centre of gravity;"
+                " anchor in the earth's, or in that of anchor_body)."
+            )

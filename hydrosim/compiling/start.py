@@ -1,0 +1,58 @@
+"""The state that a run starts from: at rest with the offsets that the scene has, or that of the run
+before it."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from hydrosim import radiation
+from hydrosim.compiling import restart
+from hydrosim.forces import new_modes, settle
+from hydrosim.rigid import Bodies, Motion, place_bodies
+from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.stepper import State
+
+
+def first_state(scene: Scene, model: Model) -> State:
+    """The state of a start from rest, with the scene's offsets and velocities."""
+    bodies, n = model.bodies, model.bodies.active.size
+    y = np.zeros(model.size)
+    y[:n] = bodies.locked[bodies.active]
+    modes, motion = new_modes(model.elements), new_work(model).motion
+    speeds = np.concatenate([b.velocity for b in scene.bodies])
+    y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
+    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    settle(0.0, y, modes, motion, bodies, model.elements)
+    return State(y, modes, _history(scene, model))
+
+
+def start_of(scene: Scene, model: Model, fresh: State) -> State:
+    """The state that an `opened` scene starts from; ``fresh`` is its `first_state`.
+
+    Raises InputError where the run to start from does not fit the scene.
+    """
+    if scene.initial is None:
+        return fresh
+    restart.check_fit(scene, model)
+    return restart.resume(scene, model, fresh)
+
+
+def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Rates of the free coordinates for given velocities (6 nb,): angles' rates are E^-1 omega."""
+    place_bodies(q, np.zeros_like(q), bodies, motion)
+    rates = velocity.astype(float).copy()
+    for b in range(bodies.each.size if bodies.exact else 0):
+        angles = slice(6 * b + 3, 6 * b + 6)
+        rates[angles] = np.linalg.solve(motion.rate_map[b], velocity[angles])
+    return rates[bodies.active]
+
+
+def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
+    """Room for what a convolution remembers, with as many events as steps."""
+    kernel = model.convolution
+    length = (len(kernel.K) - 1) * kernel.step
+    capacity = 2 * ceil(length / scene.solver.step) + 1000
+    return radiation.history_for(kernel, 6 * model.bodies.each.size, capacity)
