@@ -6,7 +6,7 @@ compiles it to arrays. Nothing here computes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -336,11 +336,61 @@ class Body:
 class ForceElement:
     """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on.
 
-    What an element that ``supplies`` does to the bodies is booked as work, else as dissipation.
+    What an element that ``supplies`` does to the bodies is booked as work, else as dissipation. An
+    element says in its own file what it can do; what it says nothing of costs speed alone.
     """
 
     supplies: ClassVar[bool] = False
     body: str
+
+    def check(self, name: str) -> None:
+        """Raises InputError where the element is wrong as no case file can be, but one written in
+        Python can."""
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        """Keys and names of the other bodies that it acts on."""
+        yield from ()
+
+    def signals(self) -> Iterator[tuple[str, Any]]:
+        """Keys and signals over time of what changes with it."""
+        yield from ()
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        """Names of its parts that have states or modes, if the element is called ``name``."""
+        return ()
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        """Matrices (6, 6) by which it couples the coordinates of its body."""
+        yield from ()
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """Parts of it that must each have a mirror image in the plane at ``y`` [m], as if that were
+        the plane y = 0; none if it acts by its `couplings` alone."""
+        return (self,)
+
+    def image(self) -> ForceElement | None:
+        """The mirror image of a part in the plane y = 0; None if nothing is known of it."""
+        return None
+
+    def asymmetry(self) -> str | None:
+        """What else keeps it from being its own mirror image, in words."""
+        return None
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Why its force is not linear in the motions of its body; None if it is."""
+        return name
+
+
+@dataclass(frozen=True)
+class Turns:
+    """How a body may turn: about the ``free`` of its coordinates 3, 4, 5, with ``exact`` rotations
+    or small ones. ``elements`` are all elements as compiled, ``row`` that of the one in question.
+    """
+
+    free: Sequence[int]
+    exact: bool
+    elements: Any
+    row: int
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.dofs import DOFS
+from hydrosim.forces import Elements
 from hydrosim.scene import Scene
 from hydrosim.waves import (
     Components,
@@ -26,12 +27,13 @@ from hydrosim.waves import (
 )
 
 
-def compile_calm(scene: Scene, wet: Sequence[WetGroup]) -> Compiled:
-    """An `opened` scene in calm water, with its databases ``wet``.
+def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = None) -> Compiled:
+    """An `opened` scene in calm water, with its databases ``wet`` and its elements, if they are
+    ``known``.
 
     Raises InputError where the scene cannot be compiled, or started.
     """
-    model = model_of(scene, wet)
+    model = model_of(scene, wet, known)
     fresh = first_state(scene, model)
     check_start(scene, model, fresh)
     return Compiled(scene, tuple(wet), model, start_of(scene, model, fresh))

@@ -7,13 +7,13 @@ from math import ceil
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import FENDER, signals_of
+from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
 from hydrosim.scene import ADAPTIVE, Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.run import Clock
+from hydrosim.stepping.state import Clock
 
 
 def compile_clock(compiled: Compiled) -> Clock:
@@ -38,14 +38,14 @@ def compile_clock(compiled: Compiled) -> Clock:
         breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, compiled.model)),
-        pace=solver.step,
+        solver_step=solver.step,
     )
 
 
 def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     """Absolute tolerance of every state (ny,): radiation states by what a velocity of the tolerance
     would make of them in the long run; slip distances and energies do not count."""
-    tolerance, fenders = scene.solver.tolerance, model.elements[FENDER]
+    tolerance = scene.solver.tolerance
     n, states = model.bodies.active.size, model.states
     absolute = np.full(model.size, np.inf)
     place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
@@ -57,6 +57,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
         reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
         absolute[model.radiation + first :][:size] = reach
+    fenders = model.elements.fenders
     for i in range(fenders.points.size):
-        absolute[fenders.state + fender.STATES * i :][:2] = tolerance.position
+        absolute[fenders.state + fender.STATES * i :][: fender.FELT] = tolerance.position
     return absolute

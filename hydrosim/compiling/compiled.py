@@ -11,7 +11,7 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 from hydrosim.waves import Components
 
 

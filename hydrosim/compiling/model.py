@@ -13,8 +13,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone, resonance
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER
-from hydrosim.forces.contact import fender
+from hydrosim.forces import Elements
 from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
@@ -40,16 +39,21 @@ METHODS: dict[Method, Tableau] = {
 }
 
 
-def model_of(scene: Scene, wet: Sequence[WetGroup]) -> Model:
-    """The model of a scene in calm water; raises InputError where radiation or an element does not
-    fit the scene."""
+def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = None) -> Model:
+    """The model of a scene in calm water; its elements are compiled unless they are ``known``.
+
+    Raises InputError where radiation or an element does not fit the scene.
+    """
     bodies, alone = _bodies(scene), each_alone(wet)
     groups = [fit for group in wet for fit in _groups(group, bodies.active)]
     states = radiation.state_space_model(groups)
-    first = 2 * bodies.active.size
-    layout = _layout(scene, first + states.decay.size, alone)
-    elements = forces.compile_elements(scene.forces, layout)
-    energy = layout.state + fender.STATES * elements[FENDER].points.size
+    radiating = 2 * bodies.active.size
+    own = radiating + states.decay.size
+    if known is None:
+        elements = forces.compile_elements(scene.forces, _layout(scene, alone), own)
+    else:
+        elements = forces.placed(known, own)
+    energy = own + forces.state_count(elements)
     rows = len(ROWS) + len(scene.forces)
     added_mass = _whole(scene, [(group.dofs, group.added_mass) for group in wet])
     return Model(
@@ -66,7 +70,8 @@ def model_of(scene: Scene, wet: Sequence[WetGroup]) -> Model:
         following=following_model((), ()),
         elements=elements,
         rows=rows,
-        radiation=first,
+        radiation=radiating,
+        own=own,
         energy=energy,
         size=energy + rows + 1,
     )
@@ -142,14 +147,13 @@ def _kernel(wet: WetGroup, active: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(scene: Scene, state: int, alone: Mapping[str, HydroDatabase]) -> Layout:
+def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
         {name: len(ROWS) + i for i, name in enumerate(scene.forces)},
-        state,
         *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
     )

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, SPRING, Recorded, Spring, signals_of
-from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.modes import MODE, OPEN, STICK
+from hydrosim.forces import Recorded, signals_of
+from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.layout import ROWS
+from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.forces.spring import stretch
 from hydrosim.results.names import spring_names
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import ADAPTIVE, Scene
-from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.state import State
 
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 
@@ -32,10 +32,9 @@ def check_scene(scene: Scene) -> None:
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():
-        problems[f"forces.{name}.body: there is no body {element.body}"] = element.body not in names
-        if isinstance(element, Spring) and element.anchor_body is not None:
-            text = f"forces.{name}.anchor_body: there is no body {element.anchor_body}"
-            problems[text] = element.anchor_body not in names
+        for key, body in [("body", element.body), *element.others()]:
+            lacks = body is not None and body not in names
+            problems[f"forces.{name}.{key}: there is no body {body}"] = lacks
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")
@@ -43,8 +42,7 @@ def check_scene(scene: Scene) -> None:
         if isinstance(signal, Recorded):
             _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
-        if isinstance(element, fender.Fender):
-            _check_rate_free(name, element)
+        element.check(name)
 
 
 def _check_record(key: str, time: np.ndarray, duration: float) -> None:
@@ -56,20 +54,6 @@ def _check_record(key: str, time: np.ndarray, duration: float) -> None:
         )
 
 
-def _check_rate_free(name: str, element: fender.Fender) -> None:
-    """Slip without damping needs N' and constant coefficients."""
-    law, curve = element.friction, element.normal
-    if not isinstance(law, fender.StickSlip) or law.damping + law.slip_damping > 0.0:
-        return
-    damped = isinstance(curve, fender.NormalCurve) and curve.damping > 0.0
-    if law.load or damped:
-        found = "a load" if law.load else "normal damping"
-        raise InputError(
-            f"forces.{name}.friction: found {found} and friction without damping and slip_damping;"
-            f" expected one of the latter above 0, or no {found.split()[-1]}."
-        )
-
-
 def check_start(scene: Scene, model: Model, state: State) -> None:
     """Raises InputError where the state at the start cannot be gone on from."""
     _check_rigid_friction(scene, model, state)
@@ -78,15 +62,15 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     """Refuse rigid friction in more directions than there is motion to hold."""
-    fenders, work, n = model.elements[FENDER], new_work(model), model.bodies.active.size
-    rigid = fenders.points["law"] == fender.COULOMB
+    fenders, work, n = model.elements.fenders, new_work(model), model.bodies.active.size
+    rigid = fenders.points["law"] == COULOMB
     if not rigid.any():
         return
-    held = state.modes[: rigid.size].copy()
-    held[:, MODE] = np.where(rigid, STICK, OPEN)
+    held = state.modes.copy()
+    held[fenders.mode :][: rigid.size, MODE] = np.where(rigid, STICK, OPEN)
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
-    fender.hold_points(held, work.motion, model.bodies, fenders, work.total, work.holds)
-    rows = work.holds.constraints.J[: work.holds.constraints.number[0]]
+    constrain(held, model, work)
+    rows = work.constraints.J[: work.constraints.number[0]]
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))
@@ -103,7 +87,7 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     """Refuse springs whose ends are at one place at the start."""
     motion, n = new_work(model).motion, model.bodies.active.size
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
-    for name, line in zip(spring_names(scene), model.elements[SPRING].lines, strict=True):
+    for name, line in zip(spring_names(scene), model.elements.springs.lines, strict=True):
         if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:
             raise InputError(
                 f"forces.{name}: its point and its anchor are at the same place at the start;"

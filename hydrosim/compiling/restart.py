@@ -17,16 +17,10 @@ import xarray as xr
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, SPRING, new_modes, settle, spring
-from hydrosim.forces.contact import fender, transitions
-from hydrosim.forces.contact.modes import (
-    CONTACT_MARGIN,
-    MARGINS,
-    MODE,
-    RISING,
-    SEGMENT,
-    SEGMENT_MARGIN,
-)
+from hydrosim.forces import events, new_modes
+from hydrosim.forces.contact import fender
+from hydrosim.forces.events import settle
+from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.radiation.history import push
 from hydrosim.results.names import (
@@ -41,7 +35,7 @@ from hydrosim.results.output import read
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
@@ -164,8 +158,8 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     """Modes (nf + ns, 3) of contacts and springs: those stored where they can be, else those of a
     start from ``y``."""
     elements, motion, time = model.elements, new_work(model).motion, begin(scene)
-    points, lines = elements[FENDER].points, elements[SPRING].lines
-    _clear_nodes(elements[FENDER], y)
+    points, lines = elements.fenders.points, elements.springs.lines
+    fender.forget(elements.fenders, y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     settled = new_modes(elements)
@@ -193,23 +187,17 @@ def _restore(
                 modes[i, RISING] = int(at.fender_rising[k])
 
 
-def _clear_nodes(p: fender.Params, y: np.ndarray) -> None:
-    """Nothing is stretched where the friction law has no node."""
-    for i in np.flatnonzero(np.isin(p.points["law"], (fender.FRICTIONLESS, fender.FRICTION_SLOPE))):
-        y[p.state + fender.STATES * i :][:2] = 0.0
-
-
 def _possible(
     time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
 ) -> np.ndarray:
     """Which points and springs (nf + ns,) are in contact or not, and on their curve, as their mode
     says."""
-    fenders, springs = model.elements[FENDER], model.elements[SPRING]
+    fenders, springs = model.elements.fenders, model.elements.springs
     out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
     flat, bodies, every = out.reshape(-1), model.bodies, np.ones(len(modes), dtype=np.int64)
-    transitions.margins(time, y, modes, motion, bodies, fenders, nothing, nothing, every, flat)
-    spring.margins(modes, motion, bodies, springs, flat)
+    each = model.elements
+    events.find_margins(time, y, modes, motion, bodies, each, nothing, nothing, every, flat)
     steepest = [fenders.points["steepest"], springs.lines["steepest"]]
     touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)
     return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)

@@ -9,11 +9,12 @@ import numpy as np
 
 from hydrosim import radiation
 from hydrosim.compiling import restart
-from hydrosim.forces import new_modes, settle
+from hydrosim.forces import new_modes
+from hydrosim.forces.events import settle
 from hydrosim.rigid import Bodies, Motion, place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 
 
 def first_state(scene: Scene, model: Model) -> State:

@@ -26,19 +26,18 @@ from scipy import linalg
 
 from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.mirror import COUPLES, LATERAL, SMALL, couples, without_image
+from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
-from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import STATES
-from hydrosim.forces.contact.modes import MODE
+from hydrosim.forces import CATALOGUE
+from hydrosim.forces.mirroring import LATERAL, SMALL
 from hydrosim.linear.linearise import linearise
 from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 from hydrosim.waves import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -63,7 +62,8 @@ def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
     if reasons:
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
         return replace(calm, notes=replace(calm.notes, symmetry=said))
-    reduced = compile_calm(_in_plane(scene, {name for name in aside if aside[name]}), calm.wet)
+    plane = _in_plane(scene, {name for name in aside if aside[name]})
+    reduced = compile_calm(plane, calm.wet, calm.model.elements)
     said = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
     notes = replace(calm.notes, symmetry=said, zero=zero)
     return replace(reduced, notes=notes, whole=calm)
@@ -173,7 +173,7 @@ def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
         yield f"{', '.join(LATERAL)} of a body are locked out of the plane"
     elif _remembers(state):
         yield "the motions before the start"
-    elif not _mirrored_contacts(model, state):
+    elif not _mirrored(model, state):
         yield "the contacts at the start"
     elif _growth(calm, leads) > GROWTH:
         yield f"{', '.join(LATERAL)} are not stable"
@@ -185,18 +185,14 @@ def _remembers(state: State) -> bool:
     return bool(np.any(np.abs(velocity.reshape(-1, 6)[:, ASIDE]) > NEAR))
 
 
-def _mirrored_contacts(model: Model, state: State) -> bool:
-    """Whether each contact point's image is stretched as it is, and in the same mode."""
-    p = model.elements[FENDER]
-    points, ends = p.points, p.state + STATES * p.points.size
-    s = state.y[p.state : ends].reshape(-1, STATES)[:, :2, None]
-    stretch = s[:, 0] * points["tangent1"] + s[:, 1] * points["tangent2"]
-    here = np.stack([points["place"], points["plane_normal"], stretch], axis=1)
-    whose = np.stack([points["body"], points["plane_body"], state.modes[: points.size, MODE]], 1)
-    apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
-    close = apart <= SMALL * np.abs(here).max(axis=(0, 2), initial=0.0)
-    images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2)
-    return bool(np.all(images.any(axis=1)))
+def _mirrored(model: Model, state: State) -> bool:
+    """Whether the states and modes of all elements are their own mirror image."""
+    pairs = zip(CATALOGUE, model.elements, strict=True)
+    return all(
+        kind.is_mirrored(p, state.y, state.modes)
+        for kind, p in pairs
+        if hasattr(kind, "is_mirrored")
+    )
 
 
 def _growth(calm: Compiled, aside: np.ndarray) -> float:

@@ -1,14 +1,21 @@
 """Force elements, one file each, and their sum.
 
-A new element is one file with the functions of its neighbours (a frozen dataclass, `Params`,
-`compile_elements`, `add_force`, and `add_energy` if it stores any) and two adjacent lines here: in
-the catalogue, and its call in the sum (with the same index).
+An element is one file with
+
+    a frozen dataclass            of `scene.ForceElement`, which says what it can do: its parts and
+                                  their mirror images, its signals, whether it is linear
+    compile_elements              all of them in a scene as constants, `Params` or an array
+    add_force                     into its row of forces, and its work or dissipation
+    add_energy                    if it stores any
+
+and in `CATALOGUE` and the sums below one line each. A kind whose units have states (`STATE_NAMES`)
+or modes, which end at events, says so with ``units``, and stands in `hydrosim.forces.events`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,90 +28,124 @@ from hydrosim.forces import (
     stream_load,
 )
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.contact import fender, transitions
+from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Fender, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.modes import COLUMNS
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.modes import COLUMNS
 from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
-from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.kernels import kernel
 from hydrosim.scene import ForceElement
 
-CATALOGUE = (
-    linear_mooring,
-    applied_force,
-    fender,
-    spring,
-    linear_damping,
-    quadratic_damping,
-    stream_load,
+
+class Elements(NamedTuple):
+    """Constants of all elements of a scene, kind by kind."""
+
+    linear_moorings: Any
+    applied_forces: Any
+    fenders: Any
+    springs: Any
+    linear_dampings: Any
+    quadratic_dampings: Any
+    stream_loads: Any
+
+
+CATALOGUE = Elements(
+    linear_moorings=linear_mooring,
+    applied_forces=applied_force,
+    fenders=fender,
+    springs=spring,
+    linear_dampings=linear_damping,
+    quadratic_dampings=quadratic_damping,
+    stream_loads=stream_load,
 )
-FENDER, SPRING = CATALOGUE.index(fender), CATALOGUE.index(spring)
-LINEAR_MOORING, LINEAR_DAMPING = CATALOGUE.index(linear_mooring), CATALOGUE.index(linear_damping)
-APPLIED = CATALOGUE.index(applied_force)
+"""The files of all kinds."""
 
 
 @kernel
 def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     """Forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the elements."""
-    linear_mooring.add_force(t, y, modes, motion, bodies, elements[0], wrench, rate, dy)
-    applied_force.add_force(t, y, modes, motion, bodies, elements[1], wrench, rate, dy)
-    fender.add_force(t, y, modes, motion, bodies, elements[2], wrench, rate, dy)
-    if elements[3].lines.size > 0:  # arguments alone would cost a few percent
-        spring.add_force(t, y, modes, motion, bodies, elements[3], wrench, rate, dy)
-    if elements[4].size > 0:
-        linear_damping.add_force(t, y, modes, motion, bodies, elements[4], wrench, rate, dy)
-    if elements[5].size > 0:
-        quadratic_damping.add_force(t, y, modes, motion, bodies, elements[5], wrench, rate, dy)
-    if elements[6].each.size > 0:
-        stream_load.add_force(t, y, modes, motion, bodies, elements[6], wrench, rate, dy)
+    e = elements
+    linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
+    applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
+    fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
+    if e.springs.lines.size > 0:  # arguments alone would cost a few percent
+        spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
+    if e.linear_dampings.size > 0:
+        linear_damping.add_force(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
+    if e.quadratic_dampings.size > 0:
+        quadratic_damping.add_force(
+            t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
+        )
+    if e.stream_loads.each.size > 0:
+        stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
 
 
 @kernel
 def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     """Stored energies of all elements that store any, each into its row of ``stored`` (rows,)."""
-    linear_mooring.add_energy(t, y, modes, motion, bodies, elements[0], stored)
-    applied_force.add_energy(t, y, modes, motion, bodies, elements[1], stored)
-    fender.add_energy(t, y, modes, motion, bodies, elements[2], stored)
-    spring.add_energy(t, y, modes, motion, bodies, elements[3], stored)
+    e = elements
+    linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
+    fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
+    spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout, state: int) -> Elements:
+    """Constants of all ``elements``; their states in y begin at ``state``."""
+    each = Elements(*(kind.compile_elements(elements, layout) for kind in CATALOGUE))
+    return placed(each, state)
+
+
+def placed(elements: Elements, state: int) -> Elements:
+    """The same with states in y from ``state`` on, kind by kind, and rows of modes alike."""
+    found, mode = [], 0
+    for kind, p in zip(CATALOGUE, elements, strict=True):
+        count = len(kind.units(p)) if hasattr(kind, "units") else 0
+        own = {"mode": mode} if hasattr(kind, "units") else {}
+        if hasattr(kind, "STATE_NAMES"):
+            own["state"] = state
+            state += len(kind.STATE_NAMES) * count
+        found.append(p._replace(**own) if own else p)
+        mode += count
+    return Elements(*found)
+
+
+def state_count(elements: Elements) -> int:
+    """Number of states in y of all elements."""
+    pairs = zip(CATALOGUE, elements, strict=True)
+    with_states = ((kind, p) for kind, p in pairs if hasattr(kind, "STATE_NAMES"))
+    return sum(len(kind.STATE_NAMES) * len(kind.units(p)) for kind, p in with_states)
+
+
+def dynamic_states(elements: Elements) -> np.ndarray:
+    """Entries (m,) of y that are states of elements and act on others."""
+    pairs = zip(CATALOGUE, elements, strict=True)
+    each = [kind.dynamic_states(p) for kind, p in pairs if hasattr(kind, "dynamic_states")]
+    return np.concatenate([np.zeros(0, np.int64), *each]).astype(np.int64)
+
+
+def new_modes(elements: Elements) -> np.ndarray:
+    """Modes (rows, 3) of the units of all elements, for `events.settle`."""
+    pairs = zip(CATALOGUE, elements, strict=True)
+    rows = sum(len(kind.units(p)) for kind, p in pairs if hasattr(kind, "units"))
+    return np.zeros((rows, COLUMNS), dtype=np.int64)
+
+
+def without_friction(elements: Elements) -> Elements:
+    """The same elements with contacts that slip freely."""
+    return elements._replace(fenders=fender.without_friction(elements.fenders))
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
     """All signals over time among ``elements``, each with the key of a case file where it is."""
-    for name, e in elements.items():
-        if isinstance(e, AppliedForce):
-            yield from ((f"forces.{name}.force.{dof}", signal) for dof, signal in e.force.items())
-        elif isinstance(e, Fender) and isinstance(e.normal, PrescribedNormal):
-            yield f"forces.{name}.normal.prescribed", e.normal.force
-
-
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
-    """Constants of all elements, one `Params` per kind in the order of the catalogue."""
-    return tuple(kind.compile_elements(elements, layout) for kind in CATALOGUE)
-
-
-def without_friction(elements: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The same elements with contacts that slip freely."""
-    return (*elements[:FENDER], fender.without_friction(elements[FENDER]), *elements[FENDER + 1 :])
-
-
-def new_modes(elements: tuple[Any, ...]) -> np.ndarray:
-    """Modes (nf + ns, 3) of all contact points and springs, for `settle`."""
-    rows = elements[FENDER].points.size + elements[SPRING].lines.size
-    return np.zeros((rows, COLUMNS), dtype=np.int64)
-
-
-@root
-def settle(t, y, modes, motion, bodies, elements):
-    """Fill ``modes`` for a start from ``y``."""
-    transitions.settle(t, y, modes, motion, bodies, elements[FENDER])
-    spring.settle(modes, motion, bodies, elements[SPRING])
+    for name, element in elements.items():
+        yield from ((f"forces.{name}.{key}", signal) for key, signal in element.signals())

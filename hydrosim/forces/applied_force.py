@@ -9,19 +9,20 @@ sideways through pitch and roll.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, value
+from hydrosim.forces.mirroring import LATERAL, turned
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scaled, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, Turns
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,20 @@ class AppliedForce(ForceElement):
     point: tuple[float, ...]
     force: Mapping[str, Signal]
     body_fixed: bool = False
+
+    def signals(self) -> Iterator[tuple[str, Signal]]:
+        yield from ((f"force.{dof}", signal) for dof, signal in self.force.items())
+
+    def image(self) -> ForceElement:
+        force = {
+            dof: scaled(signal, -1.0) if dof in LATERAL else signal
+            for dof, signal in self.force.items()
+        }
+        return replace(self, point=turned(self.point), force=force)
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        moves = self.body_fixed or (turns.exact and any(self.point))
+        return f"{name} turns with {self.body}" if turns.free and moves else None
 
 
 APPLIED = np.dtype(

@@ -20,9 +20,19 @@ class Resonance(NamedTuple):
     mass: np.ndarray
 
 
+class Resistance(NamedTuple):
+    """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
+    ``B`` (6, 6) and ``b`` (6,)."""
+
+    row: int
+    body: int
+    B: np.ndarray
+    b: np.ndarray
+
+
 @dataclass(frozen=True)
 class Layout:
-    """Indices of bodies by name, rows of forces by element name, the first free entry of y.
+    """Indices of bodies by name, rows of forces by element name.
 
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
@@ -31,7 +41,6 @@ class Layout:
 
     body: dict[str, int]
     row: dict[str, int]
-    state: int
     current: tuple[float, float]
     wind: tuple[float, float]
     resonance: Callable[[int, np.ndarray], Resonance]

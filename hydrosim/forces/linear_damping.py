@@ -16,7 +16,7 @@ proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); se
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +24,11 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import product
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, Turns
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,28 @@ class LinearDamping(ForceElement):
     damping: np.ndarray | None = None
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        if self.damping is not None:
+            yield self.damping
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """In axes that turn, damping changes; unless it is the same about the axis of the turn."""
+        each = turns.elements.linear_dampings
+        damping = next(e["damping"] for e in each if e["row"] == turns.row)
+        changes = turns.exact and any(_turns(damping, angle) for angle in turns.free)
+        return f"{name} turns with {self.body}" if changes else None
+
+
+def _turns(damping: np.ndarray, angle: int) -> bool:
+    """Whether ``damping`` (6, 6) depends on how far its body has turned about an axis."""
+    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
+
+    R = np.kron(np.eye(2), Rotation.from_rotvec(np.eye(3)[angle - 3]).as_matrix())
+    return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
 
 
 DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
@@ -75,6 +97,12 @@ def _damping(
             )
     critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
     return np.diag(element.damping_ratio * critical)
+
+
+def resistances(p: np.ndarray) -> Iterator[Resistance]:
+    """What the damping takes."""
+    for e in p:
+        yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
 
 
 @kernel

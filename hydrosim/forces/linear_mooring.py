@@ -9,18 +9,18 @@ conjugate to the angles' rates, so that it has a potential at any angle; no slac
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
 from hydrosim.rigid.vectors import product
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, Turns
 
 TUNING = 100  # iterations, each of which takes off most of the error
 
@@ -39,6 +39,17 @@ class LinearMooring(ForceElement):
     damping: np.ndarray | None = None
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        yield self.stiffness
+        if self.damping is not None:
+            yield self.damping
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        return None
 
 
 MOORING = np.dtype(
@@ -85,6 +96,12 @@ def _damping(
     own = np.maximum(stiffness, 0.0)
     critical = 2.0 * np.sqrt(own * layout.resonance(body, own).mass)
     return np.diag(element.damping_ratio * critical)
+
+
+def resistances(p: np.ndarray) -> Iterator[Resistance]:
+    """What the dampers take."""
+    for mooring in p:
+        yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
 
 
 @kernel

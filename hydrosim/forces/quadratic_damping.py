@@ -14,7 +14,7 @@ the flow, coefficients that do not depend on amplitude.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,12 @@ class QuadraticDamping(ForceElement):
     """``damping`` (6, 6) [N s^2/m^2 ... N m s^2/rad^2] about the centre of gravity."""
 
     damping: np.ndarray
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        yield self.damping
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
 
 
 DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])

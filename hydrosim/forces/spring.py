@@ -17,16 +17,18 @@ of the two ends are opposite to the first order of the displacement.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.contact import normal
+from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.contact.modes import (
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.mirroring import turned
+from hydrosim.forces.modes import (
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
@@ -35,15 +37,13 @@ from hydrosim.forces.contact.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.forces.contact.normal import NormalCurve, curve_force, find_segment
-from hydrosim.forces.layout import Layout
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
 
 SLACK, TAUT = range(2)
-OBSERVED = 2  # see `observe`
+TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,21 @@ class Spring(ForceElement):
     damping: float = 0.0
     anchor_body: str | None = None
 
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """Itself; an anchor on the earth by its place relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def image(self) -> ForceElement:
+        return replace(self, point=turned(self.point), anchor=turned(self.anchor))
+
 
 LINE = np.dtype(
     [
@@ -73,11 +88,12 @@ LINE = np.dtype(
 
 
 class Params(NamedTuple):
-    """``lines`` (n,) of `LINE` and the ``segments`` of their curves. Their modes are the last n
-    rows: slack (tension cut) or taut, and the segment."""
+    """``lines`` (n,) of `LINE`, the ``segments`` of their curves, and the first of their rows of
+    modes: slack (tension cut) or taut, and the segment."""
 
     lines: np.ndarray
     segments: np.ndarray
+    mode: int
 
 
 class Stretch(NamedTuple):
@@ -93,7 +109,7 @@ class Stretch(NamedTuple):
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the springs among ``elements``, in their order."""
-    rows, segments, first = [], [np.zeros(0, dtype=normal.SEGMENT)], 0
+    rows, segments, first = [], [np.zeros(0, dtype=curve.SEGMENT)], 0
     for name, e in elements.items():
         if isinstance(e, Spring):
             pieces = _segments(e)
@@ -103,19 +119,18 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             rows.append((*ends, e.length, e.damping, first, last, pieces["slope"].max()))
             segments.append(pieces)
             first = last + 1
-    return Params(np.array(rows, dtype=LINE), np.concatenate(segments))
+    return Params(np.array(rows, dtype=LINE), np.concatenate(segments), 0)
 
 
 def _segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x, f = np.asarray(spring.extension, float), np.asarray(spring.tension, float)
-    return normal.segments(NormalCurve(np.array([x[0] - 1.0, *x]), np.array([0.0, *f])))
+    return curve.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
 
 
-@kernel
-def row(i, modes, p):
-    """The row of ``modes`` of spring ``i``."""
-    return modes.shape[0] - p.lines.size + i
+def units(p: Params) -> np.ndarray:
+    """The lines: each has a row of modes."""
+    return p.lines
 
 
 @kernel
@@ -137,7 +152,7 @@ def stretch(line, bodies, motion):
 def tension(line, mode, s, p):
     """T and f of a spring; T is not cut where the mode is taut, so that it is smooth across the
     event that ends it."""
-    f = curve_force(p.segments[mode[SEGMENT]], s.extension)
+    f = curve.curve_force(p.segments[mode[SEGMENT]], s.extension)
     return (f + line.damping * s.rate if mode[MODE] == TAUT else 0.0), f
 
 
@@ -145,7 +160,7 @@ def tension(line, mode, s, p):
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[row(i, modes, p)]
+        line, mode = p.lines[i], modes[p.mode + i]
         if mode[SEGMENT] == line.first:
             continue
         s = stretch(line, bodies, motion)
@@ -168,44 +183,44 @@ def pull(line, s, T, wrench):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every spring, into its row of ``stored``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[row(i, modes, p)]
+        line, mode = p.lines[i], modes[p.mode + i]
         s = stretch(line, bodies, motion)
-        stored[line.row] += normal.stored_energy(p.segments[mode[SEGMENT]], s.extension)
+        stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
 
 @kernel
 def observe(modes, motion, bodies, p, out):
-    """Rows ``out`` (n, 2): tension and length."""
+    """Rows of `OBSERVED` of all lines one after the other in ``out``: tension and length."""
     for i in range(p.lines.size):
-        s = stretch(p.lines[i], bodies, motion)
-        out[i, 0], _ = tension(p.lines[i], modes[row(i, modes, p)], s, p)
-        out[i, 1] = s.length
+        s, row = stretch(p.lines[i], bodies, motion), out[OBSERVED * i : OBSERVED * (i + 1)]
+        row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
+        row[LENGTH] = s.length
 
 
 @kernel
 def margins(modes, motion, bodies, p, out):
-    """Margins of all springs into the last of ``out`` (4 times the rows of ``modes``,): of contact
-    T, its opposite where it is cut; of the segment the distance to its nearer corner."""
+    """Margins of all springs into ``out`` (4 to a row of modes): of contact T, its opposite where
+    it is cut; of the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[row(i, modes, p)]
-        m = MARGINS * row(i, modes, p)
+        line, mode = p.lines[i], modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
         s = stretch(line, bodies, motion)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
-        out[m + SEGMENT_MARGIN] = normal.inside_segment(p.segments[mode[SEGMENT]], s.extension)
+        out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], s.extension)
         if line.damping > 0.0 and mode[SEGMENT] != line.first:
-            T = curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
+            T = curve.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T
 
 
 @root
 def switch(i, which, modes, motion, bodies, p):
     """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    line, mode = p.lines[i], modes[row(i, modes, p)]
+    line, mode = p.lines[i], modes[p.mode + i]
     if which == CONTACT_MARGIN:
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
     before, x = mode[SEGMENT], stretch(line, bodies, motion).extension
-    mode[SEGMENT] = normal.next_segment(before, p.segments[before], x)
+    mode[SEGMENT] = curve.next_segment(before, p.segments[before], x)
     if mode[SEGMENT] == line.first:
         mode[MODE] = SLACK
     elif before == line.first:
@@ -216,9 +231,9 @@ def switch(i, which, modes, motion, bodies, p):
 def settle(modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[row(i, modes, p)]
+        line, mode = p.lines[i], modes[p.mode + i]
         s = stretch(line, bodies, motion)
-        mode[SEGMENT] = find_segment(line.first, line.last, p.segments, s.extension)
+        mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
         mode[MODE] = TAUT
         T, _ = tension(line, mode, s, p)
         if mode[SEGMENT] == line.first or T < 0.0:

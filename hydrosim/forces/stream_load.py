@@ -18,14 +18,15 @@ added resistance to yawing is only what the point's own velocity gives.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import atan2, pi, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.forces.layout import Layout
+from hydrosim.forces.mirroring import turned
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
@@ -45,6 +46,21 @@ class StreamLoad(ForceElement):
     surge: np.ndarray
     sway: np.ndarray
     yaw: np.ndarray
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        return [self._in_order()]
+
+    def image(self) -> ForceElement:
+        sway, yaw = -self.sway, -self.yaw
+        load = replace(self, point=turned(self.point), sway=sway, yaw=yaw)
+        return replace(load, headings=-self.headings)._in_order()
+
+    def _in_order(self) -> StreamLoad:
+        """The same with headings that rise from 0 within one turn."""
+        headings = np.mod(self.headings, TURN)
+        order = np.argsort(headings)
+        surge, sway, yaw = (np.asarray(x)[order] for x in (self.surge, self.sway, self.yaw))
+        return replace(self, headings=headings[order], surge=surge, sway=sway, yaw=yaw)
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import settle
+from hydrosim.forces.events import settle
 from hydrosim.rigid import generalised_force, place_bodies
-from hydrosim.stepping.dynamics import Model, Work, forces, new_work, total_force
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.dynamics import Model, Work, add_forces, new_work, total_force
+from hydrosim.stepping.state import State
 
 ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences
@@ -82,7 +82,7 @@ def _load(q: np.ndarray, time: float, model: Model, state: State, work: Work) ->
     y, load = _at(q, state), np.zeros(q.size)
     place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
     settle(time, y, state.modes, work.motion, model.bodies, model.elements)
-    forces(time, y, state.modes, state.history, model, work, np.zeros_like(y))
+    add_forces(time, y, state.modes, state.history, model, work, np.zeros_like(y))
     total_force(work.wrench, work.total)
     generalised_force(model.bodies, work.motion, work.total, load)
     return load

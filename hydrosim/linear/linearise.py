@@ -15,7 +15,7 @@ from scipy import linalg
 from hydrosim.dofs import DOFS
 from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
 from hydrosim.stepping.dynamics import Model, dynamic_states, jacobian, new_work
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
 SLOW = 1e-5  # rad/s: as good as static

@@ -9,21 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from hydrosim.forces import (
-    LINEAR_DAMPING,
-    AppliedForce,
-    LinearDamping,
-    LinearMooring,
-    Recorded,
-    signals_of,
-)
-from hydrosim.scene import LinearScenes, Scene
+from hydrosim.forces import Recorded, signals_of
+from hydrosim.scene import LinearScenes, Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
-LINEAR = (LinearMooring, LinearDamping, AppliedForce)
-"""Elements that are linear, the last two on conditions."""
 ANGLES = range(3, 6)
 
 
@@ -59,29 +48,14 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
 
 
 def _elements(scene: Scene, model: Model) -> Iterator[str]:
-    index = {body.name: b for b, body in enumerate(scene.bodies)}
-    for name, e in scene.forces.items():
-        free = _free_angles(index[e.body], model)
-        if not isinstance(e, LINEAR):
-            yield name
-        elif isinstance(e, AppliedForce):
-            if free and (e.body_fixed or (model.bodies.exact and any(e.point))):
-                yield f"{name} turns with {e.body}"
-        elif isinstance(e, LinearDamping) and model.bodies.exact:
-            row = model.rows - len(scene.forces) + list(scene.forces).index(name)
-            if any(_turns(row, angle, model) for angle in free):
-                yield f"{name} turns with {e.body}"
+    """What elements say of themselves."""
+    index, exact = {body.name: b for b, body in enumerate(scene.bodies)}, model.bodies.exact
+    for row, (name, element) in enumerate(scene.forces.items(), model.rows - len(scene.forces)):
+        free = _free_angles(index[element.body], model)
+        reason = element.nonlinearity(name, Turns(free, exact, model.elements, row))
+        if reason is not None:
+            yield reason
 
 
 def _free_angles(body: int, model: Model) -> list[int]:
     return [i for i in ANGLES if 6 * body + i in model.bodies.active]
-
-
-def _turns(row: int, angle: int, model: Model) -> bool:
-    """Whether the damping of a row depends on how far its body has turned about an axis."""
-    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
-
-    damping = next(e["damping"] for e in model.elements[LINEAR_DAMPING] if e["row"] == row)
-    axis = np.eye(3)[angle - ANGLES.start]
-    R = np.kron(np.eye(2), Rotation.from_rotvec(axis).as_matrix())
-    return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())

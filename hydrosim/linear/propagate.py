@@ -22,9 +22,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
-from hydrosim.forces import APPLIED, LINEAR_DAMPING, LINEAR_MOORING
+from hydrosim.forces import CATALOGUE
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.integrate import Tableau
 from hydrosim.integrate.exponential import (
     POINTS,
     Interval,
@@ -36,8 +35,7 @@ from hydrosim.integrate.exponential import (
 from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
-from hydrosim.stepping.run import Clock, Record
-from hydrosim.stepping.stepper import STATUS, State, new_scratch
+from hydrosim.stepping.state import STATUS, Clock, Run, State
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
 FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval
@@ -91,18 +89,13 @@ class Equation:
 
 
 def propagate(
-    clock: Clock,
-    method: Tableau,
-    model: Model,
-    state: State,
-    record: Record,
-    counters: np.ndarray,
+    run: Run,
 ) -> Iterator[float]:
-    """Record the run of a linear scene from ``state`` on, which is left at its end, or where
+    """Record the run of a linear scene from its state on, which is left at its end, or where
     ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
-    work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
+    clock, model, state = run.clock, run.model, run.state
     times, y = record_times(clock), state.y.copy()
-    keep_states(times[:1], y[None], model, state, work, scratch, record, counters)
+    keep_states(times[:1], y[None], run)
     equation, finest = linear_equation(model, state), node_spacing(clock, model)
     response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
     yield times[0]
@@ -116,8 +109,8 @@ def propagate(
             y, last = states[-1], first + len(states)
             chosen = recorded[first:last]
             there, known = stops[first:last][chosen], states[chosen]
-            keep_states(there, known, model, state, work, scratch, record, counters)
-            if counters[STATUS]:
+            keep_states(there, known, run)
+            if run.counters[STATUS]:
                 return
             yield float(stops[last - 1])
             first = last
@@ -152,8 +145,8 @@ def _length(stops: np.ndarray, clock: Clock) -> float:
 def node_spacing(clock: Clock, model: Model) -> float:
     """Largest distance of nodes [s]: half a step, as the stages of rk4, or less where the waves'
     tables are finer, and whole parts of that where a frequency needs them."""
-    own = min([clock.pace / 2.0, *model.waves.step])
-    applied = model.elements[APPLIED].parts["signal"]["frequency"]
+    own = min([clock.solver_step / 2.0, *model.waves.step])
+    applied = model.elements.applied_forces.parts["signal"]["frequency"]
     highest = max([0.0, *model.waves.omega, *np.abs(applied)])
     return float(own / max(ceil(highest * own / PHASE), 1))
 
@@ -177,7 +170,7 @@ def linear_equation(model: Model, state: State) -> Equation:
     linear = linearise(model, at_rest, step=1.0)
     n, m, J = linear.active.size, linear.states.size, linear.jacobian
     waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
-    rows = np.array([*waves, *model.elements[APPLIED].each["row"]], dtype=np.int64)
+    rows = np.array([*waves, *model.elements.applied_forces.each["row"]], dtype=np.int64)
     loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
     rhs(0.0, at_rest.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
@@ -191,18 +184,19 @@ def linear_equation(model: Model, state: State) -> Equation:
 
 
 def _resistances(model: Model) -> Resistances:
-    """Of radiation with constant damping, of moorings and of linear damping."""
-    elements = (*model.elements[LINEAR_MOORING], *model.elements[LINEAR_DAMPING])
-    size, active = 6 * model.bodies.each.size, model.bodies.active
-    B, b = np.zeros((1 + len(elements), size, size)), np.zeros((1 + len(elements), size))
-    B[0, model.damping.row, model.damping.column] = model.damping.B
-    for k, e in enumerate(elements, start=1):
-        own = slice(6 * e["body"], 6 * e["body"] + 6)
-        B[k, own, own] = e["damping"]
-        if "stream" in e.dtype.names:
-            b[k, own] = e["damping"][:, :2] @ e["stream"]
-    rows = np.array([RADIATION, *(e["row"] for e in elements)], dtype=np.int64)
-    return Resistances(rows, B[:, active[:, None], active], b[:, active])
+    """Of radiation with constant damping, and of elements that say so."""
+    size, active, damping = 6 * model.bodies.each.size, model.bodies.active, model.damping
+    B, b, rows = [np.zeros((size, size))], [np.zeros(size)], [RADIATION]
+    B[0][damping.row, damping.column] = damping.B
+    for kind, p in zip(CATALOGUE, model.elements, strict=True):
+        for each in kind.resistances(p) if hasattr(kind, "resistances") else ():
+            own = slice(6 * each.body, 6 * each.body + 6)
+            B.append(np.zeros((size, size)))
+            b.append(np.zeros(size))
+            B[-1][own, own], b[-1][own] = each.B, each.b
+            rows.append(each.row)
+    matrices, steady = np.array(B)[:, active[:, None], active], np.array(b)[:, active]
+    return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
 
 
 def loads_at_rest(

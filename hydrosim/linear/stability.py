@@ -19,17 +19,18 @@ from itertools import pairwise
 import numpy as np
 from scipy import linalg
 
-from hydrosim.forces import FENDER, SPRING, new_modes
-from hydrosim.forces.contact.fender import COULOMB, STATES, STICK_SLIP
+from hydrosim.forces import new_modes
+from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.geometry import touch
-from hydrosim.forces.contact.modes import MODE, OPEN, SEGMENT, SLIP, STICK
+from hydrosim.forces.contact.laws import sliding
+from hydrosim.forces.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.integrate import Tableau
 from hydrosim.linear.linearise import Linear, linearise, participation
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at
@@ -132,7 +133,8 @@ def stability_function(method: Tableau) -> Callable[[np.ndarray], np.ndarray]:
 def _modes(model: Model, names: list[str], each_alone: bool) -> Iterator[tuple[str, np.ndarray]]:
     """Those of all contacts with all springs slack; with springs, also with all of them taut, and
     if asked each spring alone taut."""
-    points, (lines, segments) = model.elements[FENDER].points, model.elements[SPRING]
+    points, springs = model.elements.fenders.points, model.elements.springs
+    lines, segments = springs.lines, springs.segments
     for contact, modes in _contact_modes(model, names, each_alone):
         yield f"{contact}, springs slack" if lines.size else contact, modes
         taut = modes.copy()
@@ -150,8 +152,8 @@ def _contact_modes(
     model: Model, names: list[str], each_alone: bool
 ) -> Iterator[tuple[str, np.ndarray]]:
     """All points open, sticking or slipping, and if asked each alone sticking or slipping."""
-    points, lines = model.elements[FENDER].points, model.elements[SPRING].lines
-    steep = [_steepest(model.elements[FENDER].segments, point) for point in points]
+    points, lines = model.elements.fenders.points, model.elements.springs.lines
+    steep = [_steepest(model.elements.fenders.segments, point) for point in points]
     modes = new_modes(model.elements)
     modes[:, SEGMENT] = np.concatenate([points["first"], lines["first"]])
     yield "all contacts open" if points.size else "no contact", modes
@@ -174,21 +176,21 @@ def _steepest(segments: np.ndarray, each: np.void) -> int:
 def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
     """Linearise with the springs as long as they are on the pieces of their curves that ``modes``
     say, at their place and in their direction."""
-    lines, segments = model.elements[SPRING].lines.copy(), model.elements[SPRING].segments
+    lines, segments = model.elements.springs.lines.copy(), model.elements.springs.segments
     n, motion = model.bodies.active.size, new_work(model).motion
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     for line, (mode, segment, _) in zip(lines, modes[len(modes) - lines.size :], strict=True):
         if mode == TAUT:
             extension = segments[segment]["start"] + PRESSED
             line["length"] = stretch(line, model.bodies, motion).length - extension
-    springs = model.elements[SPRING]._replace(lines=lines)
-    elements = (*model.elements[:SPRING], springs, *model.elements[SPRING + 1 :])
+    springs = model.elements.springs._replace(lines=lines)
+    elements = model.elements._replace(springs=springs)
     return linearise(model._replace(elements=elements), state, modes, time)
 
 
 def _pressed_most(model: Model) -> float:
     """Time of the largest prescribed normal forces; 0 without any."""
-    fenders = model.elements[FENDER]
+    fenders = model.elements.fenders
     signals = fenders.points["signal"][fenders.points["prescribed"]]
 
     def total(time: float) -> float:
@@ -199,7 +201,7 @@ def _pressed_most(model: Model) -> float:
 
 def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
     """The state with the bodies moved so that the points in contact are pressed, and sliding."""
-    fenders, bodies, n = model.elements[FENDER], model.bodies, model.bodies.active.size
+    fenders, bodies, n = model.elements.fenders, model.bodies, model.bodies.active.size
     y, motion = state.y.copy(), new_work(model).motion
     shift = np.zeros(6 * bodies.each.size)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
@@ -214,24 +216,23 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     if np.any(modes[:, 0] == SLIP):
         y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
     for i, (point, (mode, segment, _)) in enumerate(zip(fenders.points, modes, strict=True)):
-        if mode == SLIP and point["law"] == STICK_SLIP:
-            piece = fenders.segments[segment]
-            normal = piece["force"] + PRESSED * piece["slope"]
-            if point["prescribed"]:
-                normal = value(time, point["signal"], fenders.pieces)
-            stretch = point["static"] * max(normal, 1.0) / point["stiffness"]
-            y[fenders.state + STATES * i :][:2] = stretch / np.sqrt(2.0)
-        if mode == SLIP and point["law"] == COULOMB:
-            place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-            velocity = np.array(touch(point, bodies, motion).velocity)
-            y[fenders.state + STATES * i :][:2] = velocity / max(np.hypot(*velocity), 1e-12)
+        if mode != SLIP:
+            continue
+        place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+        velocity, piece = touch(point, bodies, motion).velocity, fenders.segments[segment]
+        normal = piece["force"] + PRESSED * piece["slope"]
+        if point["prescribed"]:
+            normal = value(time, point["signal"], fenders.pieces)
+        state_of_slip = sliding(normal, np.array(velocity), point)
+        if state_of_slip is not None:
+            y[fenders.state + STATES * i :][:2] = state_of_slip
     return state._replace(y=y)
 
 
 def _what(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> str:
     """Name of the coordinate, contact node or radiation that has the largest ``share`` (m,) of a
     mode."""
-    n, fenders = linear.active.size, model.elements[FENDER]
+    n, fenders = linear.active.size, model.elements.fenders
     other, states = share[2 * n :], linear.states[2 * n :]
     node = (states - fenders.state) // STATES
     shares = {name: share[i] + share[n + i] for i, name in enumerate(names[:n])}

@@ -11,7 +11,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces import Fender, Spring
 from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.scene import Scene
+from hydrosim.scene import ForceElement, Scene
 from hydrosim.stepping.dynamics import Model
 
 MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
@@ -47,17 +47,17 @@ def coordinate_names(scene: Scene) -> list[str]:
 
 def fender_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
-    return [
-        f"{name} {i}"
-        for name, e in scene.forces.items()
-        if isinstance(e, Fender)
-        for i in range(1, len(e.points) + 1)
-    ]
+    return _units(scene, Fender)
 
 
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
-    return [name for name, e in scene.forces.items() if isinstance(e, Spring)]
+    return _units(scene, Spring)
+
+
+def _units(scene: Scene, kind: type[ForceElement]) -> list[str]:
+    each = ((name, e) for name, e in scene.forces.items() if isinstance(e, kind))
+    return [unit for name, e in each for unit in e.unit_names(name)]
 
 
 def state_names(scene: Scene, model: Model) -> list[str]:

@@ -23,10 +23,20 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import FENDER, SPRING
-from hydrosim.forces.contact.fender import DAMPED, SLIP_DAMPED, SLIP_DISTANCE, STATES
-from hydrosim.forces.contact.modes import MODE, RISING, SEGMENT
+from hydrosim.forces.contact.fender import (
+    COMPRESSION,
+    DAMPED,
+    FRICTION,
+    LOST,
+    NODE,
+    NORMAL_FORCE,
+    SLIP_DAMPED,
+    SLIP_DISTANCE,
+    STATES,
+)
 from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
+from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results.names import (
     fender_names,
@@ -39,10 +49,10 @@ from hydrosim.results.names import (
 from hydrosim.results.phases import Phase, contact_phases
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.run import Record, channels
+from hydrosim.stepping.record import channels
+from hydrosim.stepping.state import Record
 from hydrosim.waves import Components, elevations
 
-LOST = -1  # the last of what `observe` says of a point
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
 EARTH = "earth"
 VARIABLES: dict[str, tuple[str, str, str]] = {
@@ -112,7 +122,7 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    data.update(_fenders(time, values["contact"], modes[:, : points.shape[1]], points))
+    data.update(_fenders(time, values["fenders"], modes[:, : points.shape[1]], points))
     data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
     data.update(_probes(scene, sea, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
@@ -189,7 +199,7 @@ def _states(
         "state_value": xr.DataArray(values["y"][kept], coords, ("state_time", "state")),
         "state_input": xr.DataArray(rates, {"state": names}, ("state",)),
     }
-    points, lines = model.elements[FENDER].points, model.elements[SPRING].lines
+    points, lines = model.elements.fenders.points, model.elements.springs.lines
     of_fenders, of_springs = modes[kept, : points.size], modes[kept, points.size :]
     at = {"state_time": time}
     for kind, each, of in (("fender", points, of_fenders), ("spring", lines, of_springs)):
@@ -220,7 +230,7 @@ def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, x
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
     """States (nt, fenders, `STATES`) of the contact points."""
-    p = model.elements[FENDER]
+    p = model.elements.fenders
     return y[:, p.state : p.state + STATES * p.points.size].reshape(len(y), -1, STATES)
 
 
@@ -229,14 +239,14 @@ def _fenders(
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     if modes.shape[1] == 0:
         return {}
-    open_ = modes[:, :, 0] == 0
+    open_ = modes[:, :, MODE] == OPEN
     return {
-        "fender_compression": (POINT[:2], contact[:, :, 0]),
-        "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, 1])),
-        "fender_mode": (POINT[:2], modes[:, :, 0].astype(np.int8)),
-        "contact_phase": (POINT[:1], contact_phases(time, modes[:, :, 0])),
-        "fender_friction": (POINT, contact[:, :, 2:5]),
-        "fender_node": (POINT, contact[:, :, 5:8]),
+        "fender_compression": (POINT[:2], contact[:, :, COMPRESSION]),
+        "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, NORMAL_FORCE])),
+        "fender_mode": (POINT[:2], modes[:, :, MODE].astype(np.int8)),
+        "contact_phase": (POINT[:1], contact_phases(time, modes[:, :, MODE])),
+        "fender_friction": (POINT, contact[:, :, FRICTION:NODE]),
+        "fender_node": (POINT, contact[:, :, NODE:LOST]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
         "fender_dissipated": (POINT[:2], contact[:, :, LOST]),
         "fender_dissipated_damping": (POINT[:2], points[:, :, DAMPED]),
@@ -249,8 +259,8 @@ def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str,
         return {}
     each = ("time", "spring")
     return {
-        "spring_tension": (each, pulls[:, :, 0]),
-        "spring_length": (each, pulls[:, :, 1]),
+        "spring_tension": (each, pulls[:, :, TENSION]),
+        "spring_length": (each, pulls[:, :, LENGTH]),
         "spring_mode": (each, modes[:, :, MODE].astype(np.int8)),
     }
 
@@ -269,7 +279,7 @@ def _probes(
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
-    friction = _friction_losses(scene, model, values["contact"])
+    friction = _friction_losses(scene, model, values["fenders"])
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
@@ -290,7 +300,7 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
 
 def _friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str, np.ndarray]:
     """Energy lost in friction (nt,) by fender element."""
-    rows = model.elements[FENDER].points["row"]
+    rows = model.elements.fenders.points["row"]
     return {
         name: contact[:, rows == row, LOST].sum(axis=1)
         for row, name in enumerate(force_names(scene))

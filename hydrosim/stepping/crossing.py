@@ -8,22 +8,20 @@ contact.
 
 from __future__ import annotations
 
-from hydrosim.forces import FENDER, SPRING, spring
-from hydrosim.forces.contact.fender import SETTLED, STATES
-from hydrosim.forces.contact.modes import MARGINS, MODE, SLIP, STICK
-from hydrosim.forces.contact.transitions import break_loose, find_headings, margins, switch
+from hydrosim.forces import events
+from hydrosim.forces.modes import MARGINS, MODE, SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, kernel, root
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import rhs, still
-from hydrosim.stepping.stepper import (
+from hydrosim.stepping.state import (
     AFTER,
     BEFORE,
     BUT_FOR_SLIP,
     EARLY,
     END,
-    EVALUATIONS,
+    END_SLOPE,
     EVERY,
     FULL,
     KNOWN,
@@ -33,97 +31,105 @@ from hydrosim.stepping.stepper import (
     SOME,
     SPARE,
     STAGE,
+    START_MARGINS,
     TRIAL,
-    step,
 )
+from hydrosim.stepping.stepper import slope, step
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until it is settled
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
 @kernel
-def cut(t, stop, located, model, method, state, work, scratch, counters):
+def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
+    scratch = run.scratch
     end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.watched[EVERY]
-    _measure(stop, end, model, state, work, scratch, every, after)
+    _measure(stop, end, run, every, after)
     left = any_negative(after)
     if after.size == 0 or not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
         if left:
-            stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
+            stop = t + _land(t, stop - t, run)
         else:
             assign(scratch.margins[NOW], after)
-        part = _dip(t, stop - t, model, state, work, scratch, counters) if stop > t else 1.0
+        part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
             return stop, left
         stop = t + part * (stop - t)
-        step(t, stop - t, model, method, state, work, scratch, counters)
-        _measure(stop, end, model, state, work, scratch, every, after)
+        step(t, stop - t, run)
+        _measure(stop, end, run, every, after)
         left = any_negative(after)
     if left:
-        stop = t + _land(t, stop - t, model, method, state, work, scratch, counters)
-    scratch.fresh[1] = 0
+        stop = t + _land(t, stop - t, run)
+    scratch.known[END_SLOPE] = 0
     return stop, left
 
 
 @root
-def _measure(t, y, model, state, work, scratch, watched, out):
-    """Margins at t, y of springs, and of contact modes of ``watched`` rows."""
+def _measure(t, y, run, watched, out):
+    """Margins at t, y, those of contacts of ``watched`` rows alone."""
     if out.size == 0:
         return
-    n, fenders, holds = model.bodies.active.size, model.elements[FENDER], work.holds
-    if holds.point.size > 0:  # the reactions are margins of rigid friction
-        rhs(t, y, state.modes, state.history, model, work, scratch.states[SPARE])
+    model, work, modes = run.model, run.work, run.state.modes
+    if work.constraints.force.size > 0:  # the reactions are margins of what is held
+        rhs(t, y, modes, run.state.history, model, work, run.scratch.states[SPARE])
     else:
-        place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    headings, reactions = scratch.headings, holds.reaction
-    motion, bodies = work.motion, model.bodies
-    margins(t, y, state.modes, motion, bodies, fenders, headings, reactions, watched, out)
-    if model.elements[SPRING].lines.size > 0:
-        spring.margins(state.modes, motion, bodies, model.elements[SPRING], out)
+        _place(y, run)
+    events.find_margins(
+        *(t, y, modes, work.motion, model.bodies, model.elements),
+        *(run.scratch.headings, work.holds.reaction, watched, out),
+    )
+
+
+@kernel
+def _place(y, run):
+    """Bodies where ``y`` has them."""
+    n = run.model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], run.model.bodies, run.work.motion)
 
 
 @root
-def _find_before(t, model, state, work, scratch):
+def _find_before(t, run):
     """Margins at the start of the step, as far as the step before has not left them there."""
-    fresh, watched, slipping = scratch.fresh, scratch.watched[EVERY], scratch.watched[SOME]
-    if fresh[2] == KNOWN:
+    scratch, state = run.scratch, run.state
+    known, watched, slipping = scratch.known, scratch.watched[EVERY], scratch.watched[SOME]
+    if known[START_MARGINS] == KNOWN:
         return
-    if fresh[2] == BUT_FOR_SLIP:
+    if known[START_MARGINS] == BUT_FOR_SLIP:
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
-    _measure(t, state.y, model, state, work, scratch, watched, scratch.margins[BEFORE])
-    fresh[2] = KNOWN
+    _measure(t, state.y, run, watched, scratch.margins[BEFORE])
+    known[START_MARGINS] = KNOWN
 
 
 @root
-def _land(t, h, model, method, state, work, scratch, counters):
+def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
     The zero is sought on the cubic through both ends, and the difference between the method's own
     step and the cubic at that place is then taken off (a contraction of order h^3), within a
     bracket that always shrinks. Returns the length of the cut step.
     """
+    scratch = run.scratch
     end = scratch.states[END]
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
     every, ended = scratch.watched[EVERY], scratch.watched[SOME]
-    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
-    counters[EVALUATIONS] += 1
+    slope(t + h, end, run, scratch.states[SLOPE])
     assign(scratch.states[FULL], end)
-    _find_before(t, model, state, work, scratch)
+    _find_before(t, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
-    x, on_cubic = _zero_on_cubic(0.0, t, h, model, state, work, scratch)
+    x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     while True:
-        step(t, x * h, model, method, state, work, scratch, counters)
-        _measure(t + x * h, end, model, state, work, scratch, every, now)
+        step(t, x * h, run)
+        _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
@@ -131,22 +137,22 @@ def _land(t, h, model, method, state, work, scratch, counters):
             lo, f_lo = x, value
         else:
             hi, f_hi = x, value
-        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, model, state, work, scratch)
+        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
         if not lo < x < hi:
             x = between(lo, max(f_lo, 0.0), hi, f_hi)
-            on_cubic = _phi_on_cubic(x, t, h, model, state, work, scratch)
+            on_cubic = _phi_on_cubic(x, t, h, run)
 
 
 @root
-def _zero_on_cubic(defect, t, h, model, state, work, scratch):
+def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
-    before, after = scratch.margins[BEFORE], scratch.margins[AFTER]
+    before, after = run.scratch.margins[BEFORE], run.scratch.margins[AFTER]
     lo, f_lo = 0.0, phi(before, before, after) + defect
     hi, f_hi = 0.0, -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
-        f_hi = _phi_on_cubic(hi, t, h, model, state, work, scratch) + defect
+        f_hi = _phi_on_cubic(hi, t, h, run) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo, f_lo = hi, f_hi
@@ -157,7 +163,7 @@ def _zero_on_cubic(defect, t, h, model, state, work, scratch):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, t, h, model, state, work, scratch) + defect
+        f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
             lo, f_lo = x, f
         else:
@@ -166,11 +172,12 @@ def _zero_on_cubic(defect, t, h, model, state, work, scratch):
 
 
 @kernel
-def _phi_on_cubic(x, t, h, model, state, work, scratch):
+def _phi_on_cubic(x, t, h, run):
+    scratch = run.scratch
     now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
-    _on_cubic(x, t, h, model, state, work, scratch, scratch.watched[SOME], now)
+    _on_cubic(x, t, h, run, scratch.watched[SOME], now)
     smallest = 1.0
-    for i in range(state.modes.shape[0]):
+    for i in range(run.state.modes.shape[0]):
         if scratch.watched[SOME, i] != 0:
             a, b = MARGINS * i, MARGINS * (i + 1)
             smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
@@ -178,46 +185,48 @@ def _phi_on_cubic(x, t, h, model, state, work, scratch):
 
 
 @root
-def _on_cubic(x, t, h, model, state, work, scratch, watched, out):
-    """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and nodes
-    alone, but for the reactions of rigid friction."""
-    fenders, stage = model.elements[FENDER], scratch.states[STAGE]
-    if work.holds.point.size > 0:
-        _interpolate(x, h, 0, stage.size, state, scratch, stage)
+def _on_cubic(x, t, h, run, watched, out):
+    """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and what
+    margins look at alone, but for the reactions of what is held."""
+    model, stage = run.model, run.scratch.states[STAGE]
+    if run.work.constraints.force.size > 0:
+        _interpolate(x, h, 0, stage.size, run)
     else:
-        _interpolate(x, h, 0, 2 * model.bodies.active.size, state, scratch, stage)
-        for i in range(fenders.points.size):
+        _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
+        for i in range(watched.size):
             if watched[i] != 0:
-                k = fenders.state + STATES * i
-                _interpolate(x, h, k, k + 2, state, scratch, stage)  # its stretch
-    _measure(t + x * h, stage, model, state, work, scratch, watched, out)
+                first, last = events.felt(i, model.elements)
+                if last > first:
+                    _interpolate(x, h, first, last, run)
+    _measure(t + x * h, stage, run, watched, out)
 
 
 @kernel
-def _interpolate(x, h, i, j, state, scratch, out):
-    """States i to j on the cubic through both ends of the uncut step."""
-    k, full, slope = scratch.k[0], scratch.states[FULL], scratch.states[SLOPE]
-    hermite(x, h, state.y[i:j], k[i:j], full[i:j], slope[i:j], out[i:j])
+def _interpolate(x, h, i, j, run):
+    """States i to j on the cubic through both ends of the uncut step, into ``states[STAGE]``."""
+    states, y, k = run.scratch.states, run.state.y, run.scratch.k[0]
+    full, end, out = states[FULL], states[SLOPE], states[STAGE]
+    hermite(x, h, y[i:j], k[i:j], full[i:j], end[i:j], out[i:j])
 
 
 @kernel
-def _dip(t, h, model, state, work, scratch, counters):
+def _dip(t, h, run):
     """Where in a step, as a part of it, a margin that falls at first and rises at last is below
     zero on the cubic through both ends; 1 where none is.
 
     It is looked into if its tangents meet below zero: so a mode that ends and begins again within a
     step, or before another event, is not jumped over. The margins of the end are in NOW.
     """
+    scratch = run.scratch
     margin, every, end = scratch.margins, scratch.watched[EVERY], scratch.states[END]
-    rhs(t + h, end, state.modes, state.history, model, work, scratch.states[SLOPE])
-    counters[EVALUATIONS] += 1
-    scratch.fresh[1] = 1
+    slope(t + h, end, run, scratch.states[SLOPE])
+    scratch.known[END_SLOPE] = 1
     assign(scratch.states[FULL], end)
-    _find_before(t, model, state, work, scratch)
-    _on_cubic(NEAR, t, h, model, state, work, scratch, every, margin[EARLY])
+    _find_before(t, run)
+    _on_cubic(NEAR, t, h, run, every, margin[EARLY])
     if not _may_dip(margin):
         return 1.0
-    _on_cubic(1.0 - NEAR, t, h, model, state, work, scratch, every, margin[LATE])
+    _on_cubic(1.0 - NEAR, t, h, run, every, margin[LATE])
     for i in range(margin.shape[1]):
         first, last = margin[BEFORE, i], margin[NOW, i]
         falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
@@ -225,7 +234,7 @@ def _dip(t, h, model, state, work, scratch, counters):
             meet = (last - rising - first) / (falling - rising)
             floor = -LANDED * max(abs(first), abs(last))
             if first + falling * meet < floor:
-                x = _deepest(i, floor, t, h, model, state, work, scratch)
+                x = _deepest(i, floor, t, h, run)
                 if x < 1.0:
                     return x
     return 1.0
@@ -242,88 +251,87 @@ def _may_dip(margin):
 
 
 @kernel
-def _deepest(i, floor, t, h, model, state, work, scratch):
+def _deepest(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
     golden = 0.6180339887498949
     lo, hi = 0.0, 1.0
     a, b = 1.0 - golden, golden
-    f_a = _margin_on_cubic(i, a, t, h, model, state, work, scratch)
-    f_b = _margin_on_cubic(i, b, t, h, model, state, work, scratch)
+    f_a = _margin_on_cubic(i, a, t, h, run)
+    f_b = _margin_on_cubic(i, b, t, h, run)
     for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
         if min(f_a, f_b) < floor:
             return a if f_a < f_b else b
         if f_a < f_b:
             hi, b, f_b = b, a, f_a
             a = hi - golden * (hi - lo)
-            f_a = _margin_on_cubic(i, a, t, h, model, state, work, scratch)
+            f_a = _margin_on_cubic(i, a, t, h, run)
         else:
             lo, a, f_a = a, b, f_b
             b = lo + golden * (hi - lo)
-            f_b = _margin_on_cubic(i, b, t, h, model, state, work, scratch)
+            f_b = _margin_on_cubic(i, b, t, h, run)
     return 1.0
 
 
 @kernel
-def _margin_on_cubic(i, x, t, h, model, state, work, scratch):
-    one, out = scratch.watched[SOME], scratch.margins[TRIAL]
+def _margin_on_cubic(i, x, t, h, run):
+    one, out = run.scratch.watched[SOME], run.scratch.margins[TRIAL]
     for j in range(one.size):
         one[j] = 1 if j == i // MARGINS else 0
-    _on_cubic(x, t, h, model, state, work, scratch, one, out)
+    _on_cubic(x, t, h, run, one, out)
     return out[i]
 
 
 @kernel
-def note_headings(t, model, state, work, headings):
+def note_headings(t, run):
     """Note where all points slip to at the start of a step."""
+    headings, state, model = run.scratch.headings, run.state, run.model
     if headings.size > 0:
-        n = model.bodies.active.size
-        place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
-        fenders = model.elements[FENDER]
-        find_headings(t, state.y, state.modes, work.motion, model.bodies, fenders, headings)
+        _place(state.y, run)
+        motion, bodies = run.work.motion, model.bodies
+        events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
 @kernel
-def switch_modes(located, step, t, model, state, work, scratch):
+def switch_modes(t, run):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per row of modes."""
-    y, n = state.y, model.bodies.active.size
+    state, scratch, located = run.state, run.scratch, run.clock.events
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
     near = max(phi(now, before, after), 0.0) + SWITCHED
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    _place(state.y, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
                 continue
-            size = max(abs(before[m]), abs(after[m]))
-            _switch(i, which, size, located, step, t, model, state, work)
+            _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
             break
     scratch.newton.status[0] = STALE
-    make_consistent(t, model, state, work, scratch)
+    make_consistent(t, run)
 
 
 @kernel
-def _switch(i, which, size, located, step, t, model, state, work):
-    """Switch row ``i`` of the modes; a node that relaxes in few steps of length ``step`` is settled
-    only a while later."""
-    y, modes, motion, fenders = state.y, state.modes, work.motion, model.elements[FENDER]
-    if i >= fenders.points.size:
-        lines = model.elements[SPRING]
-        spring.switch(i - fenders.points.size, which, modes, motion, model.bodies, lines)
-        return
-    switch(i, which, size, t, y, modes, motion, model.bodies, work.holds.reaction, fenders)
-    relaxation = fenders.points[i].relaxation
-    if located and modes[i, MODE] != STICK and relaxation < FAST * step:
-        y[fenders.state + STATES * i + SETTLED] = t + RELAXATIONS * relaxation
+def _switch(i, which, size, t, run):
+    """Switch row ``i`` of the modes, whose margin ``which`` was of this ``size``."""
+    state, model = run.state, run.model
+    step = run.clock.step if run.clock.events else 0.0
+    events.switch(
+        *(i, which, size, step, t, state.y, state.modes),
+        *(run.work.motion, model.bodies, model.elements, run.work.holds.reaction),
+    )
 
 
 @kernel
-def make_consistent(t, model, state, work, scratch):
-    """Bring what rigid friction holds to rest, and let break loose what it cannot hold."""
+def make_consistent(t, run):
+    """Bring what is held to rest, and let break loose what cannot be held."""
+    state, model, work = run.state, run.model, run.work
     still(state.y, state.modes, model, work)
-    for _ in range(work.holds.point.size):
-        rhs(t, state.y, state.modes, state.history, model, work, scratch.states[SPARE])
-        fenders, reactions = model.elements[FENDER], work.holds.reaction
-        if not break_loose(t, state.y, state.modes, work.motion, model.bodies, fenders, reactions):
+    for _ in range(work.constraints.force.size):
+        rhs(t, state.y, state.modes, state.history, model, work, run.scratch.states[SPARE])
+        loose = events.break_loose(
+            *(t, state.y, state.modes, work.motion, model.bodies),
+            *(model.elements, work.holds.reaction),
+        )
+        if not loose:
             return

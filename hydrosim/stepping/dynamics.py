@@ -9,7 +9,8 @@ the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency
 omega x (R I R^T omega). A_inf, the retardation functions and, unless asked
 otherwise, the wave loads belong to the mean position: they stay in axes parallel to the body's at
 rest and do not turn with yaw. (Cummins 1962;
-Ogilvie 1964.) Points that rigid friction holds add J q'' = c, with J^T lambda on the right.
+Ogilvie 1964.) What is held, as by rigid friction, adds J q'' = c, with J^T lambda on the
+right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
 that ride along: of every row of forces its work (waves, applied forces) or its dissipation (all
@@ -18,19 +19,13 @@ others), and of |wave power|.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import FENDER, add_element_energies, add_elements
+from hydrosim import forces
+from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.contact.coulomb import Holds, new_holds
-from hydrosim.forces.contact.fender import (
-    COULOMB,
-    STATES,
-    STICK_SLIP,
-    add_reactions,
-    hold_points,
-)
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel, root
@@ -59,7 +54,14 @@ from hydrosim.rigid import (
     place,
     place_bodies,
 )
-from hydrosim.rigid.constraints import eliminate, find_forces, restore, solve_for_pivots
+from hydrosim.rigid.constraints import (
+    Constraints,
+    eliminate,
+    find_forces,
+    new_constraints,
+    restore,
+    solve_for_pivots,
+)
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.waves.following import FollowingLoads, following_loads
 from hydrosim.waves.loads import POINTS, WaveLoads, wave_loads
@@ -68,7 +70,8 @@ from hydrosim.waves.loads import POINTS, WaveLoads, wave_loads
 class Model(NamedTuple):
     """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
 
-    ``radiation`` and ``energy`` are the first entries of those parts in y, of length ``size``.
+    ``radiation``, ``own`` (of elements) and ``energy`` are the first entries of those parts in y,
+    of length ``size``.
     """
 
     bodies: Bodies
@@ -80,9 +83,10 @@ class Model(NamedTuple):
     damping: ConstantDamping
     waves: WaveLoads
     following: FollowingLoads
-    elements: Any
+    elements: Elements
     rows: int
     radiation: int
+    own: int
     energy: int
     size: int
 
@@ -97,6 +101,7 @@ class Work(NamedTuple):
     mass: np.ndarray  # (6 nb, 6 nb)
     inertia: np.ndarray  # (n, n)
     turning: Turning
+    constraints: Constraints
     holds: Holds
     following: np.ndarray  # of `following_loads`
 
@@ -104,7 +109,7 @@ class Work(NamedTuple):
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
     m, n = 6 * model.bodies.each.size, model.bodies.active.size
-    law = model.elements[FENDER].points["law"]
+    rows = events.held_directions(model.elements)
     return Work(
         new_motion(model.bodies),
         np.zeros((model.rows, m)),
@@ -113,18 +118,16 @@ def new_work(model: Model) -> Work:
         np.zeros((m, m)),
         np.zeros((n, n)),
         new_turning(model.inertia),
-        new_holds(law.size, int(np.count_nonzero(law == COULOMB)), n),
+        new_constraints(rows, n),
+        new_holds(model.elements.fenders.points.size, rows),
         np.zeros(POINTS + 6),
     )
 
 
 def dynamic_states(model: Model) -> np.ndarray:
     """Entries (m,) of y that act on others: all but slip distances, headings and energies."""
-    fenders = model.elements[FENDER]
-    first = fenders.state + STATES * np.arange(fenders.points.size)
-    first = first[fenders.points["law"] == STICK_SLIP]
-    stretch = np.concatenate([first, first + 1])
-    return np.concatenate([np.arange(fenders.state), np.sort(stretch)]).astype(np.int64)
+    motion = np.arange(model.own)
+    return np.concatenate([motion, forces.dynamic_states(model.elements)]).astype(np.int64)
 
 
 @root
@@ -133,13 +136,13 @@ def rhs(t, y, modes, history, model, work, dy):
     scratch and ``dy`` only."""
     n, motion = model.bodies.active.size, work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
-    forces(t, y, modes, history, model, work, dy)
+    add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
     subtract_gyroscopic(model.bodies, motion, work.total)
-    if work.holds.point.size == 0:
+    if work.constraints.force.size == 0:
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
@@ -149,33 +152,45 @@ def rhs(t, y, modes, history, model, work, dy):
 
 @kernel
 def accelerate(modes, model, work, x):
-    """Accelerations ``x`` (n,) where rigid friction may hold points; their reactions go into
+    """Accelerations ``x`` (n,) where something may be held; the reactions of elements go into
     ``work.holds`` and their rows of ``work.wrench``."""
-    motion, fenders, holds = work.motion, model.elements[FENDER], work.holds
+    motion, constraints = work.motion, work.constraints
     mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    hold_points(modes, motion, model.bodies, fenders, work.total, holds)
-    solve_for_pivots(holds.constraints)
-    eliminate(holds.constraints, work.inertia, x)
+    constrain(modes, model, work)
+    solve_for_pivots(constraints)
+    eliminate(constraints, work.inertia, x)
     cholesky(work.inertia)
     cholesky_solve(work.inertia, x)
-    find_forces(holds.constraints, x)
-    restore(holds.constraints, x)
-    add_reactions(modes, motion, model.bodies, fenders, holds, work.wrench)
+    find_forces(constraints, x)
+    restore(constraints, x)
+    events.add_reactions(
+        modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
+    )
+
+
+@kernel
+def constrain(modes, model, work):
+    """State all constraints, where ``work.motion`` is placed: J q'' = c."""
+    constraints = work.constraints
+    constraints.number[0] = 0
+    events.hold(
+        modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
+    )
 
 
 @root
 def still(y, modes, model, work):
-    """Take from the rates in ``y`` what rigid friction does not let move, where it holds."""
-    n, motion, holds = model.bodies.active.size, work.motion, work.holds
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    hold_points(modes, motion, model.bodies, model.elements[FENDER], work.total, holds)
-    if holds.constraints.number[0] > 0:
-        clear(holds.constraints.bound)
-        solve_for_pivots(holds.constraints)
-        restore(holds.constraints, y[n : 2 * n])
+    """Take from the rates in ``y`` what constraints do not let move, where they hold."""
+    n, constraints = model.bodies.active.size, work.constraints
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    constrain(modes, model, work)
+    if constraints.number[0] > 0:
+        clear(constraints.bound)
+        solve_for_pivots(constraints)
+        restore(constraints, y[n : 2 * n])
 
 
 @root
@@ -197,7 +212,7 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
 
 
 @kernel
-def forces(t, y, modes, history, model, work, dy):
+def add_forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
     clear(wrench.reshape(wrench.size))

@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import APPLIED, applied_force
+from hydrosim.forces import applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
 from hydrosim.jit.refs import ref
 from hydrosim.stepping.dynamics import power
-from hydrosim.stepping.run import check, keep
-from hydrosim.stepping.stepper import RUNNING, STATUS
+from hydrosim.stepping.record import keep
+from hydrosim.stepping.run import check
+from hydrosim.stepping.state import RUNNING, STATUS
 from hydrosim.waves.loads import wave_loads
 
 
@@ -37,10 +38,10 @@ def sample_loads(start, step, rows, model, state, work, loads):
         for r in range(rows.size):
             clear(wrench[rows[r]])
         wave_loads(t, constants.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
-        if elements[APPLIED].each.size > 0:
+        if elements.applied_forces.each.size > 0:
             applied_force.add_force(
                 *(t, state.y, state.modes, room.motion, bodies),
-                *(elements[APPLIED], wrench, work.rate, work.total),
+                *(elements.applied_forces, wrench, work.rate, work.total),
             )
         for r in range(rows.size):
             for j in range(bodies.active.size):
@@ -72,15 +73,13 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
 
 
 @kernel
-def keep_states(times, states, model, state, work, scratch, record, counters):
+def keep_states(times, states, run):
     """Record the ``states`` (nk, ny) at ``times`` (nk,), as steps to there would have been; stops
     where ``counters[STATUS]`` says why."""
-    # references, as a stepped run hands to the same kernels: they are compiled once for both
-    constants, now, room = ref(model), ref(state), ref(work)
-    spare, rows = ref(scratch), ref(record)
+    on = ref(run)  # as a stepped run hands to the same kernels: they are compiled once for both
     for k in range(times.size):
-        assign(now.y, states[k])
-        check(now.y, constants.bodies, counters)
-        if counters[STATUS] != RUNNING:
+        assign(on.state.y, states[k])
+        check(on.state.y, on.model.bodies, on.counters)
+        if on.counters[STATUS] != RUNNING:
             return
-        keep(times[k], constants, now, room, spare, rows, counters)
+        keep(times[k], on)

@@ -7,42 +7,42 @@ by the method itself, the mode switches, and the rest of the step follows (see `
 
 from __future__ import annotations
 
-from math import prod
-from typing import NamedTuple
-
 import numpy as np
 
-from hydrosim.forces import FENDER, SPRING, new_modes, spring
-from hydrosim.forces.contact.fender import OBSERVED, SETTLED, STATES, observe
-from hydrosim.integrate import Control, error_norm, step_factor
+from hydrosim.forces import events
+from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import push
 from hydrosim.rigid import accelerations
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.stepping.dynamics import Model, rhs, still, stored_energies
-from hydrosim.stepping.stepper import (
+from hydrosim.stepping.dynamics import still
+from hydrosim.stepping.record import keep
+from hydrosim.stepping.state import (
     AFTER,
     BEFORE,
     BUT_FOR_SLIP,
     CAPSIZED,
     CHATTERING,
     END,
-    EVALUATIONS,
+    END_SLOPE,
     EVENTS,
+    LAST_ERROR,
+    NEXT_STEP,
     NO_SOLUTION,
     NOT_FINITE,
     RECORDS,
     REJECTED,
     RUNNING,
     SLOPE,
+    START_MARGINS,
+    START_SLOPE,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
     UNKNOWN,
-    step,
 )
-from hydrosim.waves.loads import wave_loads
+from hydrosim.stepping.stepper import slope, step
 
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
@@ -51,95 +51,31 @@ SHORTEST = 1e-3  # part of a step that is tried where an implicit method finds n
 PIECES = 200  # events in one step, per contact point or spring, after which it is called chattering
 
 
-class Clock(NamedTuple):
-    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
-    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it.
-    ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
-
-    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
-    with ``pace``.
-    """
-
-    start: float
-    first: int
-    step: float
-    end: float
-    points: int
-    every: int
-    breakpoints: np.ndarray
-    events: bool
-    control: Control
-    pace: float
-
-
-class Record(NamedTuple):
-    """What is kept at every output time: ``channels`` (nt, nc), see `channels`, and the ``modes``
-    (nt, nf + ns, 3) of contacts and springs."""
-
-    channels: np.ndarray
-    modes: np.ndarray
-
-
-def channels(model: Model) -> dict[str, tuple[int, ...]]:
-    """Names and shapes of the channels of a record, in their order."""
-    m = 6 * model.bodies.each.size
-    return {
-        "time": (),
-        "elevation": (),
-        "kinetic": (),
-        "y": (model.size,),
-        "coordinates": (m,),
-        "velocity": (m,),
-        "stored": (model.rows,),
-        "wrench": (model.rows, m),
-        "contact": (model.elements[FENDER].points.size, OBSERVED),
-        "springs": (model.elements[SPRING].lines.size, spring.OBSERVED),
-    }
-
-
-def new_record(model: Model, clock: Clock) -> Record:
-    """Room for all output times, the first included."""
-    nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
-    width = sum(prod(shape) for shape in channels(model).values())
-    modes = new_modes(model.elements)
-    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype))
-
-
 @root
-def advance(first, count, clock, model, method, state, work, scratch, record, counters):
+def advance(first, count, run):
     """Go from grid point ``first`` over up to ``count`` more; stops early where
     ``counters[STATUS]`` says why.
 
-    ``state`` is left where the last accepted piece ended. Returns the time that was reached.
+    ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
-    return _advance(
-        first,
-        count,
-        ref(clock),
-        ref(model),
-        ref(method),
-        ref(state),
-        ref(work),
-        ref(scratch),
-        ref(record),
-        counters,
-    )
+    return _advance(first, count, ref(run))
 
 
 @kernel
-def _advance(first, count, clock, model, method, state, work, scratch, record, counters):
-    """The loop of `advance`, with references."""
+def _advance(first, count, run):
+    """The loop of `advance`, with a reference."""
+    clock, counters = run.clock, run.counters
     t = grid_time(first, clock)
     if counters[RECORDS] == 0:
-        make_consistent(t, model, state, work, scratch)
-        remember(t, model, state, work, scratch, counters)
-        keep(t, model, state, work, scratch, record, counters)
+        make_consistent(t, run)
+        remember(t, run)
+        keep(t, run)
     for n in range(first + 1, min(first + count, clock.points) + 1):
-        t = _cross(t, grid_time(n, clock), clock, model, method, state, work, scratch, counters)
+        t = _cross(t, grid_time(n, clock), run)
         if counters[STATUS] != RUNNING:
             return t
         if n % clock.every == 0 or n == clock.points:
-            keep(t, model, state, work, scratch, record, counters)
+            keep(t, run)
     return t
 
 
@@ -150,17 +86,16 @@ def grid_time(n, clock):
 
 
 @kernel
-def _cross(t, goal, clock, model, method, state, work, scratch, counters):
+def _cross(t, goal, run):
     """Go to the time ``goal``, piece by piece; returns the time reached."""
+    clock, state, scratch, counters = run.clock, run.state, run.scratch, run.counters
     limit = PIECES * (1 + state.modes.shape[0])
-    events, part = 0, 1.0  # of a step, where the stages of the whole have no solution
-    while t < goal and events <= limit and counters[STATUS] == RUNNING:
+    ended, part = 0, 1.0  # of a step, where the stages of the whole have no solution
+    while t < goal and ended <= limit and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
-        stop = min(stop, t + _pace(t, stop - t, clock, model, state, scratch))
+        stop = min(stop, t + _pace(t, stop - t, run))
         stop = stop if part == 1.0 else t + part * (stop - t)
-        accepted, reached, left = _try(
-            t, stop, clock, model, method, state, work, scratch, counters
-        )
+        accepted, reached, left = _try(t, stop, run)
         if counters[STATUS] == NO_SOLUTION and part > SHORTEST:
             counters[STATUS], part = RUNNING, 0.5 * part
         if not accepted:
@@ -169,81 +104,79 @@ def _cross(t, goal, clock, model, method, state, work, scratch, counters):
         t, part = reached, min(2.0 * part, 1.0)
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
-        _renew(left, work, scratch)
+        _renew(left, run)
         if left:
-            events += 1
-            remember(t, model, state, work, scratch, counters)  # as it was before the event
-            switch_modes(clock.events, clock.step, t, model, state, work, scratch)
-        elif work.holds.point.size > 0:
-            still(state.y, state.modes, model, work)
-        check(state.y, model.bodies, counters)
-        remember(t, model, state, work, scratch, counters)
-    if events > limit:
+            ended += 1
+            remember(t, run)  # as it was before the event
+            switch_modes(t, run)
+        elif run.work.constraints.force.size > 0:
+            still(state.y, state.modes, run.model, run.work)
+        check(state.y, run.model.bodies, counters)
+        remember(t, run)
+    if ended > limit:
         counters[STATUS] = CHATTERING
-    counters[EVENTS] += events
+    counters[EVENTS] += ended
     return t
 
 
 @kernel
-def _try(t, stop, clock, model, method, state, work, scratch, counters):
+def _try(t, stop, run):
     """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
     one, and whether a mode has ended there."""
-    note_headings(t, model, state, work, scratch.headings)
-    step(t, stop - t, model, method, state, work, scratch, counters)
-    h = stop - t
-    if clock.control.adaptive and not _accepted(t, h, clock, method, state, scratch, counters):
+    clock, counters = run.clock, run.counters
+    note_headings(t, run)
+    step(t, stop - t, run)
+    if clock.control.adaptive and not _accepted(t, stop - t, run):
         return False, t, False
     left = False
     if counters[STATUS] == RUNNING:
-        stop, left = cut(t, stop, clock.events, model, method, state, work, scratch, counters)
+        stop, left = cut(t, stop, clock.events, run)
     return counters[STATUS] == RUNNING, stop, left
 
 
 @kernel
-def _pace(t, h, clock, model, state, scratch):
+def _pace(t, h, run):
     """How long the next step shall be, if not the whole ``h``: as the control of an adaptive method
     has it, or a part of a step while a contact node settles after an event."""
-    if clock.control.adaptive:
-        return scratch.pace[0]
-    part = clock.step / PARTS
-    if h > 1.1 * part:  # not cut for a sliver
-        fenders = model.elements[FENDER]
-        for i in range(fenders.points.size):
-            if t < state.y[fenders.state + STATES * i + SETTLED]:
-                return part
+    if run.clock.control.adaptive:
+        return run.scratch.pace[NEXT_STEP]
+    part = run.clock.step / PARTS
+    if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
+        return part  # a sliver is not cut
     return h
 
 
 @kernel
-def _accepted(t, h, clock, method, state, scratch, counters):
+def _accepted(t, h, run):
     """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
     is stopped."""
-    pace = scratch.pace
-    error = error_norm(h, method, scratch.k, state.y, scratch.states[END], clock.control)
-    factor = step_factor(error, pace[1], method.order)
+    method, scratch, pace = run.method, run.scratch, run.scratch.pace
+    y, end = run.state.y, scratch.states[END]
+    error = error_norm(h, method, scratch.k, y, end, run.clock.control)
+    factor, planned = step_factor(error, pace[LAST_ERROR], method.order), pace[NEXT_STEP]
+    pace[NEXT_STEP] = factor * h
     if error <= 1.0:
-        short = h < 0.999 * pace[0]  # by the grid or a breakpoint: no reason for a slower pace
-        pace[0], pace[1] = max(factor * h, pace[0] if short else 0.0), error
+        if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a slower pace
+            pace[NEXT_STEP] = max(factor * h, planned)
+        pace[LAST_ERROR] = error
         return True
-    pace[0] = factor * h
-    if pace[0] < 1e-12 * max(abs(t), 1.0):
-        counters[STATUS] = STEP_TOO_SMALL
+    if pace[NEXT_STEP] < 1e-12 * max(abs(t), 1.0):
+        run.counters[STATUS] = STEP_TOO_SMALL
     return False
 
 
 @kernel
-def remember(t, model, state, work, scratch, counters):
+def remember(t, run):
     """Add velocities and accelerations at ``t`` to the history, if a convolution needs them; the
     slope found for that begins the next step."""
-    if state.history.time.size == 0:
+    history, bodies, work = run.state.history, run.model.bodies, run.work
+    if history.time.size == 0:
         return
-    bodies, slope = model.bodies, scratch.k[0]
-    n = bodies.active.size
-    rhs(t, state.y, state.modes, state.history, model, work, slope)
-    counters[EVALUATIONS] += 1
-    scratch.fresh[0] = 1
-    accelerations(slope[n : 2 * n], bodies, work.motion, work.total)
-    push(state.history, t, work.motion.velocity, work.total)
+    rates, n = run.scratch.k[0], bodies.active.size
+    slope(t, run.state.y, run, rates)
+    run.scratch.known[START_SLOPE] = 1
+    accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
+    push(history, t, work.motion.velocity, work.total)
 
 
 @kernel
@@ -255,19 +188,19 @@ def _breakpoint_after(t, goal, clock):
 
 
 @kernel
-def _renew(left, work, scratch):
+def _renew(left, run):
     """After a step: the slope at its end, where it is known, and the margins there begin the next,
-    if the modes stay and rigid friction does not change the state."""
-    fresh, margins = scratch.fresh, scratch.margins
-    known = fresh[1] != 0
-    fresh[0], fresh[1], fresh[2] = 0, 0, UNKNOWN
-    if left or work.holds.point.size > 0:
+    if the modes stay and no constraint changes the state."""
+    scratch, known = run.scratch, run.scratch.known
+    end_slope = known[END_SLOPE] != 0
+    known[START_SLOPE], known[END_SLOPE], known[START_MARGINS] = 0, 0, UNKNOWN
+    if left or run.work.constraints.force.size > 0:
         return
-    assign(margins[BEFORE], margins[AFTER])
-    fresh[2] = BUT_FOR_SLIP  # whose headings are new at each step
-    if known:
+    assign(scratch.margins[BEFORE], scratch.margins[AFTER])
+    known[START_MARGINS] = BUT_FOR_SLIP  # whose headings are new at each step
+    if end_slope:
         assign(scratch.k[0], scratch.states[SLOPE])
-        fresh[0] = 1
+        known[START_SLOPE] = 1
 
 
 @kernel
@@ -287,34 +220,3 @@ def nothing(y):
     for j in range(y.size):
         total += 0.0 * y[j]
     return total
-
-
-@root
-def keep(t, model, state, work, scratch, record, counters):
-    """Record the state and everything that follows from it, in the order of `channels`; the slope
-    that is found for that begins the next step."""
-    y, modes, motion = state.y, state.modes, work.motion
-    row, kept = record.channels[counters[RECORDS]], record.modes[counters[RECORDS]]
-    m, points = 6 * model.bodies.each.size, model.elements[FENDER].points.size
-    at = 3 + y.size
-    stored = row[at + 2 * m :]
-    wrench = stored[model.rows :]
-    row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
-    rhs(t, y, modes, state.history, model, work, scratch.k[0])
-    scratch.fresh[0] = 1
-    row[0] = t
-    assign(row[3:], y)
-    assign(row[at:], motion.coordinates)
-    assign(row[at + m :], motion.velocity)
-    for r in range(model.rows):
-        assign(wrench[m * r :], work.wrench[r])
-    observed = wrench[m * model.rows :]
-    contact = observed[: points * OBSERVED].reshape((points, OBSERVED))
-    pulls = observed[points * OBSERVED :].reshape((modes.shape[0] - points, spring.OBSERVED))
-    fenders, reactions = model.elements[FENDER], work.holds.reaction
-    observe(t, y, modes, motion, model.bodies, fenders, reactions, contact)
-    spring.observe(modes, motion, model.bodies, model.elements[SPRING], pulls)
-    for i in range(modes.shape[0]):
-        assign(kept[i], modes[i])
-    row[1] = wave_loads(t, model.waves, work.total, work.total)
-    counters[RECORDS] += 1

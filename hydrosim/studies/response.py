@@ -26,7 +26,7 @@ from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.radiation import TOLERANCE
 from hydrosim.scene import Environment, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.stepper import State
+from hydrosim.stepping.state import State
 from hydrosim.waves import Components, WaveBody, first_order
 from hydrosim.waves.dispersion import wavenumber
 

@@ -18,21 +18,24 @@ from hydrosim.compiling.model import METHODS
 from hydrosim.compiling.restart import started_from
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.forces import FENDER
-from hydrosim.forces.contact.fender import STATES
-from hydrosim.integrate import Tableau
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import StepLimit, step_limits
-from hydrosim.results.names import coordinate_names, fender_names, force_names, spring_names
+from hydrosim.results.names import (
+    coordinate_names,
+    fender_names,
+    force_names,
+    spring_names,
+    state_names,
+)
 from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import Method, Scene, Unstable
-from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.run import PITCH, Clock, Record, advance, new_record
-from hydrosim.stepping.stepper import (
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.record import new_record
+from hydrosim.stepping.run import PITCH, advance
+from hydrosim.stepping.state import (
     CAPSIZED,
     CHATTERING,
-    COUNTERS,
     EVALUATIONS,
     EVENTS,
     NO_SOLUTION,
@@ -43,8 +46,10 @@ from hydrosim.stepping.stepper import (
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
+    Record,
+    Run,
     State,
-    new_scratch,
+    new_run,
 )
 from hydrosim.studies.stages import complete
 
@@ -86,11 +91,11 @@ def simulate(case: Case | Scene | Compiled, progress: Progress | None = None) ->
 
 def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dataset:
     """`simulate` for a scene that is compiled and whose step limits are known."""
-    scene, model, state = compiled.scene, compiled.model, compiled.first_state()
-    clock, counters = compile_clock(compiled), np.zeros(COUNTERS, dtype=np.int64)
-    record = new_record(model, clock)
-    run = propagate if propagated(scene, model) else _chunks
-    chunks = run(clock, METHODS[scene.solver.method], model, state, record, counters)
+    scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
+    method, record = METHODS[scene.solver.method], new_record(compiled.model, clock)
+    run = new_run(clock, model, method, compiled.first_state(), record)
+    counters = run.counters
+    chunks = propagate(run) if propagated(scene, model) else _chunks(run)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
@@ -100,7 +105,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     except KeyboardInterrupt:
         status = "interrupted"
     failed = counters[STATUS] != RUNNING
-    message = _failure(compiled, state, record, counters, time) if failed else None
+    message = _failure(compiled, run, time) if failed else None
     attributes = {
         **_provenance(compiled),
         "solver_linear": solution(scene, model),
@@ -112,7 +117,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
         "status": "failed" if message else status,
         "status_message": message,
     }
-    count, history = int(counters[RECORDS]), state.history
+    count, history = int(counters[RECORDS]), run.state.history
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     if message:
         raise SimulationError(message, dataset)
@@ -153,33 +158,23 @@ def scene_step_limits(compiled: Compiled, each_alone: bool = False) -> list[Step
     return step_limits(compiled.model, compiled.state, method, names, step, each_alone)
 
 
-def _chunks(
-    clock: Clock,
-    method: Tableau,
-    model: Model,
-    state: State,
-    record: Record,
-    counters: np.ndarray,
-) -> Iterator[float]:
+def _chunks(run: Run) -> Iterator[float]:
     """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached, first of
     all that of the start."""
-    work, scratch = new_work(model), new_scratch(model, method, clock.control, clock.pace)
     first, count = 0, 0
-    while first < clock.points and not counters[STATUS]:
+    while first < run.clock.points and not run.counters[STATUS]:
         begin = perf_counter()
-        yield advance(first, count, clock, model, method, state, work, scratch, record, counters)
+        yield advance(first, count, run)
         elapsed = max(perf_counter() - begin, 1e-6)
         first += count
         count = int(min(max(count * CHUNK / elapsed, 1), 100 * count)) if count else 1
 
 
-def _failure(
-    compiled: Compiled, state: State, record: Record, counters: np.ndarray, time: float
-) -> str:
+def _failure(compiled: Compiled, run: Run, time: float) -> str:
     """When, what and where: the message of a run that cannot go on, and what it was warned of."""
-    scene, model = compiled.scene, compiled.model
-    what = MESSAGES[int(counters[STATUS])].format(where=_where(scene, model, state))
-    name, size = _largest_force(scene, model, record, int(counters[RECORDS]))
+    scene, model, counters = compiled.scene, compiled.model, run.counters
+    what = MESSAGES[int(counters[STATUS])].format(where=_where(scene, model, run.state))
+    name, size = _largest_force(scene, model, run.record, int(counters[RECORDS]))
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {REMEDY}"
@@ -189,7 +184,7 @@ def _failure(
 
 def _where(scene: Scene, model: Model, state: State) -> str:
     """What is not finite in the state, or else the body with the steepest pitch."""
-    n, y, fenders = model.bodies.active.size, state.y, model.elements[FENDER]
+    n, y, names = model.bodies.active.size, state.y, state_names(scene, model)
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         steepest = np.argmax(np.abs(y[:n]) * (model.bodies.active % 6 == PITCH))
@@ -197,9 +192,9 @@ def _where(scene: Scene, model: Model, state: State) -> str:
     if first < 2 * n:
         body, dof = divmod(int(model.bodies.active[first % n]), 6)
         return f"{DOFS[dof]} of body {scene.bodies[body].name}"
-    if fenders.state <= first < model.energy:
-        return f"the contact node of {fender_names(scene)[(first - fenders.state) // STATES]}"
-    return "a radiation state" if first < fenders.state else "an energy"
+    if model.own <= first < model.energy:
+        return f"the {names[first]}"
+    return "a radiation state" if first < model.own else "an energy"
 
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:

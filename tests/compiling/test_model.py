@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain
 
 Figure = Callable[[str, float], None]

@@ -26,7 +26,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.forces.contact.modes import OPEN, SLIP
+from hydrosim.forces.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
 from hydrosim.linear.stability import ray_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable

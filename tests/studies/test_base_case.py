@@ -11,7 +11,7 @@ import xarray as xr
 from moored_barge import SEA, in_waves, scene_of
 
 import hydrosim as hs
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.scene import Method, WaveTrain
 
 Figure = Callable[[str, float], None]

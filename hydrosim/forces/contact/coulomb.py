@@ -21,13 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
-from hydrosim.forces.contact.modes import SLIP, STICK
-from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.forces.contact.law import Constants, Friction, direction
+from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
-from hydrosim.rigid.constraints import Constraints, new_constraints
 from hydrosim.rigid.vectors import length
 
+AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 
 
@@ -39,21 +39,23 @@ class Coulomb:
     kinetic: float
 
 
-class Holds(NamedTuple):
-    """Scratch: the constraints of held points, for each of them the ``point`` (r,) and the
-    ``direction`` (r, 2) in the plane, and the ``reaction`` (points, 2) on each point's body."""
+def constants(law: Coulomb) -> Constants:
+    """The coefficients alone."""
+    return Constants(law.static, law.kinetic)
 
-    constraints: Constraints
+
+class Holds(NamedTuple):
+    """Scratch: of each constraint the ``point`` (r,) that it holds and the ``direction`` (r, 2) in
+    the plane, and the ``reaction`` (points, 2) on each point's body."""
+
     point: np.ndarray
     direction: np.ndarray
     reaction: np.ndarray
 
 
-def new_holds(points: int, rigid: int, n: int) -> Holds:
-    """Scratch for ``rigid`` of ``points`` contact points and ``n`` free coordinates."""
-    rows = new_constraints(2 * rigid, n)
-    of, along = np.zeros(2 * rigid, dtype=np.int64), np.zeros((2 * rigid, 2))
-    return Holds(rows, of, along, np.zeros((points, 2)))
+def new_holds(points: int, rows: int) -> Holds:
+    """Scratch for so many contact ``points`` and ``rows`` of constraints."""
+    return Holds(np.zeros(rows, dtype=np.int64), np.zeros((rows, 2)), np.zeros((points, 2)))
 
 
 @kernel
@@ -68,17 +70,6 @@ def friction(mode, load, v, heading, p):
 
 
 @kernel
-def direction(v, heading):
-    """v / |v| turned into the half plane of the unit vector ``heading`` (2,)."""
-    speed = length(v)
-    if speed == 0.0:
-        return heading
-    if v[0] * heading[0] + v[1] * heading[1] < 0.0:
-        speed = -speed
-    return (v[0] / speed, v[1] / speed)
-
-
-@kernel
 def margin(mode, load, v, heading, reaction, p):
     """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
     [m/s]; negative past the end of the ``mode``."""
@@ -88,9 +79,35 @@ def margin(mode, load, v, heading, reaction, p):
 
 
 @kernel
-def hold(i, point, contact, bodies, motion, wrench, holds):
-    """Add the rows that hold point ``i``; ``wrench`` (6 nb,) is scratch."""
-    rows, r = holds.constraints, holds.constraints.number[0]
+def break_away(reaction):
+    """Slip begins against the reaction that it took to hold."""
+    size = length(reaction)
+    return (-reaction[0] / size, -reaction[1] / size), 0.0, 0.0
+
+
+@kernel
+def grip(size, v, s):
+    """Slip ends, unless the point has only turned out of the half plane of its heading."""
+    speed = length(v)
+    return (STICK, s) if speed <= AT_REST * size else (SLIP, (v[0] / speed, v[1] / speed))
+
+
+@kernel
+def close(v):
+    """Contact begins in slip, unless the point is at rest."""
+    held = v[0] == 0.0 and v[1] == 0.0
+    return (STICK if held else SLIP), direction(v, (0.0, 0.0))
+
+
+def sliding(velocity: np.ndarray) -> np.ndarray:
+    """The heading (2,) of a velocity."""
+    return velocity / max(np.hypot(*velocity), 1e-12)
+
+
+@kernel
+def hold(i, point, contact, bodies, motion, wrench, rows, holds):
+    """Add to constraints ``rows`` those that hold point ``i``; ``wrench`` (6 nb,) is scratch."""
+    r = rows.number[0]
     bias = tangential_bias(point, contact, bodies, motion)
     for a in range(2):
         along = (1.0, 0.0) if a == 0 else (0.0, 1.0)
@@ -100,13 +117,12 @@ def hold(i, point, contact, bodies, motion, wrench, holds):
         holds.point[r + a] = i
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
-    rows.number[0] += _independent(r, holds)
+    rows.number[0] += _independent(r, rows, holds)
 
 
 @kernel
-def _independent(r, holds):
+def _independent(r, rows, holds):
     """Number of directions that row ``r`` and the next hold; if it is one, row r is the one."""
-    rows = holds.constraints
     g11, g12, g22 = 0.0, 0.0, 0.0
     for j in range(rows.J.shape[1]):
         g11 += rows.J[r, j] * rows.J[r, j]
@@ -126,10 +142,10 @@ def _independent(r, holds):
 
 
 @kernel
-def collect_reactions(holds):
-    """Reactions of all points from the forces of their constraints."""
+def collect_reactions(rows, holds):
+    """Reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
-    for r in range(holds.constraints.number[0]):
+    for r in range(rows.number[0]):
         for a in range(2):
-            force = holds.constraints.force[r] * holds.direction[r, a]
+            force = rows.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

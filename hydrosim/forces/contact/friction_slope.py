@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrosim.forces.contact.coulomb import direction
-from hydrosim.forces.contact.modes import OPEN, STICK
-from hydrosim.forces.contact.stick_slip import Friction, size_along
+from hydrosim.forces.contact.law import Constants, Friction, direction, size_along
+from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
@@ -24,6 +23,11 @@ class FrictionSlope:
 
     coefficient: float
     slope: float
+
+
+def constants(law: FrictionSlope) -> Constants:
+    """mu as both coefficients, and b in the place of a damping."""
+    return Constants(law.coefficient, law.coefficient, damping=law.slope)
 
 
 @kernel
@@ -47,3 +51,15 @@ def margin(mode, load, v1, heading, p):
     if mode == STICK:
         return p.kinetic * load.N - p.damping * length(v1)
     return p.damping * size_along(v1, heading) - p.kinetic * load.N
+
+
+@kernel
+def break_away(v):
+    """Slip begins along the velocity."""
+    return direction(v, (0.0, 0.0)), 0.0, 0.0
+
+
+@kernel
+def close(load, v, p):
+    """Contact begins in the mode of the speed, with its heading."""
+    return (STICK if margin(STICK, load, v, (0.0, 0.0), p) >= 0.0 else SLIP), break_away(v)[0]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrosim.forces.contact.modes import SLIP
-from hydrosim.forces.contact.stick_slip import Friction
+from hydrosim.forces.contact.law import Constants, Friction
+from hydrosim.forces.modes import SLIP
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
@@ -15,10 +15,15 @@ class Frictionless:
     """No friction."""
 
 
+def constants(law: Frictionless) -> Constants:
+    """There are none."""
+    return Constants()
+
+
 @kernel
-def friction(mode, load, v1, s, p):
+def friction(mode, load, v, s, p):
     """No force; the distance slipped is counted."""
-    speed = length(v1) if mode == SLIP else 0.0
+    speed = length(v) if mode == SLIP else 0.0
     return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0, 0.0, 0.0)
 
 

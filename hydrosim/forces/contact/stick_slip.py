@@ -41,11 +41,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+import numpy as np
+
+from hydrosim.forces.contact.law import Constants, Friction, size_along
+from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-REVERSED = 10.0  # 1 / cos(84 deg)
 LEAST = 1e-3  # e: what is left of x without load
 
 
@@ -73,29 +75,6 @@ class StickSlip:
     load: LoadPowers | None = None
 
 
-class Pressed(NamedTuple):
-    """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e' of that; whether the
-    stretch is that of a ``rising`` load."""
-
-    N: float
-    elastic: float
-    rate: float
-    rising: bool
-
-
-class Friction(NamedTuple):
-    """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
-    ``slip_speed`` |v2|, the ``dissipation`` [W], with what is `lent` to the spring, and the parts
-    of it that are ``damped`` by C2 and ``slip_damped`` by C3."""
-
-    force: tuple[float, float]
-    stretch_rate: tuple[float, float]
-    slip_speed: float
-    dissipation: float
-    damped: float
-    slip_damped: float
-
-
 class Coefficients(NamedTuple):
     """``K2``, ``C2``, ``C3`` at a load, and ``K``, the traction per stretch."""
 
@@ -103,6 +82,15 @@ class Coefficients(NamedTuple):
     C2: float
     C3: float
     K: float
+
+
+def constants(law: StickSlip) -> Constants:
+    """Those of the law; the node relaxes in (C2 + C3) / K2."""
+    load = law.load or LoadPowers(0.0, 0.0)
+    damping = law.damping, law.slip_damping
+    relaxation = (law.damping + law.slip_damping) / law.stiffness
+    powers = (load.reference, load.stiffness, load.damping, load.slip_damping)
+    return Constants(law.static, law.kinetic, law.stiffness, *damping, relaxation, *powers, True)
 
 
 @kernel
@@ -164,19 +152,41 @@ def _unit(a):
 
 @kernel
 def break_away(load, s, p):
-    """Stretch (2,) after break-away, and the energy lost in it: a jump in the rate-free limit."""
+    """Slip begins: in the rate-free limit the node jumps, and the energy of that is lost."""
     c, size = coefficients(load, p), length(s)
     if c.C2 + c.C3 > 0.0 or size == 0.0:
-        return s, 0.0
+        return s, 0.0, 0.0
     scale = p.kinetic * load.N / (c.K * size)
     kept = (scale * s[0], scale * s[1])
-    return kept, stored_energy(load, s, p) - stored_energy(load, kept, p)
+    lost = stored_energy(load, s, p) - stored_energy(load, kept, p)
+    return kept, size - length(kept), lost
 
 
 @kernel
-def traction(load, v1, s, p):
-    """T = S + C2 v1."""
-    return _traction(v1, s, coefficients(load, p))
+def close(load, v, s, p):
+    """Contact begins in the mode whose margin is positive."""
+    return (STICK if margin(STICK, load, v, s, (0.0, 0.0), p) >= 0.0 else SLIP), s
+
+
+@kernel
+def release(load, s, p):
+    """Contact ends: a node that springs back at once, without a damper or a stiffness, loses its
+    stretch."""
+    if p.damping > 0.0 and p.reference == 0.0:
+        return s, 0.0
+    return (0.0, 0.0), stored_energy(load, s, p) - lent(load, s, p)
+
+
+def sliding(N: float, p: np.void) -> tuple[float, float]:
+    """The stretch at which a point breaks away under ``N`` [N], in both directions alike."""
+    stretch = p["static"] * max(N, 1.0) / p["stiffness"]
+    return stretch / np.sqrt(2.0), stretch / np.sqrt(2.0)
+
+
+@kernel
+def heading(load, v, s, p):
+    """The traction T = S + C2 v1: along it the node slips."""
+    return _traction(v, s, coefficients(load, p))
 
 
 @kernel
@@ -224,11 +234,3 @@ def stretch(load, s, p):
     """S / K2 (2,)."""
     c = coefficients(load, p)
     return (c.K / c.K2 * s[0], c.K / c.K2 * s[1])
-
-
-@kernel
-def size_along(a, heading):
-    """|a|, but negative where ``a`` has turned round from the unit vector ``heading``; smooth for
-    turns below 84 deg."""
-    along = a[0] * heading[0] + a[1] * heading[1]
-    return min(length(a), REVERSED * along)

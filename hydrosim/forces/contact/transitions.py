@@ -7,31 +7,25 @@ A mode holds while its margins are positive:
     friction  of the friction law                          in contact
     segment   distance to the nearer corner of the curve   in contact
     rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load
+
+What follows a mode that has ended is the friction law's own affair (`laws`).
 """
 
 from __future__ import annotations
 
-from hydrosim.forces.contact import (
-    coulomb,
-    friction_slope,
-    frictionless,
-    geometry,
-    normal,
-    stick_slip,
-)
+from hydrosim.forces import curve
+from hydrosim.forces.contact import geometry, laws
 from hydrosim.forces.contact.fender import (
-    COULOMB,
     DISSIPATED,
-    FRICTION_SLOPE,
-    FRICTIONLESS,
+    SETTLED,
     SLIP_DISTANCE,
     STATES,
-    STICK_SLIP,
     pressed,
     pressure,
     stored_along_normal,
 )
-from hydrosim.forces.contact.modes import (
+from hydrosim.forces.contact.laws import COULOMB
+from hydrosim.forces.modes import (
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
@@ -47,46 +41,33 @@ from hydrosim.forces.contact.modes import (
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 
-AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
+FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until it is settled
 
 
 @kernel
 def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
-    """Margins ``out`` (4 n,) of the modes of points, negative where a mode has ended: of those that
-    are ``watched`` (n,), not zero."""
+    """Margins ``out`` (4 to a row of modes) of all points, negative where a mode has ended: of
+    those whose row is ``watched``, not zero."""
     for i in range(p.points.size):
-        point, k, m = p.points[i], p.state + STATES * i, MARGINS * i
-        if watched[i] == 0:
+        point, row = p.points[i], p.mode + i
+        m = MARGINS * row
+        if watched[row] == 0:
             continue
-        c = geometry.touch(point, bodies, motion)
+        c, k, mode = geometry.touch(point, bodies, motion), p.state + STATES * i, modes[row]
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
-        if modes[i, MODE] == OPEN:
+        if mode[MODE] == OPEN:
             out[m + CONTACT_MARGIN] = -_contact_margin(t, point, _find_segment(point, c, p), c, p)
             continue
-        load, s = pressure(i, t, modes, c, p), (y[k], y[k + 1])
+        load, s, v = pressure(i, t, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
-        grip = _friction_margin(modes[i, MODE], load, c.velocity, s, heading, reaction, point)
-        out[m + CONTACT_MARGIN] = _contact_margin(t, point, modes[i, SEGMENT], c, p)
+        grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
+        out[m + CONTACT_MARGIN] = _contact_margin(t, point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
-        out[m + SEGMENT_MARGIN] = normal.inside_segment(
-            p.segments[modes[i, SEGMENT]], c.compression
-        )
+        out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], c.compression)
         if point.reference > 0.0:
             lull = LULL * point.reference
             out[m + RISING_MARGIN] = (load.rate if load.rising else -load.rate) + lull
-
-
-@kernel
-def _friction_margin(mode, load, v1, s, heading, reaction, point):
-    """How far a point is from leaving stick or slip."""
-    if point.law == STICK_SLIP:
-        return stick_slip.margin(mode, load, v1, s, heading, point)
-    if point.law == FRICTION_SLOPE:
-        return friction_slope.margin(mode, load, v1, heading, point)
-    if point.law == COULOMB:
-        return coulomb.margin(mode, load, v1, s, reaction, point)
-    return frictionless.margin(mode)
 
 
 @kernel
@@ -101,7 +82,7 @@ def _contact_margin(t, point, segment, contact, p):
 @kernel
 def _find_segment(point, contact, p):
     """Index of the segment of its curve that a point is on."""
-    return normal.find_segment(point.first, point.last, p.segments, contact.compression)
+    return curve.find_segment(point.first, point.last, p.segments, contact.compression)
 
 
 @kernel
@@ -110,108 +91,94 @@ def find_headings(t, y, modes, motion, bodies, p, out):
     laws without a node keep theirs in y."""
     for i in range(p.points.size):
         point, k = p.points[i], p.state + STATES * i
-        if modes[i, MODE] != SLIP or point.law == FRICTIONLESS:
+        x = y[k : k + STATES]
+        if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_heading(point)):
             continue
         c = geometry.touch(point, bodies, motion)
-        a = c.velocity
-        if point.law == STICK_SLIP:
-            a = stick_slip.traction(pressure(i, t, modes, c, p), a, (y[k], y[k + 1]), point)
+        a = laws.heading(pressure(i, t, modes, c, p), c.velocity, (x[0], x[1]), point)
         size = length(a)
         if size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
-            turned = out[i, 0] * y[k] + out[i, 1] * y[k + 1] <= 0.0
-            unknown = y[k] == 0.0 and y[k + 1] == 0.0
-            if point.law != STICK_SLIP and (unknown or not turned):
-                y[k], y[k + 1] = out[i, 0], out[i, 1]
+            turned = out[i, 0] * x[0] + out[i, 1] * x[1] <= 0.0
+            unknown = x[0] == 0.0 and x[1] == 0.0
+            if laws.keeps_heading(point) and (unknown or not turned):
+                x[0], x[1] = out[i, 0], out[i, 1]
 
 
 @root
-def switch(i, which, size, t, y, modes, motion, bodies, reactions, p):
+def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     """Put point ``i`` into the mode that follows when margin ``which``, which was of this ``size``
-    before or after, has reached zero."""
-    c = geometry.touch(p.points[i], bodies, motion)
+    before or after, has reached zero. A node that relaxes in few steps of length ``step`` is
+    settled only a while later."""
+    c, mode, point = geometry.touch(p.points[i], bodies, motion), modes[p.mode + i], p.points[i]
     if which == SEGMENT_MARGIN:
-        k = modes[i, SEGMENT]
-        modes[i, SEGMENT] = normal.next_segment(k, p.segments[k], c.compression)
+        k = mode[SEGMENT]
+        mode[SEGMENT] = curve.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
         _turn_over(i, t, y, modes, c, p)
-    elif which == FRICTION_MARGIN and modes[i, MODE] == STICK:
+    elif which == FRICTION_MARGIN and mode[MODE] == STICK:
         _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
         _grip(i, size, y, modes, c, p)
-    elif modes[i, MODE] == OPEN:
+    elif mode[MODE] == OPEN:
         _close(i, t, y, modes, c, p)
     else:
         _open(i, t, y, modes, c, p)
+    if mode[MODE] != STICK and point.relaxation < FAST * step:
+        y[p.state + STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
 
 
 @kernel
 def _turn_over(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction stays."""
-    k, load = p.state + STATES * i, pressure(i, t, modes, contact, p)
-    y[k], y[k + 1] = stick_slip.turn_over(load, (y[k], y[k + 1]), p.points[i])
-    modes[i, RISING] = 1 - modes[i, RISING]
+    k, mode = p.state + STATES * i, modes[p.mode + i]
+    load, x = pressure(i, t, modes, contact, p), y[k : k + STATES]
+    x[0], x[1] = laws.turn_over(load, (x[0], x[1]), p.points[i])
+    mode[RISING] = 1 - mode[RISING]
 
 
 @kernel
 def _break_away(i, t, y, modes, contact, reactions, p):
-    """Slip begins; in the rate-free limit the node jumps."""
-    k, point = p.state + STATES * i, p.points[i]
-    if point.law == COULOMB:
-        size = length((reactions[i, 0], reactions[i, 1]))
-        y[k], y[k + 1] = -reactions[i, 0] / size, -reactions[i, 1] / size
-    if point.law == FRICTION_SLOPE:
-        y[k], y[k + 1] = coulomb.direction(contact.velocity, (0.0, 0.0))
-    if point.law == STICK_SLIP:
-        load, before = pressure(i, t, modes, contact, p), length((y[k], y[k + 1]))
-        (y[k], y[k + 1]), lost = stick_slip.break_away(load, (y[k], y[k + 1]), point)
-        y[k + SLIP_DISTANCE] += before - length((y[k], y[k + 1]))
-        y[k + DISSIPATED] += lost
-    modes[i, MODE] = SLIP
+    """Slip begins."""
+    k, reaction = p.state + STATES * i, (reactions[i, 0], reactions[i, 1])
+    x = y[k : k + STATES]
+    load, v = pressure(i, t, modes, contact, p), contact.velocity
+    (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
+    x[SLIP_DISTANCE] += jump
+    x[DISSIPATED] += lost
+    modes[p.mode + i, MODE] = SLIP
 
 
 @kernel
 def _grip(i, size, y, modes, contact, p):
-    """Slip ends, unless a rigid point has only turned out of the half plane of its heading."""
-    k, v = p.state + STATES * i, contact.velocity
-    speed = length(v)
-    if p.points[i].law != COULOMB or speed <= AT_REST * size:
-        modes[i, MODE] = STICK
-    else:
-        y[k], y[k + 1] = v[0] / speed, v[1] / speed
+    """Slip ends."""
+    k = p.state + STATES * i
+    x = y[k : k + STATES]
+    mode, (x[0], x[1]) = laws.grip(size, contact.velocity, (x[0], x[1]), p.points[i])
+    modes[p.mode + i, MODE] = mode
 
 
 @kernel
 def _close(i, t, y, modes, contact, p):
-    """Contact begins: the mode is the one whose margin is positive."""
-    k, point, v = p.state + STATES * i, p.points[i], contact.velocity
-    segment = _find_segment(point, contact, p)
+    """Contact begins."""
+    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
+    segment, x = _find_segment(point, contact, p), y[k : k + STATES]
     load = pressed(t, point, p.segments[segment], 0, contact, p)
-    modes[i, SEGMENT], modes[i, RISING] = segment, 1 if load.rate > 0.0 else 0
-    if point.law == COULOMB:
-        held = v[0] == 0.0 and v[1] == 0.0
-        y[k], y[k + 1] = coulomb.direction(v, (0.0, 0.0))
-    else:
-        zero, s = (0.0, 0.0), (y[k], y[k + 1])
-        held = _friction_margin(STICK, load, v, s, zero, zero, point) >= 0.0
-    if point.law == FRICTION_SLOPE:
-        y[k], y[k + 1] = coulomb.direction(v, (0.0, 0.0))
-    modes[i, MODE] = STICK if held else SLIP
-    y[k + DISSIPATED] -= stored_along_normal(i, modes, contact, p)
+    mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
+    mode[MODE], (x[0], x[1]) = laws.close(load, contact.velocity, (x[0], x[1]), point)
+    x[DISSIPATED] -= stored_along_normal(i, modes, contact, p)
 
 
 @kernel
 def _open(i, t, y, modes, contact, p):
-    """Contact ends: what the normal curve still holds, because its damper pulled, is lost, and so
-    is the stretch of a node that springs back at once, without a damper or a stiffness."""
-    k, point = p.state + STATES * i, p.points[i]
-    y[k + DISSIPATED] += stored_along_normal(i, modes, contact, p)
-    if point.law == STICK_SLIP and (point.damping == 0.0 or point.reference > 0.0):
-        load, s = pressure(i, t, modes, contact, p), (y[k], y[k + 1])
-        stored, lent = stick_slip.stored_energy(load, s, point), stick_slip.lent(load, s, point)
-        y[k + DISSIPATED] += stored - lent
-        y[k], y[k + 1] = 0.0, 0.0
-    modes[i, MODE], modes[i, SEGMENT], modes[i, RISING] = OPEN, point.first, 0
+    """Contact ends: what the normal curve still holds, because its damper pulled, is lost."""
+    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
+    x = y[k : k + STATES]
+    x[DISSIPATED] += stored_along_normal(i, modes, contact, p)
+    load = pressure(i, t, modes, contact, p)
+    (x[0], x[1]), lost = laws.release(load, (x[0], x[1]), point)
+    x[DISSIPATED] += lost
+    mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
 
 
 @kernel
@@ -219,7 +186,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
     """Let the first point slip whose reaction is more than rigid friction can hold, if any."""
     for i in range(p.points.size):
         point = p.points[i]
-        if point.law == COULOMB and modes[i, MODE] == STICK:
+        if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
             c = geometry.touch(point, bodies, motion)
             held = point.static * pressure(i, t, modes, c, p).N
             if length((reactions[i, 0], reactions[i, 1])) > held:
@@ -228,12 +195,21 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
     return False
 
 
+@kernel
+def settling(t, y, p):
+    """Whether any node still relaxes fast after an event."""
+    for i in range(p.points.size):
+        if t < y[p.state + STATES * i + SETTLED]:
+            return True
+    return False
+
+
 @root
 def settle(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
-        point = p.points[i]
-        modes[i, MODE], modes[i, SEGMENT], modes[i, RISING] = OPEN, point.first, 0
+        point, mode = p.points[i], modes[p.mode + i]
+        mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
         c = geometry.touch(point, bodies, motion)
         if _contact_margin(t, point, _find_segment(point, c, p), c, p) > 0.0:
             _close(i, t, y, modes, c, p)

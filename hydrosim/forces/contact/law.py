@@ -1,0 +1,88 @@
+"""What a friction law is given and gives. A law is one file with
+
+    a frozen dataclass          its coefficients, for scenes
+    constants(law)              `Constants` of a point
+    friction(mode, load, v, s, p)                        `Friction` in a mode
+    margin(mode, load, v, s, heading, reaction, p)       positive while the mode lasts
+
+and, where it differs from the usual (`laws` says what that is), its transitions:
+
+    heading(load, v, s, p)                  along which a point slips
+    break_away(load, v, s, reaction, p)     slip begins: state, jump of the node, energy lost
+    grip(size, v, s, p)                     slip ends: mode and state
+    close(load, v, s, p)                    contact begins: mode and state
+    release(load, s, p)                     contact ends: state, energy lost
+    sliding(N, v, p)                        state of steady slip, to linearise about
+
+load: `Pressed`; v: velocity (2,) relative to the plane; s: state (2,) of the point, the stretch of
+its node or the heading of its slip; p: the point's constants, of `fender.POINT`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from hydrosim.jit.kernels import kernel
+from hydrosim.rigid.vectors import length
+
+REVERSED = 10.0  # 1 / cos(84 deg)
+
+
+class Constants(NamedTuple):
+    """Of a point's friction: ``static`` and ``kinetic`` coefficients; K2 or none, C2 or a slope, C3
+    and the time (C2 + C3) / K2 in which a node relaxes; a reference load and the powers of it that
+    K2, C2, C3 go with. ``node``: the state is the stretch of a contact node."""
+
+    static: float = 0.0
+    kinetic: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
+    slip_damping: float = 0.0
+    relaxation: float = 0.0
+    reference: float = 0.0
+    stiffness_power: float = 0.0
+    damping_power: float = 0.0
+    slip_damping_power: float = 0.0
+    node: bool = False
+
+
+class Pressed(NamedTuple):
+    """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e' of that; whether the
+    stretch is that of a ``rising`` load."""
+
+    N: float
+    elastic: float
+    rate: float
+    rising: bool
+
+
+class Friction(NamedTuple):
+    """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
+    ``slip_speed`` |v2|, the ``dissipation`` [W], with what is lent to the spring, and the parts of
+    it that are ``damped`` by C2 and ``slip_damped`` by C3."""
+
+    force: tuple[float, float]
+    stretch_rate: tuple[float, float]
+    slip_speed: float
+    dissipation: float
+    damped: float
+    slip_damped: float
+
+
+@kernel
+def size_along(a, heading):
+    """|a|, but negative where ``a`` has turned round from the unit vector ``heading``; smooth for
+    turns below 84 deg."""
+    along = a[0] * heading[0] + a[1] * heading[1]
+    return min(length(a), REVERSED * along)
+
+
+@kernel
+def direction(v, heading):
+    """v / |v| turned into the half plane of the unit vector ``heading`` (2,)."""
+    speed = length(v)
+    if speed == 0.0:
+        return heading
+    if v[0] * heading[0] + v[1] * heading[1] < 0.0:
+        speed = -speed
+    return (v[0] / speed, v[1] / speed)

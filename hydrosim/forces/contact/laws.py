@@ -1,0 +1,158 @@
+"""All friction laws: their numbers, and the one that a point has.
+
+A new law is one file (see `law`), its line in `LAWS`, and a line in those of the functions here
+where it differs from what is usual: no state, stick as soon as slip ends, and contact that begins
+in slip.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hydrosim.forces.contact import coulomb, friction_slope, frictionless, stick_slip
+from hydrosim.forces.contact.coulomb import Coulomb
+from hydrosim.forces.contact.friction_slope import FrictionSlope
+from hydrosim.forces.contact.frictionless import Frictionless
+from hydrosim.forces.contact.law import Constants
+from hydrosim.forces.contact.stick_slip import StickSlip
+from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.jit.kernels import kernel
+
+LAWS: dict[type, ModuleType] = {
+    Frictionless: frictionless,
+    StickSlip: stick_slip,
+    FrictionSlope: friction_slope,
+    Coulomb: coulomb,
+}
+FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(len(LAWS))
+FORGETFUL = (FRICTIONLESS, FRICTION_SLOPE)
+"""Laws whose state means nothing after a restart."""
+FIELDS = ("law", *Constants._fields)
+LAW = [(name, {"law": int, "node": bool}.get(name, float)) for name in FIELDS]
+"""Fields of a contact point's friction."""
+
+Law = StickSlip | FrictionSlope | Coulomb | Frictionless
+
+
+def constants(law: Law) -> tuple[Any, ...]:
+    """Number and constants of a law, the values of `LAW`."""
+    kinds = list(LAWS)
+    return (kinds.index(type(law)), *LAWS[type(law)].constants(law))
+
+
+@kernel
+def friction(mode, load, v, s, p):
+    """Friction of a point."""
+    if p.law == STICK_SLIP:
+        return stick_slip.friction(mode, load, v, s, p)
+    if p.law == FRICTION_SLOPE:
+        return friction_slope.friction(mode, load, v, s, p)
+    if p.law == COULOMB:
+        return coulomb.friction(mode, load, v, s, p)
+    return frictionless.friction(mode, load, v, s, p)
+
+
+@kernel
+def margin(mode, load, v, s, heading, reaction, p):
+    """How far a point is from leaving stick or slip."""
+    if p.law == STICK_SLIP:
+        return stick_slip.margin(mode, load, v, s, heading, p)
+    if p.law == FRICTION_SLOPE:
+        return friction_slope.margin(mode, load, v, heading, p)
+    if p.law == COULOMB:
+        return coulomb.margin(mode, load, v, s, reaction, p)
+    return frictionless.margin(mode)
+
+
+@kernel
+def heading(load, v, s, p):
+    """Vector (2,) along which a point slips: usually its velocity."""
+    if p.law == STICK_SLIP:
+        return stick_slip.heading(load, v, s, p)
+    return v
+
+
+@kernel
+def keeps_heading(p):
+    """Whether the state of a point that slips is its heading."""
+    return p.law in (FRICTION_SLOPE, COULOMB)
+
+
+@kernel
+def break_away(load, v, s, reaction, p):
+    """Slip begins: the state (2,), how far the node jumps, and the energy lost in that."""
+    if p.law == STICK_SLIP:
+        return stick_slip.break_away(load, s, p)
+    if p.law == FRICTION_SLOPE:
+        return friction_slope.break_away(v)
+    if p.law == COULOMB:
+        return coulomb.break_away(reaction)
+    return s, 0.0, 0.0
+
+
+@kernel
+def grip(size, v, s, p):
+    """Slip ends, by a margin that was of this ``size`` before: mode and state (2,)."""
+    if p.law == COULOMB:
+        return coulomb.grip(size, v, s)
+    return STICK, s
+
+
+@kernel
+def close(load, v, s, p):
+    """Contact begins: mode and state (2,)."""
+    if p.law == STICK_SLIP:
+        return stick_slip.close(load, v, s, p)
+    if p.law == FRICTION_SLOPE:
+        return friction_slope.close(load, v, p)
+    if p.law == COULOMB:
+        return coulomb.close(v)
+    return SLIP, s
+
+
+@kernel
+def release(load, s, p):
+    """Contact ends: the state (2,), and the energy lost."""
+    if p.law == STICK_SLIP:
+        return stick_slip.release(load, s, p)
+    return s, 0.0
+
+
+@kernel
+def relax(load, s, p):
+    """`Friction` of the node of an open point."""
+    return stick_slip.friction(OPEN, load, (0.0, 0.0), s, p)
+
+
+@kernel
+def turn_over(load, s, p):
+    """The stretch (2,) of a node, of the same traction, when the load begins to fall or to rise."""
+    return stick_slip.turn_over(load, s, p)
+
+
+@kernel
+def stored_energy(load, s, p):
+    """Energy in the stretch of a node."""
+    return stick_slip.stored_energy(load, s, p) if p.node else 0.0
+
+
+@kernel
+def lent(load, s, p):
+    """What of the integral of the dissipation is still stored."""
+    return stick_slip.lent(load, s, p) if p.node else 0.0
+
+
+@kernel
+def stretch(load, s, p):
+    """Distance (2,) of the node from the body's point."""
+    return stick_slip.stretch(load, s, p) if p.node else (0.0, 0.0)
+
+
+def sliding(N: float, velocity: np.ndarray, p: np.void) -> Any:
+    """State (2,) of a point in steady slip, to linearise about; None if it does not matter."""
+    if p["law"] == STICK_SLIP:
+        return stick_slip.sliding(N, p)
+    return coulomb.sliding(velocity) if p["law"] == COULOMB else None

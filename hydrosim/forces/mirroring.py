@@ -1,0 +1,26 @@
+"""What elements need to say what their mirror images in a vertical plane along x are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hydrosim.dofs import DOFS, MIRROR_SIGN
+
+SMALL = 1e-6
+"""Of what is there by symmetry: less than this is left of a zero in tables of six digits."""
+LATERAL = tuple(dof for dof, sign in zip(DOFS, MIRROR_SIGN, strict=True) if sign < 0.0)
+
+Vector = Sequence[float] | np.ndarray
+
+
+def turned(vector: Vector) -> tuple[float, ...]:
+    """The image of a place or a force (3,)."""
+    return tuple(np.asarray(vector) * MIRROR_SIGN[:3])
+
+
+def foot(point: Vector, normal: Vector, y: float) -> tuple[float, ...]:
+    """The point of a plane that is nearest to the origin, moved by -``y``."""
+    n = np.array(normal, dtype=float)
+    return tuple(n * (np.subtract(point, (0.0, y, 0.0)) @ n) / (n @ n))

@@ -1,0 +1,127 @@
+"""What a run is made of: its constants, what it remembers, its record and the scratch of its steps.
+
+All of it together is a `Run`, which every kernel of this folder takes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces import new_modes
+from hydrosim.forces.modes import MARGINS
+from hydrosim.integrate import Control, Newton, Tableau, new_newton
+from hydrosim.radiation.history import VelocityHistory
+from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work
+
+RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
+STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
+END, FULL, SLOPE, STAGE, SPARE = range(5)
+"""Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,
+and one to spare."""
+BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
+"""Of `Scratch.margins`: before and after the uncut step, at the place in question, near both ends
+and on trial."""
+EVERY, SOME = range(2)
+"""Of `Scratch.watched`: all rows of modes, and those that are looked at just now."""
+START_SLOPE, END_SLOPE, START_MARGINS = range(3)
+"""Of `Scratch.known`: whether k[0] is the slope at the current state, ``states[SLOPE]`` that at the
+end of the step, ``margins[BEFORE]`` those at the current state."""
+UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
+"""Of ``known[START_MARGINS]``."""
+NEXT_STEP, LAST_ERROR = range(2)
+"""Of `Scratch.pace`."""
+
+
+class State(NamedTuple):
+    """All that a run remembers: ``y``, the ``modes`` (rows, 3) of elements, the velocity
+    ``history``."""
+
+    y: np.ndarray
+    modes: np.ndarray
+    history: VelocityHistory
+
+
+class Clock(NamedTuple):
+    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
+    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it.
+    ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
+
+    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
+    with the ``solver_step`` [s].
+    """
+
+    start: float
+    first: int
+    step: float
+    end: float
+    points: int
+    every: int
+    breakpoints: np.ndarray
+    events: bool
+    control: Control
+    solver_step: float
+
+
+class Record(NamedTuple):
+    """What is kept at every output time: ``channels`` (nt, nc), see `record.channels`, and the
+    ``modes`` (nt, rows, 3) of elements."""
+
+    channels: np.ndarray
+    modes: np.ndarray
+
+
+class Scratch(NamedTuple):
+    """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
+    whether rows of modes are ``watched`` (2, rows), the next adaptive step and the error of the
+    last as ``pace`` (2,), what is ``known`` (3,) already, the ``headings`` (nf, 2) of slip at the
+    start of the step."""
+
+    k: np.ndarray
+    states: np.ndarray
+    margins: np.ndarray
+    watched: np.ndarray
+    pace: np.ndarray
+    known: np.ndarray
+    headings: np.ndarray
+    newton: Newton
+
+
+class Run(NamedTuple):
+    """A run on its way: the ``state`` is carried on, ``counters`` say how far and how."""
+
+    clock: Clock
+    model: Model
+    method: Tableau
+    state: State
+    work: Work
+    scratch: Scratch
+    record: Record
+    counters: np.ndarray
+
+
+def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
+    """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
+    ny, rows = model.size, len(new_modes(model.elements))
+    implicit = bool(np.diag(method.a).any())
+    unknown = dynamic_states(model) if implicit else np.zeros(0, dtype=np.int64)
+    watched = np.zeros((2, rows), dtype=np.int64)
+    watched[EVERY] = 1
+    return Scratch(
+        np.zeros((method.b.size, ny)),
+        np.zeros((5, ny)),
+        np.zeros((6, MARGINS * rows)),
+        watched,
+        np.array([step, 1.0]),
+        np.zeros(3, dtype=np.int64),
+        np.zeros((model.elements.fenders.points.size, 2)),
+        new_newton(unknown, ny),
+    )
+
+
+def new_run(clock: Clock, model: Model, method: Tableau, state: State, record: Record) -> Run:
+    """A run that begins with ``state``, which it carries on, into ``record``."""
+    scratch = new_scratch(model, method, clock.solver_step)
+    counters = np.zeros(COUNTERS, dtype=np.int64)
+    return Run(clock, model, method, state, new_work(model), scratch, record, counters)
