@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import FENDER
+from hydrosim.forces import placed
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -49,11 +49,10 @@ def with_states(given: Several, total: int) -> Several:
     fits.append(_split(last, (rest - last.real) // 2))
     model, first, at = given.model, given.compiled.state, given.model.radiation
     more = sum(fit.order for fit in fits) - model.states.decay.size
-    elements = list(model.elements)
-    elements[FENDER] = elements[FENDER]._replace(state=elements[FENDER].state + more)
     model = model._replace(
         states=state_space_model(fits),
-        elements=type(model.elements)(elements),
+        elements=placed(model.elements, model.own + more),
+        own=model.own + more,
         energy=model.energy + more,
         size=model.size + more,
     )

@@ -16,7 +16,6 @@ import numpy as np
 from numba import njit
 
 from benchmarks.compiled import Several
-from hydrosim.forces import CATALOGUE, FENDER, applied_force, linear_mooring
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import mass_matrix, place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
@@ -65,9 +64,9 @@ class Barge(NamedTuple):
 def barge(run: Several) -> Barge:
     """The constants, out of the compiled base case."""
     model, scene = run.model, run.scene
-    mooring = model.elements[CATALOGUE.index(linear_mooring)][0]
-    lift = model.elements[CATALOGUE.index(applied_force)].pieces
-    fenders, waves, h = model.elements[FENDER], model.waves, scene.solver.step
+    mooring = model.elements.linear_moorings[0]
+    lift = model.elements.applied_forces.pieces
+    fenders, waves, h = model.elements.fenders, model.waves, scene.solver.step
     if not np.isclose(waves.step[0], h / 2):
         raise ValueError(f"the table of waves has a step of {waves.step[0]} s, not of {h / 2} s")
     point = fenders.points[0]

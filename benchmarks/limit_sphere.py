@@ -19,7 +19,6 @@ import numpy as np
 
 from benchmarks.compiled import Several
 from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
-from hydrosim.forces import CATALOGUE, linear_mooring
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER
 from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
 from hydrosim.radiation.history import push
@@ -66,7 +65,7 @@ class Memory(NamedTuple):
 def sphere_of(run: Several) -> Sphere:
     """The constants, out of the compiled scene."""
     model = run.model
-    mooring = model.elements[CATALOGUE.index(linear_mooring)][0]
+    mooring = model.elements.linear_moorings[0]
     return Sphere(
         inverse=np.linalg.inv(inertia_of(model)),
         stiffness=model.stiffness[0] + mooring["stiffness"],

@@ -6,20 +6,17 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from hydrosim.case.schema import AppliedForce, CaseFile, Fender, Spring
+from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
 from hydrosim.documents.messages import Keys, Problem
 from hydrosim.documents.nodes import joined, suggestion
 from hydrosim.documents.units import shown
-from hydrosim.dofs import DOFS
 from hydrosim.scene import ADAPTIVE
 
 # The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 
-
-STREAMS = {"current_load": "current", "wind_load": "wind"}
 
 RELATIVE = "relative paths begin at the folder of the file that they are in"
 
@@ -48,16 +45,12 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
         yield Problem(("bodies",), text)
     for name, element in case.forces.items():
         yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, Fender):
-            keys, remedy = ("plane", "body"), "a plane without body is fixed to the earth"
-            yield from _check_other(case, name, keys, element.plane.body, remedy)
-        if isinstance(element, Spring):
-            remedy = "an anchor without anchor_body is fixed to the earth"
-            yield from _check_other(case, name, ("anchor_body",), element.anchor_body, remedy)
+        for keys, other, remedy in element.others():
+            yield from _check_other(case, name, keys, other, remedy)
 
 
 def _check_other(
-    case: CaseFile, name: str, keys: tuple[str, ...], other: str | None, remedy: str
+    case: CaseFile, name: str, keys: Keys, other: str | None, remedy: str
 ) -> Iterator[Problem]:
     """The body at the other side of an element, if there is one."""
     if other is None:
@@ -68,7 +61,7 @@ def _check_other(
         yield Problem(("forces", name, *keys), f"{text}; {remedy}")
 
 
-def _check_body(case: CaseFile, keys: tuple[str, ...], body: str) -> Iterator[Problem]:
+def _check_body(case: CaseFile, keys: Keys, body: str) -> Iterator[Problem]:
     if body not in case.bodies:
         text = f"found {shown(body)}; expected a body of this case: {', '.join(case.bodies)}"
         yield Problem(keys, joined(text, suggestion(body, case.bodies)))
@@ -91,7 +84,7 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
 def _check_streams(case: CaseFile) -> Iterator[Problem]:
     """A load, and nothing that makes it."""
     for name, element in case.forces.items():
-        stream = STREAMS.get(element.type)
+        stream = element.stream
         if stream and (case.environment is None or getattr(case.environment, stream) is None):
             text = f"found a {element.type} and no environment.{stream}; expected its speed and"
             yield Problem(("forces", name), f"{text} heading; a speed of 0 leaves the drag alone")
@@ -123,12 +116,7 @@ def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
 def recorded(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
     """All recorded series of a case, with the keys to them."""
     for name, element in case.forces.items():
-        if isinstance(element, AppliedForce):
-            for dof, form in zip(DOFS, element.force.values(absent=None), strict=True):
-                if isinstance(form, Recorded):
-                    yield ("forces", name, "force", dof), form
-        elif isinstance(element, Fender) and isinstance(element.normal.prescribed, Recorded):
-            yield ("forces", name, "normal", "prescribed"), element.normal.prescribed
+        yield from ((("forces", name, *keys), form) for keys, form in element.recorded())
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, RecordedElevation):
             yield ("environment", "waves", i), waves

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hydrosim.case.signals import Recorded
+import numpy as np
+
+from hydrosim.case.signals import Form, Harmonic, Recorded, Table
 from hydrosim.documents.series import Series, read_series
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import same_dimension
+
+if TYPE_CHECKING:
+    from hydrosim.forces import Signal
 
 
 def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
@@ -20,6 +26,20 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
         source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
     series = read_series(source, form.column)
     return Series(series.time, _factor(form, series, source, unit) * series.value, unit)
+
+
+def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
+    """The signal in ``unit`` that is at ``key`` of the case file ``path``; raises as `read_record`
+    does."""
+    from hydrosim import forces  # loads numba
+
+    match form:
+        case Table():
+            return forces.Table(np.array(form.time), np.array(form.force))
+        case Harmonic():
+            return forces.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
+    series = read_record(form, key, path, unit)
+    return forces.Recorded(series.time, series.value)
 
 
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:

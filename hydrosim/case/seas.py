@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from hydrosim import scene
 from hydrosim.case import schema, waves
 from hydrosim.case.directional import read_directional
+from hydrosim.case.elements import Where
 from hydrosim.case.records import read_record
 from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
@@ -34,16 +34,9 @@ def _trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
             yield scene.WaveTrain(_spectrum(train, water, Where(key, path)), **given)
 
 
-@dataclass(frozen=True)
-class Where:
-    """Where a wave train is: its ``key`` in the case file ``path``."""
-
-    key: str
-    path: Path
-
-    def source(self, file: str) -> Source:
-        """A data file, relative to the case file."""
-        return Source(self.path.parent / file, f"{self.path}: {self.key}")
+def _source(where: Where, file: str) -> Source:
+    """A data file, relative to the case file."""
+    return Source(where.path.parent / file, f"{where.path}: {where.key}")
 
 
 def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -> scene.Spectrum:
@@ -66,7 +59,7 @@ def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -
         case waves.Table():
             return _table(train, where)
         case waves.DirectionalTable():
-            return read_directional(where.source(train.file), train.select, train.x_axis)
+            return read_directional(_source(where, train.file), train.select, train.x_axis)
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
@@ -80,7 +73,7 @@ def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -
 def _table(table: waves.Table, where: Where) -> scene.SpectrumTable:
     if table.file is None:
         return scene.SpectrumTable(np.array(table.frequency), np.array(table.density))
-    source = where.source(table.file)
+    source = _source(where, table.file)
     series = read_series(source, [table.column])
     if (least := min(series.value.min(), series.time[0])) < 0.0:
         source.wrong(f"found {least:g}; expected frequencies and densities that are not negative")

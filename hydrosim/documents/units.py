@@ -36,6 +36,12 @@ def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
+def _number_or_text(what: str, example: str) -> dict[str, Any]:
+    """JSON schema of a quantity."""
+    either = [{"type": "number"}, {"type": "string"}]
+    return {"anyOf": either, "description": f"{what}, in SI or with a unit", "examples": [example]}
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Annotation of a float that a case file may give with a unit.
@@ -55,6 +61,9 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        return _number_or_text(self.what, self.example)
 
     def read(self, value: object) -> float:
         """The value in SI; raises PydanticCustomError where it is not such a quantity."""
@@ -132,6 +141,9 @@ class AnyQuantity:
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        return _number_or_text(self.what, self.example)
 
     def read(self, value: object) -> Scale:
         """The factor; raises PydanticCustomError where it is none."""

@@ -1,0 +1,28 @@
+"""Force elements of case files, one file each: keys, what must agree, what is built."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Discriminator
+
+from hydrosim.case.elements.applied_force import AppliedForce
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.fender import Fender
+from hydrosim.case.elements.linear_damping import LinearDamping
+from hydrosim.case.elements.linear_mooring import LinearMooring
+from hydrosim.case.elements.quadratic_damping import QuadraticDamping
+from hydrosim.case.elements.spring import Spring
+from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
+
+AnyElement = Annotated[
+    LinearMooring
+    | AppliedForce
+    | Fender
+    | Spring
+    | LinearDamping
+    | QuadraticDamping
+    | CurrentLoad
+    | WindLoad,
+    Discriminator("type"),
+]

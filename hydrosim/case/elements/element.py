@@ -1,0 +1,58 @@
+"""What every force element of a case file has."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import ConfigDict, StrictStr
+
+from hydrosim.case.signals import Recorded
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+
+if TYPE_CHECKING:
+    from hydrosim.scene import ForceElement
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where something is: its ``key`` in the case file ``path``."""
+
+    key: str
+    path: Path
+
+
+def _with_example(schema: dict[str, Any], model: type[Exemplary]) -> None:
+    schema["examples"] = [model.example]
+
+
+class Exemplary(Strict):
+    """A mapping with an ``example``, which stands in its JSON schema and is built by a test."""
+
+    model_config = ConfigDict(json_schema_extra=_with_example)
+    example: ClassVar[dict[str, Any]] = {}
+
+
+class Element(Exemplary):
+    """A force element on a ``body``; in examples there are a "barge" and a "topside"."""
+
+    stream: ClassVar[str | None] = None
+    """The stream of the environment, if it is one that loads the element."""
+    body: StrictStr
+
+    @abstractmethod
+    def build(self, where: Where) -> ForceElement:
+        """The element of the scene; files are looked for beside the case file."""
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        """Keys to the names of the other bodies that it acts on, these, and what leaving one out
+        means."""
+        yield from ()
+
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        """Recorded series that it needs, with the keys to them."""
+        yield from ()

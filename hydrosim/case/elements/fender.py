@@ -1,0 +1,124 @@
+"""`fender` in a case file; its friction laws are in `friction`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, StrictBool, StrictStr, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.friction import Friction, StickSlip
+from hydrosim.case.records import signal_of
+from hydrosim.case.signals import NormalOverTime, Recorded
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim import forces
+
+
+class Plane(Strict):
+    """The other side of a contact, in the earth frame or in that of a body."""
+
+    point: of.Point
+    normal: of.Direction
+    body: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _check_normal(self) -> Self:
+        if not any(self.normal):
+            raise problem("the normal [0, 0, 0]", "a direction", "point it to the free side")
+        return self
+
+
+class Normal(Strict):
+    """Normal force of a fender; ``total`` values are shared by the points."""
+
+    stiffness: of.Stiffness | None = None
+    compression: of.Compressions | None = None
+    force: of.NormalForces | None = None
+    prescribed: NormalOverTime | None = None
+    damping: of.Damping = 0.0
+    total: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        given = self.given("stiffness", "compression", "force", "prescribed")
+        if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
+            expected = "stiffness, or compression and force, or prescribed"
+            raise problem(" and ".join(given) or "no curve", expected)
+        if self.prescribed and self.damping:
+            raise problem("prescribed and damping", "one of them")
+        if self.compression and self.force and len(self.compression) != len(self.force):
+            found = f"{len(self.compression)} values in compression and {len(self.force)} in force"
+            raise problem(found, "a force for each compression")
+        if self.force and not self.force[-1]:
+            raise problem("no force at any compression", "one that rises")
+        return self
+
+    def build(self, count: int, where: Where) -> forces.NormalCurve | forces.PrescribedNormal:
+        """The normal force of each of ``count`` points."""
+        from hydrosim.forces import NormalCurve, PrescribedNormal
+        from hydrosim.forces.signal import scaled
+
+        share = 1.0 / count if self.total else 1.0
+        if self.prescribed is not None:
+            key = f"{where.key}.normal.prescribed"
+            return PrescribedNormal(scaled(signal_of(self.prescribed, key, where.path, "N"), share))
+        if self.stiffness is not None:
+            table = np.array([0.0, 1.0]), np.array([0.0, self.stiffness])
+        else:
+            table = np.array(self.compression), np.array(self.force)
+        compression, force = table
+        return NormalCurve(compression, share * force, share * self.damping)
+
+
+class Fender(Element):
+    """Points of a body against a plane."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "fender",
+        "body": "barge",
+        "points": [["1 m", "0.5 m", "-1 m"], ["-0.8 m", "-0.6 m", "-1.1 m"]],
+        "plane": {"body": "topside", "point": [0, 0, "0.9 m"], "normal": [0, 0, 1]},
+        "normal": {"stiffness": "100 kN/m", "damping": "3 kN*s/m"},
+        "friction": StickSlip.example,
+    }
+
+    type: Literal["fender"]
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    plane: Plane
+    normal: Normal
+    friction: Friction
+
+    @model_validator(mode="after")
+    def _check_rate_free(self) -> Self:
+        law = self.friction
+        rate_free = isinstance(law, StickSlip) and not law.damping + law.slip_damping
+        if rate_free and self.normal.damping:
+            found = "normal.damping and friction without damping and slip_damping"
+            raise problem(found, "one of the latter above 0, or no normal.damping")
+        return self
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        yield ("plane", "body"), self.plane.body, "a plane without body is fixed to the earth"
+
+    def recorded(self) -> Iterator[tuple[Keys, Recorded]]:
+        if isinstance(self.normal.prescribed, Recorded):
+            yield ("normal", "prescribed"), self.normal.prescribed
+
+    def build(self, where: Where) -> forces.Fender:
+        from hydrosim import forces  # loads numba
+
+        count = len(self.points)
+        return forces.Fender(
+            self.body,
+            points=np.array(self.points),
+            plane=forces.Plane(**dict(self.plane)),
+            normal=self.normal.build(count, where),
+            friction=self.friction.build(count),
+        )

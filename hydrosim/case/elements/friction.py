@@ -1,0 +1,140 @@
+"""Friction laws of fenders in a case file, one class each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import ConfigDict, Discriminator, StrictBool, model_validator
+
+from hydrosim.case.elements.element import Exemplary
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim import forces
+
+
+def _check_coefficients(static: float, kinetic: float) -> None:
+    if static < kinetic:
+        raise problem(f"static {static:g}, kinetic {kinetic:g}", "static >= kinetic")
+
+
+class LoadPowers(Strict):
+    """Powers of the normal force over a ``reference`` that the coefficients go with; a ``total``
+    reference is shared by the points, as the coefficients are."""
+
+    reference: of.ReferenceForce
+    stiffness: of.Power
+    damping: of.Power = 0.0
+    slip_damping: of.Power = 0.0
+
+    @model_validator(mode="after")
+    def _check_powers(self) -> Self:
+        if max(self.damping, self.slip_damping) > self.stiffness:
+            found = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
+            expected = f"no more than that of the stiffness, {self.stiffness:g}"
+            raise problem(found, expected, "else the node stiffens without bound as the load goes")
+        return self
+
+
+class StickSlip(Exemplary):
+    """The thesis' new friction model; ``total`` values are shared by the points."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "law": "stick_slip",
+        "static": 0.4,
+        "kinetic": 0.3,
+        "stiffness": "200 kN/m",
+        "damping": "10 kN*s/m",
+    }
+
+    law: Literal["stick_slip"]
+    static: of.Factor
+    kinetic: of.Factor
+    stiffness: of.Stiffness
+    damping: of.Damping = 0.0
+    slip_damping: of.Damping = 0.0
+    load: LoadPowers | None = None
+    total: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        _check_coefficients(self.static, self.kinetic)
+        if self.load and not self.damping + self.slip_damping:
+            found = "load without damping and slip_damping"
+            raise problem(found, "one of the latter above 0, or no load")
+        return self
+
+    def build(self, count: int) -> forces.StickSlip:
+        """The law of each of ``count`` points."""
+        from hydrosim.forces import LoadPowers as Powers
+        from hydrosim.forces import StickSlip as Built
+
+        share, load = 1.0 / count if self.total else 1.0, None
+        if self.load is not None:
+            powers = (self.load.stiffness, self.load.damping, self.load.slip_damping)
+            load = Powers(share * self.load.reference, *powers)
+        stiffness, damping = share * self.stiffness, share * self.damping
+        slip_damping = share * self.slip_damping
+        return Built(self.static, self.kinetic, stiffness, damping, slip_damping, load)
+
+
+class Coulomb(Exemplary):
+    """Rigid friction: what sticks does not move."""
+
+    example: ClassVar[dict[str, Any]] = {"law": "coulomb", "static": 0.4, "kinetic": 0.3}
+
+    law: Literal["coulomb"]
+    static: of.Factor
+    kinetic: of.Factor
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        _check_coefficients(self.static, self.kinetic)
+        return self
+
+    def build(self, count: int) -> forces.Coulomb:
+        """The law of each of ``count`` points."""
+        from hydrosim.forces import Coulomb as Built
+
+        return Built(self.static, self.kinetic)
+
+
+class FrictionSlope(Exemplary):
+    """aNySIM's friction model; a ``total`` slope is shared by the points."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "law": "friction_slope",
+        "coefficient": 0.3,
+        "slope": "40 kN*s/m",
+    }
+
+    law: Literal["friction_slope"]
+    coefficient: of.Factor
+    slope: of.Slope
+    total: StrictBool = False
+
+    def build(self, count: int) -> forces.FrictionSlope:
+        """The law of each of ``count`` points."""
+        from hydrosim.forces import FrictionSlope as Built
+
+        return Built(self.coefficient, (1.0 / count if self.total else 1.0) * self.slope)
+
+
+class Frictionless(Exemplary):
+    """No friction; the other keys may stay, so that one word turns the friction of a case off."""
+
+    model_config = ConfigDict(extra="ignore")
+    example: ClassVar[dict[str, Any]] = {"law": "none"}
+    law: Literal["none"]
+
+    def build(self, count: int) -> forces.Frictionless:
+        """The law of each of ``count`` points."""
+        from hydrosim.forces import Frictionless as Built
+
+        return Built()
+
+
+LAWS = (StickSlip, Coulomb, FrictionSlope, Frictionless)
+Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]

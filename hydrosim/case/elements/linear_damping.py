@@ -1,0 +1,49 @@
+"""`linear_damping` in a case file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import StrictBool, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import as_matrix
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim.forces import LinearDamping as Built
+
+
+class LinearDamping(Element):
+    """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "linear_damping",
+        "body": "barge",
+        "damping": {"roll": "2 MN*m*s/rad"},
+    }
+
+    type: Literal["linear_damping"]
+    damping: of.DampingMatrix | None = None
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    relative_to_current: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        given = self.given("damping", "damping_ratio")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
+        return self
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces import LinearDamping as Built  # loads numba
+
+        damping, ratio = self.damping, self.damping_ratio
+        return Built(
+            self.body,
+            damping=None if damping is None else as_matrix(damping),
+            damping_ratio=None if ratio is None else np.array(ratio.values()),
+            relative_to_current=self.relative_to_current,
+        )

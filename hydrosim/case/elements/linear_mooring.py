@@ -1,0 +1,79 @@
+"""`linear_mooring` in a case file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import as_matrix
+from hydrosim.documents.units import problem
+from hydrosim.dofs import DOFS
+
+if TYPE_CHECKING:
+    from hydrosim.forces import LinearMooring as Built
+
+
+class LinearMooring(Element):
+    """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices; the
+    stiffness may be what gives a DOF a natural period."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "linear_mooring",
+        "body": "barge",
+        "stiffness": {"surge": "40 tonne_force/m", "sway": "40 tonne_force/m"},
+        "damping_ratio": {"surge": "20 %", "sway": "20 %"},
+    }
+
+    type: Literal["linear_mooring"]
+    stiffness: of.StiffnessMatrix | None = None
+    natural_period: of.PerDof[of.Period, of.Period] | None = None
+    damping: of.DampingMatrix | None = None
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+
+    @property
+    def diagonal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and natural period (6,) per DOF, 0 where none is given."""
+        stiffness = np.zeros(6) if self.stiffness is None else np.diag(as_matrix(self.stiffness))
+        period = np.zeros(6) if self.natural_period is None else self.natural_period.values()
+        return stiffness, np.array(period)
+
+    @model_validator(mode="after")
+    def _check_stiffness(self) -> Self:
+        if self.stiffness is None and self.natural_period is None:
+            raise problem("no stiffness", "stiffness, natural_period, or both")
+        twice = [dof for dof, k, t in zip(DOFS, *self.diagonal, strict=True) if k and t]
+        if twice:
+            found = f"both stiffness and natural_period in {', '.join(twice)}"
+            raise problem(found, "one of them in each DOF")
+        return self
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        if self.damping is not None and self.damping_ratio is not None:
+            raise problem("damping and damping_ratio", "one of them, or none", "remove one")
+        if self.damping_ratio is not None:
+            ratios = zip(DOFS, self.damping_ratio.values(), *self.diagonal, strict=True)
+            without = [dof for dof, ratio, k, period in ratios if ratio and not (k or period)]
+            if without:
+                raise problem(
+                    f"a damping_ratio in {', '.join(without)} where stiffness is 0",
+                    "stiffness there (the ratio is to critical damping on it)",
+                    "give damping instead",
+                )
+        return self
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces import LinearMooring as Built  # loads numba
+
+        stiffness, damping, ratio = self.stiffness, self.damping, self.damping_ratio
+        return Built(
+            self.body,
+            stiffness=np.zeros((6, 6)) if stiffness is None else as_matrix(stiffness),
+            natural_period=self.diagonal[1],
+            damping=None if damping is None else as_matrix(damping),
+            damping_ratio=None if ratio is None else np.array(ratio.values()),
+        )

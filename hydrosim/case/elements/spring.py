@@ -1,0 +1,91 @@
+"""`spring` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import StrictStr, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim.forces import Spring as Built
+
+
+class Curve(Strict):
+    """Tension of a spring over its extension."""
+
+    extension: of.Extensions
+    tension: of.NormalForces
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        if len(self.extension) != len(self.tension):
+            found = f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
+            raise problem(found, "a tension for each extension")
+        if not self.tension[-1]:
+            raise problem("no tension at any extension", "one that rises")
+        return self
+
+
+class Spring(Element):
+    """A line from a point of a body to an anchor, on the earth or on another body."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "spring",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "length": "2.7 m",
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["spring"]
+    point: of.Point
+    anchor: of.Point
+    anchor_body: StrictStr | None = None
+    length: of.LineLength
+    stiffness: of.Stiffness | None = None
+    curve: Curve | None = None
+    damping: of.Damping = 0.0
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        given = self.given("stiffness", "curve")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
+        first = self.curve.extension[0] if self.curve else 0.0
+        if self.length + first <= 0.0:
+            found = f"length {self.length:g} m and a first extension of {first:g} m"
+            expected = "a line that is slack where its ends meet"
+            raise problem(found, expected, "begin the curve above -length")
+        return self
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        remedy = "an anchor without anchor_body is fixed to the earth"
+        yield ("anchor_body",), self.anchor_body, remedy
+
+    def build(self, where: Where) -> Built:
+        from hydrosim.forces import Spring as Built  # loads numba
+
+        extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
+        if self.curve is not None:
+            extension, tension = np.array(self.curve.extension), np.array(self.curve.tension)
+        return Built(
+            self.body,
+            point=self.point,
+            anchor=self.anchor,
+            length=self.length,
+            extension=extension,
+            tension=tension,
+            damping=self.damping,
+            anchor_body=self.anchor_body,
+        )

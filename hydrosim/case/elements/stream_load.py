@@ -1,0 +1,98 @@
+"""`current_load` and `wind_load` in a case file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.documents import quantities as of
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim import forces
+
+TABLE: dict[str, Any] = {
+    "headings": ["0 deg", "90 deg", "180 deg"],
+    "surge": ["40 kN*s^2/m^2", 0, "-40 kN*s^2/m^2"],
+    "sway": [0, "300 kN*s^2/m^2", 0],
+    "yaw": [0, "2 MN*s^2/m", 0],
+}
+
+
+class StreamLoad(Element):
+    """Load by coefficients over the heading of a stream: all round, or from 0 to 180 deg for a body
+    that is its own mirror image."""
+
+    point: of.Point = (0.0, 0.0, 0.0)
+    headings: of.Headings
+    surge: of.StreamForces | None = None
+    sway: of.StreamForces | None = None
+    yaw: of.StreamMoments | None = None
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        given = self.given("surge", "sway", "yaw")
+        if not given:
+            raise problem("no coefficients", "those of one or more of surge, sway, yaw")
+        for dof in given:
+            if len(getattr(self, dof)) != len(self.headings):
+                found = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
+                raise problem(f"{found} in headings", "a value for each heading")
+        self._check_ends()
+        return self
+
+    def _check_ends(self) -> None:
+        if not self.is_half:
+            return
+        for dof in self.given("sway", "yaw"):
+            first, *_, last = getattr(self, dof)
+            if first or last:
+                found = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
+                expected = "0 at both, as for a body that is its own mirror image"
+                raise problem(found, expected, "give the headings of the whole circle")
+
+    @property
+    def is_half(self) -> bool:
+        """True if the headings are those of half a circle."""
+        return self.headings[-1] <= np.pi * (1.0 + 1e-9)
+
+    def all_round(self) -> tuple[np.ndarray, ...]:
+        """Headings, and coefficients in surge, sway and yaw, of the whole circle."""
+        headings = np.array(self.headings)
+        zero = (0.0,) * headings.size
+        values = [np.array(x or zero) for x in (self.surge, self.sway, self.yaw)]
+        if not self.is_half:
+            return headings, *values
+        image = slice(-2, 0, -1)  # without 0 and 180 deg, which are their own
+        mirrored = [sign * x[image] for sign, x in zip((1.0, -1.0, -1.0), values, strict=True)]
+        both = [np.append(x, more) for x, more in zip(values, mirrored, strict=True)]
+        return np.append(headings, 2.0 * np.pi - headings[image]), *both
+
+
+class CurrentLoad(StreamLoad):
+    """Load of the current."""
+
+    example: ClassVar[dict[str, Any]] = {"type": "current_load", "body": "barge", **TABLE}
+    stream: ClassVar[str | None] = "current"
+    type: Literal["current_load"]
+
+    def build(self, where: Where) -> forces.CurrentLoad:
+        from hydrosim.forces import CurrentLoad as Built  # loads numba
+
+        return Built(self.body, self.point, *self.all_round())
+
+
+class WindLoad(StreamLoad):
+    """Load of the wind."""
+
+    example: ClassVar[dict[str, Any]] = {"type": "wind_load", "body": "barge", **TABLE}
+    stream: ClassVar[str | None] = "wind"
+    type: Literal["wind_load"]
+
+    def build(self, where: Where) -> forces.WindLoad:
+        from hydrosim.forces import WindLoad as Built  # loads numba
+
+        return Built(self.body, self.point, *self.all_round())

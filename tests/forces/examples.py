@@ -1,0 +1,36 @@
+"""The examples that stand in the schema of case files, as elements of scenes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import TypeAdapter
+
+from hydrosim.case.elements import AnyElement, Where
+from hydrosim.case.elements.fender import Fender
+from hydrosim.case.elements.friction import Friction
+from hydrosim.scene import ForceElement
+
+KINDS = get_args(get_args(AnyElement)[0])
+LAWS = get_args(get_args(Friction)[0])
+ELEMENT = TypeAdapter(AnyElement)
+NAMES = {"barge": "block", "topside": "carrier"}
+
+
+def built(example: dict[str, Any]) -> ForceElement:
+    """The element of an example, on the bodies that tests have."""
+    text = json.dumps(example)
+    for name, ours in NAMES.items():
+        text = text.replace(f'"{name}"', f'"{ours}"')
+    return ELEMENT.validate_python(json.loads(text)).build(Where("forces.it", Path("case.yaml")))
+
+
+def all_examples() -> dict[str, ForceElement]:
+    """By what is said of them; of fenders one with each friction law."""
+    found = {f"example: {kind.example['type']}": built(kind.example) for kind in KINDS}
+    for law in LAWS:
+        fender = {**Fender.example, "friction": law.example}
+        found[f"fender, example: {law.example['law']}"] = built(fender)
+    return found

@@ -1,0 +1,57 @@
+"""Every kind of force element, and every friction law, can be asked for in a case file, is compiled
+and goes through the battery."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from examples import KINDS, LAWS, built
+from test_elements import ELEMENTS
+
+from hydrosim.forces import CATALOGUE, ForceElement
+from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
+from hydrosim.forces.layout import Layout, Resonance
+
+LAYOUT = Layout(
+    body={"block": 0, "carrier": 1},
+    row={"it": 4},
+    current=(0.0, 0.0),
+    wind=(0.0, 0.0),
+    resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+)
+
+
+def leaves(kind: type) -> list[type]:
+    """The classes below ``kind`` that have none below themselves."""
+    below = kind.__subclasses__()
+    return [leaf for one in below for leaf in leaves(one)] if below else [kind]
+
+
+SHIPPED = [kind for kind in leaves(ForceElement) if kind.__module__.startswith("hydrosim.")]
+
+
+def test_every_element_and_law_can_be_asked_for() -> None:
+    assert {type(built(kind.example)) for kind in KINDS} == {*SHIPPED}
+    assert {type(law.model_validate(law.example).build(1)) for law in LAWS} == {*ALL_LAWS}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: str(kind.example["type"]))
+def test_every_example_is_in_the_schema_and_compiled_by_one_kind(kind: Any) -> None:
+    assert kind.model_json_schema()["examples"] == [kind.example]
+    element = built(kind.example)
+    homes = [p for p in CATALOGUE if _count(p, element) > _count(p, None)]
+    assert [home.__name__ for home in homes] == [type(element).__module__]
+
+
+def _count(kind: Any, element: ForceElement | None) -> int:
+    """Number of the elements of a kind among one or none."""
+    p = kind.compile_elements({} if element is None else {"it": element}, LAYOUT)
+    return len(p if not isinstance(p, tuple) else p[0])
+
+
+def test_all_of_them_are_in_the_battery() -> None:
+    inside = [*ELEMENTS.values()]
+    assert {*SHIPPED} <= {type(element) for element in inside}
+    laws = {type(element.friction) for element in inside if hasattr(element, "friction")}
+    assert {*ALL_LAWS} <= laws
