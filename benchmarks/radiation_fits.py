@@ -36,15 +36,15 @@ from hydrosim.radiation.rational import (
 )
 from hydrosim.radiation.retardation import diagonal_scale, transfer_function
 from hydrosim.radiation.state_space import coupled_groups, frequencies, reciprocal, truncations
+from tests.validation_data import unpacked
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 LENGTH, STEP = 80.0, 0.1  # s
 MOST_POLES, MOST_STATES = 60, 150
-DATA = ROOT / ".." / "shared" / "validation"
 FILES = {
     "H-851": ROOT / "hydro_db" / "h851.nc",
-    "sphere": DATA / "sphere" / "sphere.h5",
-    "VolturnUS": DATA / "volturnus" / "volturnus.1",
+    "sphere": unpacked("sphere/sphere.h5"),
+    "VolturnUS": unpacked("volturnus/volturnus.1"),
 }
 
 
@@ -100,7 +100,7 @@ def answer() -> Answer:
     """States, passivity, error once passive and time, of every database, tolerance and way."""
     tables: dict[str, list[Row]] = {title: [] for title in Figures._fields}
     for name, path in FILES.items():
-        groups = list(_problems(path)) if path.is_file() else []
+        groups = list(_problems(path))
         for tolerance in TOLERANCES if groups else ():
             found = {way: _together(groups, tolerance, make) for way, make in WAYS.items()}
             for title, rows in tables.items():

@@ -1,7 +1,6 @@
 """How long does it take to read and check a database, by format?
 
-Of the barge's own file, and of other programs' files where the validation data are beside the
-repository.
+Of the barge's own file, and of other programs' files, those that the tests read.
 """
 
 from __future__ import annotations
@@ -15,21 +14,21 @@ from benchmarks.report import ROOT, Answer, Row
 from hydrosim.database import check
 from hydrosim.database.given import Given
 from hydrosim.database.load import read
+from tests.validation_data import unpacked
 
 REPEATS = 5
-DATA = ROOT / ".." / "shared" / "validation"
 FILES = {
     "hydrosim netCDF, barge": ROOT / "hydro_db" / "h851.nc",
-    "WAMIT, sphere": DATA / "sphere" / "wamit" / "sphere.1",
-    "WAMIT, hemisphere": DATA / "hemisphere" / "hemisphere.1",
-    "WAMIT with a QTF, VolturnUS": DATA / "volturnus" / "volturnus.1",
-    "BEMIO, sphere": DATA / "sphere" / "sphere.h5",
+    "WAMIT, sphere": unpacked("sphere/wamit/sphere.1"),
+    "WAMIT, hemisphere": unpacked("hemisphere/hemisphere.1"),
+    "WAMIT with a QTF, VolturnUS": unpacked("volturnus/volturnus.1"),
+    "BEMIO, sphere": unpacked("sphere/sphere.h5"),
 }
 
 
 def answer() -> Answer:
     """Seconds to read each file, and to check what is in it."""
-    rows = [_row(name, path) for name, path in FILES.items() if path.is_file()]
+    rows = [_row(name, path) for name, path in FILES.items()]
     return Answer({f"Medians of {REPEATS}": rows}, [])
 
 

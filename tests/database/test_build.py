@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from validation_data import unpacked
 
 from hydrosim.database.build import barge, drift, store
 from hydrosim.database.build.water import Water
@@ -24,7 +25,6 @@ from hydrosim.database.build.recipe import Recipe, load_recipe
 from hydrosim.database.netcdf import read
 
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
-HEMISPHERE = Path(__file__).parents[2] / ".." / "shared" / "validation" / "hemisphere"
 RHO_G = 1025.0 * 9.81
 
 BOX = """\
@@ -312,15 +312,13 @@ def test_hemisphere_is_wamits(tmp_path):
     d_n, is that of its file within 0.4 per cent. At 5.0 rad/s is its irregular frequency, k R =
     2.55: its heave load is 12 per cent higher than at 4.75 rad/s and takes the drift along.
     """
-    if not HEMISPHERE.exists():
-        pytest.skip("the validation data are not beside this checkout")
     panels = sphere(80, 20)
     panels *= np.cbrt(2.07293 / mesh.integrals(panels).volume)  # WAMIT's, see hemisphere.mmx
     gdf(tmp_path / "hemisphere.gdf", panels)
     frequencies = "[3.1, 3.25, 3.5, 4.75]"
     db = build(a_mesh(tmp_path, "hemisphere.gdf", frequencies=frequencies, lid="auto"))
     assert db.port_starboard_symmetric
-    table = np.loadtxt(HEMISPHERE / "hemisphere.8", skiprows=1)
+    table = np.loadtxt(unpacked("hemisphere/hemisphere.8"), skiprows=1)
     table = table[table[:, 3] == 1]
     table = table[np.argsort(-table[:, 0])]  # by period, falling
     theirs = np.interp(db.frequency, 2 * np.pi / table[:, 0], table[:, 6])

@@ -9,6 +9,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+from validation_data import unpacked
 
 from hydrosim.database import check, load, netcdf
 from hydrosim.database.checks import CHECKS
@@ -456,9 +457,7 @@ OTHERS = {
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_databases_of_others(name):
-    path = ROOT / ".." / "shared" / "validation" / name
-    if not path.is_file():
-        pytest.skip("needs the validation data beside the project")
-    findings = check(read(path, Given(water_density=1000.0) if "hemi" in name else NOTHING_GIVEN))
+    given = Given(water_density=1000.0) if "hemi" in name else NOTHING_GIVEN
+    findings = check(read(unpacked(name), given))
     assert {finding.name for finding in findings if not finding.passed} == OTHERS[name]
     assert not any(finding.refused for finding in findings)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
+from validation_data import unpacked
 
 from hydrosim.database import all_headings
 from hydrosim.database.build import barge as hull
 
-INDEPENDENT = Path(__file__).parents[2] / ".." / "shared" / "validation" / "h851_independent.nc"
 LATERAL, ALONG = [1, 3, 5], [0, 2, 4]
 HALF_RHO_G = 1025.0 * 9.81 / 2
 LOW = 60  # frequencies up to 1.2 rad/s
@@ -34,9 +33,7 @@ def scales(matrices: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def independent():
-    if not INDEPENDENT.exists():
-        pytest.skip("the validation data are not beside this checkout")
-    with xarray.open_dataset(INDEPENDENT) as file:
+    with xarray.open_dataset(unpacked("h851_independent.nc")) as file:
         return file.load()
 
 

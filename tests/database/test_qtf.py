@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from scipy.special import h1vp, hankel1, jv, jvp
+from validation_data import unpacked
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
@@ -22,7 +23,6 @@ from hydrosim.errors import InputError
 RHO, G = 1025.0, 9.81
 WATER = Water(RHO, G)
 SIDES, CENTRE = (60.0, 20.0, 6.0), np.array([0.0, 0.0, 1.5])  # a box and its centre of gravity
-WAMIT = Path(__file__).parents[2] / ".." / "shared" / "validation" / "hemisphere"
 
 
 def box(length: float, beam: float, draught: float, centre, fine: int = 1):
@@ -226,12 +226,12 @@ def test_near_field_comes_to_the_far_field(water, figure):
     assert errors[1] < 0.7 * errors[0]
 
 
-@pytest.mark.skipif(not WAMIT.is_dir(), reason="the validation data are not here")
 def test_hemisphere_against_wamit(water, figure):
     """Its surge drift by momentum, with its mass and waterplane; from where waves are scattered to
     its first irregular frequency (k R = 2.55), but for the resonance in heave, whose height its
     coarser sphere changes."""
-    lines = [line.split() for line in (WAMIT / "hemisphere.8").read_text().splitlines()[1:]]
+    text = unpacked("hemisphere/hemisphere.8").read_text()
+    lines = [line.split() for line in text.splitlines()[1:]]
     table = {2 * np.pi / float(c[0]): float(c[6]) for c in lines if c[3] == "1"}
     known = np.array(sorted(table))
     frequencies = [3.5, 3.75, 4.0, 4.25, 4.5]

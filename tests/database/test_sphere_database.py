@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from validation_data import unpacked
 
 from hydrosim.case import load_case
 from hydrosim.database import HydroDatabase, load
 
 ROOT = Path(__file__).parents[2]
-WAMIT = ROOT / ".." / "shared" / "validation" / "sphere" / "sphere.h5"
 RADIUS, DENSITY, GRAVITY = 5.0, 1000.0, 9.81
 SURGE, HEAVE, PITCH = 0, 2, 4
 
@@ -24,10 +24,8 @@ def sphere() -> HydroDatabase:
 
 @pytest.fixture(scope="module")
 def wamit() -> HydroDatabase:
-    if not WAMIT.exists():
-        pytest.skip("the validation data are not beside the project")
     with pytest.warns(UserWarning, match="kernel truncation"):
-        return load(WAMIT)
+        return load(unpacked("sphere/sphere.h5"))
 
 
 def test_hydrostatics(sphere: HydroDatabase) -> None:

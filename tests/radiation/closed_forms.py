@@ -6,11 +6,7 @@ water, B(0) = 0; B falls with w^-2.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-
-VALIDATION = Path(__file__).parents[2] / ".." / "shared" / "validation"
 
 DECAY, FREQUENCY, INFINITE = 0.3, 0.8, 5.0
 

@@ -8,8 +8,9 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from closed_forms import INFINITE, VALIDATION, added_mass, kernel, transfer
+from closed_forms import INFINITE, added_mass, kernel, transfer
 from scipy.integrate import quad
+from validation_data import unpacked
 
 from hydrosim.errors import InputError
 from hydrosim.radiation.retardation import (
@@ -149,10 +150,7 @@ def test_wrong_data_are_refused_with_their_place():
 
 
 def test_h851_kernel_and_added_mass():
-    path = VALIDATION / "h851_independent.nc"
-    if not path.exists():
-        pytest.skip("validation data h851_independent.nc are not here")
-    with xr.open_dataset(path) as data:
+    with xr.open_dataset(unpacked("h851_independent.nc")) as data:
         w, A, B = (data[k].values for k in ("omega", "added_mass", "radiation_damping"))
         A_inf = data.added_mass_inf.values
     found = retardation(w, A, B, length=80.0, step=0.1)
@@ -163,10 +161,7 @@ def test_h851_kernel_and_added_mass():
 
 
 def test_sphere_kernel_equals_that_of_bemio():
-    path = VALIDATION / "sphere" / "sphere.h5"
-    if not path.exists():
-        pytest.skip("validation data sphere.h5 are not here")
-    with h5py.File(path) as file:
+    with h5py.File(unpacked("sphere/sphere.h5")) as file:
         w = file["simulation_parameters/w"][:].ravel()
         coefficients = file["body1/hydro_coeffs"]
         A = coefficients["added_mass/all"][:].transpose(2, 0, 1)

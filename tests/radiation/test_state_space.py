@@ -6,8 +6,9 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from closed_forms import DECAY, FREQUENCY, VALIDATION, kernel, transfer
+from closed_forms import DECAY, FREQUENCY, kernel, transfer
 from scipy.linalg import expm
+from validation_data import unpacked
 
 from hydrosim.radiation import FitReport, KernelReport, Retardation, StateSpace, retardation
 from hydrosim.radiation.state_space import coupled_groups, fit_group
@@ -136,10 +137,7 @@ def test_groups_are_what_is_coupled_and_radiates():
 
 
 def h851() -> tuple[np.ndarray, Retardation]:
-    path = VALIDATION / "h851_independent.nc"
-    if not path.exists():
-        pytest.skip("validation data h851_independent.nc are not here")
-    with xr.open_dataset(path) as data:
+    with xr.open_dataset(unpacked("h851_independent.nc")) as data:
         w, A, B = (data[k].values for k in ("omega", "added_mass", "radiation_damping"))
     return w, retardation(w, A, B, length=80.0, step=0.1)
 
@@ -161,10 +159,7 @@ def test_h851_within_tolerance_stable_and_passive():
 
 
 def test_sphere_heave():
-    path = VALIDATION / "sphere" / "sphere.h5"
-    if not path.exists():
-        pytest.skip("validation data sphere.h5 are not here")
-    with h5py.File(path) as file:
+    with h5py.File(unpacked("sphere/sphere.h5")) as file:
         w = file["simulation_parameters/w"][:].ravel()
         coefficients = file["body1/hydro_coeffs"]
         A = coefficients["added_mass/all"][:].transpose(2, 0, 1)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from validation_data import unpacked
 
 from hydrosim import load_case, simulate
 from hydrosim.database import HydroDatabase, load, move_reference
@@ -16,11 +17,8 @@ from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveTrain
 
 CASES = Path(__file__).parents[2] / "cases" / "sphere"
-DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "sphere"
-pytestmark = [
-    pytest.mark.validation,
-    pytest.mark.skipif(not DATA.exists(), reason="the validation data are not beside the project"),
-]
+DATA = unpacked("sphere")
+pytestmark = pytest.mark.validation
 Validated = Callable[..., None]
 MASS, CENTRE = 261.8e3, (0.0, 0.0, -2.0)
 HEAVE = 2

@@ -6,15 +6,13 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from validation_data import unpacked
 
 from hydrosim import load_case, simulate
 from hydrosim.compare import Comparison, compare, read_mapping
 from hydrosim.recordings import read_recording
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "sphere"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the validation data are not beside the project"
-)
+DATA = unpacked("sphere")
 CASE = """
 title: Sphere of OES Task 10, heave decay from 1 m
 duration: 40 s

@@ -5,10 +5,10 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from validation_data import unpacked
 
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.transfer import velocity_transfer
@@ -16,11 +16,8 @@ from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, Scene
 from hydrosim.studies.response import Radiation, responder
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "volturnus"
-pytestmark = [
-    pytest.mark.validation,
-    pytest.mark.skipif(not DATA.exists(), reason="the validation data are not beside the project"),
-]
+DATA = unpacked("volturnus")
+pytestmark = pytest.mark.validation
 RHO, G = 1025.0, 9.80665
 PLANE = [0, 2, 4]  # surge, heave, pitch: what waves to 0 deg excite
 HALF_A_DEGREE = np.radians(0.5)  # phases are printed in whole degrees

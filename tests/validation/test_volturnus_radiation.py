@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
+from validation_data import unpacked
 
 from hydrosim.database.given import Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.radiation import fits, retardation
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "validation" / "volturnus"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the validation data are not beside the project"
-)
+DATA = unpacked("volturnus")
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 

@@ -1,12 +1,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from known_box import Box, box_at, froude_krylov, smooth_drift
+from validation_data import unpacked
 
 from hydrosim.errors import InputError
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -18,7 +18,6 @@ def every(omega: np.ndarray, heading: float) -> np.ndarray:
 
 
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-H851 = Path(__file__).parents[2] / ".." / "shared" / "validation" / "h851_independent.nc"
 
 
 def test_exact_at_the_nodes(box: Box) -> None:
@@ -47,9 +46,7 @@ def test_error_between_frequencies_falls_with_the_fourth_power(box: Box) -> None
 def test_frequencies_of_a_real_hull() -> None:
     """Every second frequency of a solved barge predicts those between, up to 1 rad/s, to 0.3 % of
     the largest load; with all of them the error of a cubic spline is a sixteenth of that."""
-    if not H851.exists():
-        pytest.skip("the validation data are not beside the project")
-    with xr.open_dataset(H851) as data:
+    with xr.open_dataset(unpacked("h851_independent.nc")) as data:
         omega, heading = data["omega"].values, np.radians(data["heading"].values)
         load = data["excitation_re"].values - 1j * data["excitation_im"].values
     half = Box(omega[::2], heading, load[::2], None, "every second frequency")

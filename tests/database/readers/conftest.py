@@ -8,18 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from validation_data import unpacked
 
 from hydrosim.database import HydroDatabase
-
-SHARED = Path(__file__).parents[3] / ".." / "shared" / "validation"
 
 
 @pytest.fixture(scope="session")
 def validation() -> Path:
-    """The folder of other programs' results beside the project."""
-    if not SHARED.is_dir():
-        pytest.skip(f"no validation data in {SHARED}")
-    return SHARED
+    """The folder of other programs' results."""
+    return unpacked("")
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,6 @@ from hydrosim.database import HydroDatabase, all_headings
 from hydrosim.database.load import load, read
 from hydrosim.errors import InputError
 
-INDEPENDENT = Path(__file__).parents[3] / ".." / "shared" / "validation" / "h851_independent.nc"
 RIGID = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 USED = slice(0, 60, 10)
 CDF = {"netcdf4": b"\x89HDF", "scipy": b"CDF"}
@@ -144,13 +143,11 @@ def test_passes_the_checks_of_physics(barge_set, tmp_path):
     load(stored(barge_set, tmp_path / "barge.nc"))
 
 
-def test_the_independent_barge(barge, tmp_path):
+def test_the_independent_barge(barge, validation, tmp_path):
     """The study's database, its names changed to Capytaine's, is the barge of other panels: up to
     1.2 rad/s within 1.5 per cent of the largest loads, 3 per cent of the largest coefficients."""
-    if not INDEPENDENT.exists():
-        pytest.skip("the validation data are not beside this checkout")
     names = {"i": "influenced_dof", "j": "radiating_dof", "heading": "wave_direction"}
-    with xarray.open_dataset(INDEPENDENT) as file:
+    with xarray.open_dataset(validation / "h851_independent.nc") as file:
         data = file.load().rename(names)
     data = data.assign_coords(
         wave_direction=np.radians(data.wave_direction),
