@@ -24,6 +24,7 @@ from hydrosim.database.build.command import build_database
 from hydrosim.database.build.recipe import Recipe, load_recipe
 from hydrosim.database.netcdf import read
 
+pytestmark = pytest.mark.bem
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 RHO_G = 1025.0 * 9.81
 

@@ -20,6 +20,7 @@ from hydrosim.database.build.assemble import Floating
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
+pytestmark = pytest.mark.bem
 RHO, G = 1025.0, 9.81
 WATER = Water(RHO, G)
 SIDES, CENTRE = (60.0, 20.0, 6.0), np.array([0.0, 0.0, 1.5])  # a box and its centre of gravity

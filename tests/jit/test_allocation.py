@@ -15,6 +15,7 @@ from numba.core.errors import NumbaError
 from hydrosim.jit.kernels import kernel_cache
 from hydrosim.jit.linking import OPTIONS
 
+pytestmark = pytest.mark.kernels
 KERNEL = "hydrosim."
 ENTRY = ("Py", "_Py", "numba_")  # what unpacks the arguments of a call from Python
 HARMLESS = {"cos", "sin", "sincos", "tan", "atan2", "hypot", "pow", "exp", "fmod", "floor"}

@@ -13,6 +13,7 @@ import pytest
 
 from hydrosim.jit import kernels
 
+pytestmark = pytest.mark.kernels
 VALUES, SCALE = np.arange(4.0), linked_kernels.Scale(2.0, np.array([1.0]))
 EXPECTED = (2.0 * 6.0 + 4.0) + (2.0 * 6.0 + 3.0)
 PROGRAM = """

@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from numba import jit
 
 from hydrosim.jit.linking import OPTIONS
 from hydrosim.jit.refs import ref
 
+pytestmark = pytest.mark.kernels
 bare = jit(**OPTIONS)  # without numba's memory manager, as all kernels
 
 

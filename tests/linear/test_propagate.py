@@ -208,6 +208,7 @@ def test_a_free_body_drifts() -> None:
     assert run.attrs["energy_residual_relative"] < 1e-13
 
 
+@pytest.mark.kernels
 def test_steps_come_near_with_their_order(figure: Figure) -> None:
     exact, steps = hs.simulate(barge()), (0.2, 0.1, 0.05)
     assert exact.attrs["solver_linear"] == "propagated exactly: linear"

@@ -101,6 +101,7 @@ def errors(scenes: list[Scene], reference: np.ndarray) -> np.ndarray:
     return np.array([np.abs(motion(hs.simulate(s)) - reference).max() for s in scenes])
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", [Method.RK4, Method.HEUN, Method.DOPRI5, Method.ESDIRK4])
 @pytest.mark.parametrize("radiation", [CONVOLUTION, StateSpaceRadiation(1e-4, 60.0, 0.02)])
 def test_decay_is_that_of_the_exact_linear_system(

@@ -178,8 +178,10 @@ def test_the_independent_barge(barge, validation, tmp_path):
 @pytest.fixture(scope="module")
 def sphere(tmp_path_factory) -> tuple[Path, Any]:
     """A coarse floating sphere off the origin, as Capytaine computes and writes it."""
-    cpt = pytest.importorskip("capytaine")
-    export = pytest.importorskip("capytaine.io.xarray")
+    reason = "capytaine is not installed (pip install .[bem])"
+    cpt = pytest.importorskip("capytaine", reason=reason)
+    import capytaine.io.xarray as export
+
     mesh = cpt.mesh_sphere(radius=5.0, center=(8.0, 3.0, 0.0), resolution=(12, 16)).immersed_part()
     centre = (8.0, 3.0, -1.0)
     dofs = cpt.rigid_body_dofs(rotation_center=centre)
@@ -202,6 +204,7 @@ def sphere(tmp_path_factory) -> tuple[Path, Any]:
     return path, results
 
 
+@pytest.mark.bem
 def test_capytaines_own_file_has_its_own_results(sphere):
     from capytaine.bem.airy_waves import froude_krylov_force
 
@@ -225,6 +228,7 @@ def test_capytaines_own_file_has_its_own_results(sphere):
                 assert db.excitation[w, b, i] == pytest.approx(np.conj(total), rel=1e-9, abs=1e-6)
 
 
+@pytest.mark.bem
 def test_capytaines_sphere_rides_long_waves(sphere):
     """Waves of a minute are 5600 m long: the heave load is C33 times the elevation at the sphere,
     the load along the waves leads it by 90 degrees."""

@@ -108,6 +108,7 @@ def order(errors: list[float]) -> float:
     return float(np.log2(errors[0] / errors[-1]) / (len(errors) - 1))
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", BLOCKS)
 def test_motion_is_that_of_an_independent_integration(name: str, figure: Figure) -> None:
     """To 1e-7 of its range, at order 4, with the same modes and the same number of events."""
