@@ -136,5 +136,4 @@ class Frictionless(Exemplary):
         return Built()
 
 
-LAWS = (StickSlip, Coulomb, FrictionSlope, Frictionless)
 Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]
