@@ -34,6 +34,7 @@ from hydrosim.stepping.state import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # |h lambda| up to which stability functions are looked at
+AT_ONCE = 400  # places on a ray, of 8000: most limits are near its start
 ALIKE = 1e-6  # steps that differ by less, relative, are one
 NAMES = {OPEN: "open", STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised
@@ -111,15 +112,23 @@ def _below(
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
     infinite for rays into the right half plane, where the motion itself grows."""
-    r, R = np.linspace(0.0, REACH, 8001)[1:], stability_function(method)
+    R, places = stability_function(method), np.linspace(0.0, REACH, 8001)[1:]
     rays, which = np.unique(np.abs(angle), return_inverse=True)  # |R| is the same below and above
-    limits = np.full(rays.size, np.inf)
-    for i, phi in enumerate(rays):
-        if np.cos(phi) <= 1e-9:
-            growth = np.abs(R(r * np.exp(1j * phi)))
-            unstable = np.flatnonzero(growth > 1.0 + GROWTH * r / (2 * np.pi))
-            limits[i] = r[unstable[0]] if unstable.size else np.inf
-    return limits[which]
+    limits = [_first_unstable(R, places, phi) if np.cos(phi) <= 1e-9 else np.inf for phi in rays]
+    return np.array(limits, dtype=float)[which]
+
+
+def _first_unstable(
+    R: Callable[[np.ndarray], np.ndarray], places: np.ndarray, angle: float
+) -> float:
+    """The first of the ``places`` on a ray at which a method is unstable; infinite if none is."""
+    direction = np.exp(1j * angle)
+    for start in range(0, places.size, AT_ONCE):
+        r = places[start : start + AT_ONCE]
+        unstable = np.flatnonzero(np.abs(R(r * direction)) > 1.0 + GROWTH * r / (2 * np.pi))
+        if unstable.size:
+            return float(r[unstable[0]])
+    return np.inf
 
 
 def stability_function(method: Tableau) -> Callable[[np.ndarray], np.ndarray]:

@@ -27,8 +27,8 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.forces.modes import OPEN, SLIP
-from hydrosim.integrate import DOPRI5, HEUN, RK2, RK4, Tableau
-from hydrosim.linear.stability import ray_limits
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
+from hydrosim.linear.stability import GROWTH, REACH, ray_limits, stability_function
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
 from hydrosim.studies.simulation import scene_step_limits
 
@@ -51,6 +51,16 @@ def test_limit_of_dopri5_on_the_real_axis() -> None:
     z = ray_limits(DOPRI5, np.array([pi]))[0]
     growth = np.polyval([1 / 600, 1 / 120, 1 / 24, 1 / 6, 1 / 2, 1, 1], -z)
     assert abs(growth) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("method", [RK2, HEUN, RK4, DOPRI5, ESDIRK4])
+def test_limit_is_the_first_place_of_the_whole_ray(method: Tableau) -> None:
+    r, angles = np.linspace(0.0, REACH, 8001)[1:], np.linspace(0.5 * pi, pi, 23)
+    growth = np.abs(stability_function(method)(np.multiply.outer(np.exp(1j * angles), r)))
+    unstable = growth > 1.0 + GROWTH * r / (2 * np.pi)
+    first = np.where(unstable.any(axis=1), r[unstable.argmax(axis=1)], np.inf)
+    np.testing.assert_array_equal(ray_limits(method, angles), first)
+    np.testing.assert_array_equal(ray_limits(method, -angles[::-1]), first[::-1])
 
 
 def test_growing_motion_sets_no_limit() -> None:
