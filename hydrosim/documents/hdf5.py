@@ -3,16 +3,36 @@ the whole process down when it is asked again; h5py tells before."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
+from time import time_ns
 
 import h5py
 
 MAGIC = b"\x89HDF"
+SETTLED = 10_000_000_000  # ns: of a file that has just changed, the times may not tell that it does
 
 
 def fault(path: Path) -> str | None:
     """What is wrong with the structure of a file, None if nothing; sizes and attributes of all
-    that it holds are read, data are not."""
+    that it holds are read, data are not. It is remembered until the file changes."""
+    try:
+        status = path.stat()
+    except OSError as error:
+        return str(error)
+    changes = status.st_mtime_ns, status.st_ctime_ns
+    if time_ns() - max(changes) < SETTLED:
+        return _fault(path)
+    return _remembered(path.absolute(), status.st_ino, status.st_size, *changes)
+
+
+@lru_cache(maxsize=64)
+def _remembered(path: Path, *state: int) -> str | None:
+    """That of the file in this state."""
+    return _fault(path)
+
+
+def _fault(path: Path) -> str | None:
     try:
         with h5py.File(path) as file:
             dict(file.attrs)
