@@ -139,7 +139,10 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping), length=table.length, step=table.step
+        *(db.frequency, db.added_mass, db.radiation_damping),
+        length=table.length,
+        step=table.step,
+        checksum=db.checksum,
     )
     wet = WetGroup(
         bodies,

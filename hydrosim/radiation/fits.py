@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import astuple, fields
-from functools import lru_cache
-from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
-from hydrosim.cache import cache_root, store
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.radiation.kept import Arrays, kept
 from hydrosim.radiation.passivity import ROUNDING
 from hydrosim.radiation.retardation import Retardation
 from hydrosim.radiation.state_space import (
@@ -45,19 +39,16 @@ def fit(
     below ten times the tolerance.
 
     They are kept in the cache folder by the database's ``checksum``, the table of K, the band of
-    ``frequency`` [rad/s], the tolerance and this package's sources. A file that cannot be read is
-    made again; a folder that cannot be written costs only the time of the next fit.
+    ``frequency`` [rad/s] and the tolerance, see `kept`.
     """
     band = float(frequency[-1])
-    settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance, _version())
-    key = hashlib.sha256(repr(settings).encode()).hexdigest()[:24]
-    path = cache_root() / "fits" / f"{key}.npz"
-    models = _cached(path)
-    if models is None:
+
+    def made() -> tuple[StateSpace, ...]:
         groups = coupled_groups(memory.kernel, tolerance)
-        models = tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
-        with suppress(OSError):
-            _write(path, models)
+        return tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
+
+    settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance)
+    models = kept("fits", settings, made, _to_arrays, _of_arrays)
     for model in models:
         _check(model, source)
     return models
@@ -89,35 +80,19 @@ def _rounded_up(error: float) -> float:
     return float(np.ceil(error / size) * size)
 
 
-@lru_cache
-def _version() -> str:
-    """Hash of this package's sources: another way of fitting is another file."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _cached(path: Path) -> tuple[StateSpace, ...] | None:
-    with suppress(OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile):
-        return _read(path)
-    return None
-
-
-def _read(path: Path) -> tuple[StateSpace, ...]:
-    with np.load(path, allow_pickle=False) as data:
-        return tuple(
-            StateSpace(
-                **{name: data[f"{name}_{k}"] for name in ARRAYS},
-                report=FitReport(*map(float, data[f"report_{k}"])),
-            )
-            for k in range(int(data["groups"]))
+def _of_arrays(arrays: Arrays) -> tuple[StateSpace, ...]:
+    return tuple(
+        StateSpace(
+            **{name: arrays[f"{name}_{k}"] for name in ARRAYS},
+            report=FitReport(*map(float, arrays[f"report_{k}"])),
         )
+        for k in range(int(arrays["groups"]))
+    )
 
 
-def _write(path: Path, models: Sequence[StateSpace]) -> None:
-    arrays: dict[str, Any] = {"groups": np.array(len(models))}
+def _to_arrays(models: Sequence[StateSpace]) -> Arrays:
+    arrays = {"groups": np.array(len(models))}
     for k, model in enumerate(models):
         arrays |= {f"{name}_{k}": getattr(model, name) for name in ARRAYS}
         arrays[f"report_{k}"] = np.array(astuple(model.report))
-    store(path, lambda file: np.savez(file, **arrays))
+    return arrays

@@ -7,12 +7,15 @@ DOF of the force; SI, rad/s, s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import spherical_jn
 
 from hydrosim.errors import InputError
+from hydrosim.radiation.kept import Arrays, kept
 
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
 TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
@@ -44,12 +47,18 @@ class KernelReport:
 
 @dataclass(frozen=True, eq=False)
 class Retardation:
-    """Radiation in the time domain: K (nt, n, n) at the lags ``time`` (nt,), and A_inf (n, n)."""
+    """Radiation in the time domain: the lags ``time`` (nt,) of K, which ``function`` computes, and
+    A_inf (n, n)."""
 
     time: np.ndarray
-    kernel: np.ndarray
+    function: Callable[[], np.ndarray]
     added_mass_infinite: np.ndarray
     report: KernelReport
+
+    @cached_property
+    def kernel(self) -> np.ndarray:
+        """K (nt, n, n) at the lags, computed when it is first asked for."""
+        return self.function()
 
 
 def retardation(
@@ -59,11 +68,15 @@ def retardation(
     *,
     length: float = 80.0,
     step: float = 0.1,
+    checksum: str | None = None,
 ) -> Retardation:
     """K up to ``length`` [s] and A_inf, from added mass and damping (nw, n, n) at ``frequency``.
 
     Radiation is reciprocal, so only the symmetric parts are used; what else there is are errors of
     the panels, which a database's checks report.
+
+    With the ``checksum`` of a database that has these coefficients, A_inf and the report are kept
+    in the cache folder, and where they are there K is computed only if it is asked for.
 
     Raises `InputError` for data that cannot be transformed, see `retardation_function`.
     """
@@ -71,6 +84,17 @@ def retardation(
     _check(frequency, added_mass)
     added_mass, damping = (0.5 * (M + np.swapaxes(M, 1, 2)) for M in (added_mass, damping))
     time = np.linspace(0.0, length, round(length / step) + 1)
+    make = partial(_retardation, frequency, added_mass, damping, time)
+    if checksum is None:
+        return make()
+    function = partial(retardation_function, frequency, damping, time)
+    of_arrays = partial(_of_arrays, time, function)
+    return kept("memories", (checksum, time.size, float(length)), make, _to_arrays, of_arrays)
+
+
+def _retardation(
+    frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray, time: np.ndarray
+) -> Retardation:
     kernel = retardation_function(frequency, damping, time)
     infinite, residual = infinite_added_mass(frequency, added_mass, time, kernel)
     active = radiating(damping)
@@ -84,7 +108,19 @@ def retardation(
         smallest_eigenvalue=smallest_eigenvalue(B),
         tail_exponent=tail_exponent(frequency, damping),
     )
-    return Retardation(time, kernel, infinite, report)
+    return Retardation(time, lambda: kernel, infinite, report)
+
+
+def _to_arrays(memory: Retardation) -> Arrays:
+    *ratios, exponent = astuple(memory.report)
+    infinite = memory.added_mass_infinite
+    return {"infinite": infinite, "ratios": np.array(ratios), "tail_exponent": exponent}
+
+
+def _of_arrays(time: np.ndarray, function: Callable[[], np.ndarray], arrays: Arrays) -> Retardation:
+    end, band, residual, eigenvalue = map(float, arrays["ratios"])
+    report = KernelReport(end, band, residual, eigenvalue, arrays["tail_exponent"])
+    return Retardation(time, function, arrays["infinite"], report)
 
 
 def retardation_function(

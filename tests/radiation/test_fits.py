@@ -7,7 +7,7 @@ import pytest
 from closed_forms import added_mass, kernel, transfer
 
 from hydrosim.errors import InputError
-from hydrosim.radiation import KernelReport, Retardation, fits, retardation
+from hydrosim.radiation import KernelReport, Retardation, fits, kept, retardation
 
 TIME = np.linspace(0.0, 40.0, 801)
 BAND = np.array([0.5, 3.0])
@@ -20,7 +20,7 @@ def memory(tmp_path, monkeypatch) -> Retardation:
     K[:, 2, 2] = kernel(TIME)[:, 0, 0]
     K[:, 3, 3] = 2.0 * K[:, 2, 2]
     report = KernelReport(0.0, 0.0, 0.0, 0.0, np.zeros((6, 6)))
-    return Retardation(TIME, K, np.zeros((6, 6)), report)
+    return Retardation(TIME, lambda: K, np.zeros((6, 6)), report)
 
 
 def same(one, other) -> bool:
@@ -48,7 +48,7 @@ def test_another_fit_is_another_file(memory, monkeypatch, change):
     fits.fit("a", "hull.nc", memory, BAND)
     monkeypatch.setattr(fits, "fit_group", refuse)
     if change == "sources":
-        monkeypatch.setattr(fits, "_version", lambda: "edited")
+        monkeypatch.setattr(kept, "_version", lambda: "edited")
     with pytest.raises(AssertionError, match="fitted again"):
         fits.fit(
             "b" if change == "checksum" else "a",

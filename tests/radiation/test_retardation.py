@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from itertools import pairwise
 
 import h5py
@@ -24,6 +25,9 @@ from hydrosim.radiation.retardation import (
     tail_exponent,
     transfer_function,
 )
+
+# the package has a function of this name
+module = sys.modules["hydrosim.radiation.retardation"]
 
 
 def band(step: float, end: float) -> np.ndarray:
@@ -173,3 +177,30 @@ def test_sphere_kernel_equals_that_of_bemio():
     assert found.added_mass_infinite[2, 2] == pytest.approx(A_inf[2, 2], rel=2e-3)
     ours = retardation_function(w, B, time)
     assert np.abs(ours - K)[:, 2, 2].max() < 0.01 * np.abs(K[:, 2, 2]).max()
+
+
+def test_what_is_kept_of_a_database_is_the_same_and_spares_the_kernel(tmp_path, monkeypatch):
+    """A_inf and the report come from the cache; K is computed if it is asked for, and only then."""
+    monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
+    w = band(0.1, 6.0)
+    A, B = added_mass(w), transfer(w).real
+    plain = retardation(w, A, B, length=40.0)
+    made = retardation(w, A, B, length=40.0, checksum="a")
+    asked = []
+    transform = module.retardation_function
+    monkeypatch.setattr(
+        module, "retardation_function", lambda *given: asked.append(given) or transform(*given)
+    )
+    cached = retardation(w, A, B, length=40.0, checksum="a")
+    for one in (made, cached):
+        np.testing.assert_array_equal(one.added_mass_infinite, plain.added_mass_infinite)
+        np.testing.assert_array_equal(one.time, plain.time)
+        assert str(one.report) == str(plain.report)
+        np.testing.assert_array_equal(one.report.tail_exponent, plain.report.tail_exponent)
+    assert not asked
+    np.testing.assert_array_equal(cached.kernel, plain.kernel)
+    assert cached.kernel is cached.kernel
+    assert len(asked) == 1
+    for other in ({"checksum": "b"}, {"length": 30.0}, {"step": 0.2}):
+        retardation(w, A, B, **{"length": 40.0, "checksum": "a", **other})
+    assert len(asked) == 4
