@@ -16,6 +16,7 @@ from scipy.special import spherical_jn
 
 from hydrosim.errors import InputError
 from hydrosim.radiation.kept import Arrays, kept
+from hydrosim.radiation.threads import one_thread
 
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
 TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
@@ -87,11 +88,12 @@ def retardation(
     make = partial(_retardation, frequency, added_mass, damping, time)
     if checksum is None:
         return make()
-    function = partial(retardation_function, frequency, damping, time)
+    function = partial(one_thread(retardation_function), frequency, damping, time)
     of_arrays = partial(_of_arrays, time, function)
     return kept("memories", (checksum, time.size, float(length)), make, _to_arrays, of_arrays)
 
 
+@one_thread
 def _retardation(
     frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray, time: np.ndarray
 ) -> Retardation:

@@ -28,6 +28,7 @@ from hydrosim.radiation.retardation import (
     relative_size,
     transfer_function,
 )
+from hydrosim.radiation.threads import one_thread
 
 TOLERANCE = 1e-3
 MAX_ORDER = 60  # poles in vector fitting
@@ -128,6 +129,7 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
     return [active[first == i] for i in np.unique(first)]
 
 
+@one_thread
 def fit_group(
     memory: Retardation, dofs: np.ndarray, band: float, tolerance: float = TOLERANCE
 ) -> StateSpace:

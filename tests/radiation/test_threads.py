@@ -1,0 +1,54 @@
+"""Retardation functions and fits are the same to the bit with any number of threads of BLAS."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PRINTED = """
+import hashlib, sys
+import numpy as np
+from hydrosim import radiation
+from hydrosim.database.load import read
+from hydrosim.radiation.state_space import fit_group
+
+def told(name, *arrays):
+    digest = hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))
+    print(name, digest.hexdigest())
+
+def of_fit(name, model):
+    told(name, model.dofs, model.decay, model.frequency, model.B, model.C)
+    print(model.report)
+
+for name in ("sphere", "h851"):
+    db = read(f"{sys.argv[1]}/{name}.nc")
+    given = db.frequency, db.added_mass, db.radiation_damping
+    radiation.retardation(*given, checksum=name)
+    memory = radiation.retardation(*given, checksum=name)  # from the cache
+    told(name, memory.kernel, memory.added_mass_infinite)
+    print(memory.report)
+    if name == "sphere":
+        for model in radiation.fit(name, name, memory, db.frequency):
+            of_fit(name, model)
+    else:
+        of_fit(name, fit_group(memory, np.array([0, 2, 4]), db.frequency[-1]))
+"""
+DATABASES = Path(__file__).parents[2] / "hydro_db"
+
+
+def printed(folder: Path, threads: str) -> str:
+    command = [sys.executable, "-c", PRINTED, str(DATABASES)]
+    changes = {"OPENBLAS_NUM_THREADS": threads, "HYDROSIM_CACHE_DIR": str(folder / threads)}
+    run = subprocess.run(
+        command, env={**os.environ, **changes}, capture_output=True, text=True, check=True
+    )
+    return run.stdout
+
+
+@pytest.mark.parametrize("threads", ["2", "4"])
+def test_threads_change_no_bit(tmp_path: Path, threads: str) -> None:
+    assert printed(tmp_path, threads) == printed(tmp_path, "1")
