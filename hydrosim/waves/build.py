@@ -39,8 +39,8 @@ def wave_loads_model(
     none may repeat itself, see `components.check_span`.
 
     They are exact at the multiples of ``dt`` [s], the distance of the solver's stages, if the
-    repeat period is one of them. Raises InputError if a database lacks the heading, the mean drift
-    or the QTF that the scene asks for.
+    repeat period is one of them and the waves do not make do with fewer, see `loads`. Raises
+    InputError if a database lacks the heading, the mean drift or the QTF that the scene asks for.
     """
     first = [first_order(waves, bodies) for waves in seas]
     second = [second_order(waves, bodies) for waves in seas]

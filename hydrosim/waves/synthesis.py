@@ -12,6 +12,9 @@ from hydrosim.waves.loads import POINTS
 _PHASE_STEP = 0.25
 """Largest omega * step [rad] of a grid: it bounds the error of the interpolation."""
 
+_FINE = 0.125
+"""omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
+
 
 @dataclass(frozen=True, eq=False)
 class Lines:
@@ -51,16 +54,28 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     """The grid for a run from ``start`` over ``duration`` [s] whose stages are ``dt`` apart, for
     frequencies that are multiples of ``spacing`` up to ``highest`` [rad/s].
 
-    The step is dt, or dt divided by a whole number where the highest frequency needs it; if the
-    repeat period is no multiple of dt, it is the next smaller step of which it is one.
+    The step is dt, or dt divided by a whole number where the highest frequency needs it. Where dt
+    is finer than any frequency needs, it is a multiple of dt: the stages between the points are
+    then interpolated. If the repeat period is no multiple of the step, it is the next smaller step
+    of which it is one.
     """
     repeat = 2.0 * np.pi / spacing
     divisions = max(int(np.ceil(highest * dt / _PHASE_STEP)), 1)
-    period = divisions * int(np.ceil(repeat / dt * (1.0 - 1e-9)))
+    stages = int(np.ceil(repeat / dt * (1.0 - 1e-9)))
+    period = divisions * int(np.ceil(stages / _stages_apart(stages, max(highest, spacing) * dt)))
     step = repeat / period
     first = int(np.floor(start / step)) - POINTS // 2
     last = int(np.ceil((start + duration) / step)) + POINTS // 2
     return Grid(step, period, first, last - first + 1)
+
+
+def _stages_apart(stages: int, phase: float) -> int:
+    """How many stages the points of a grid are apart, for so many ``stages`` in the repeat period
+    and the highest ``phase`` [rad] between two: the most that are fine enough, or a few less if
+    these divide the period, so that the points are stages."""
+    most = max(int(_FINE / phase), 1)
+    fitting = (n for n in range(most, most // 2, -1) if stages % n == 0)
+    return next(fitting, most)
 
 
 def summed(grid: Grid, lines: Lines) -> np.ndarray:

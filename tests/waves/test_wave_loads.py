@@ -92,6 +92,24 @@ def test_error_between_stages_falls_with_the_sixth_power(box: Box) -> None:
     assert error(0.1) < bound
 
 
+def test_stages_closer_than_the_waves_need_are_interpolated(box: Box) -> None:
+    """Stages every 0.001 s read a table every 0.05 s or so: the sum of the components' bounds."""
+    at, times = body(box), 700.0 + 0.001 * np.arange(4000)
+    model = loads_model(environment(SWELL), [at], 650.0, 0.001, 100.0)
+    waves, [h] = components(SWELL, Environment()), model.step
+    assert 0.0625 < waves.omega.max() * h <= 0.125
+    lines = first_order(waves, [at])
+    exact = direct_first_order(at, SWELL, times)
+    error = np.abs(loads(model, times)[1] - exact)
+    bound = 225 / 46080 * (lines.omega * h) ** 6 @ np.abs(lines.amplitude)
+    rounding = 1e-12 * np.abs(exact).max()
+    assert np.all(error < bound + rounding)
+    assert np.all(bound < 1.9e-8 * np.abs(lines.amplitude).sum(axis=0) + rounding)
+    nodes = np.abs(times / h - np.rint(times / h)) < 1e-6
+    assert np.count_nonzero(nodes) > 50
+    assert np.all(error[nodes] < rounding)
+
+
 def test_coarse_steps_do_not_spoil_the_table(box: Box) -> None:
     at, times = body(box), 700.0 + 0.317 * np.arange(100)
     model = loads_model(environment(SWELL), [at], 650.0, 2.0, 100.0)

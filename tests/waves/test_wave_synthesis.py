@@ -73,13 +73,26 @@ def test_stages_are_nodes(dt: float) -> None:
     assert grid.start + (grid.rows - 1) * grid.step >= 130.0 + 3 * grid.step - 1e-9
 
 
-@pytest.mark.parametrize("dt", [0.01, 0.05, 0.07, 0.3, 2.0])
+@pytest.mark.parametrize("dt", [1e-5, 0.001, 0.01, 0.0137, 0.05, 0.07, 0.3, 2.0])
 def test_grid_resolves_the_highest_component(dt: float) -> None:
     waves = sea()
     grid = grid_of(waves, 0.0, dt, 10.0)
-    assert grid.step <= dt * (1 + 1e-12)
-    assert waves.omega[-1] * grid.step <= 0.25
+    phase = waves.omega[-1] * grid.step
+    assert phase <= 0.25
+    assert grid.step <= dt * (1 + 1e-12) or phase <= 0.125
     assert grid.step * grid.period == pytest.approx(600.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("dt", [1e-5, 0.0005, 0.001, 0.004, 0.0137, 1.0 / 300.0])
+def test_grid_is_no_finer_than_it_must_be_and_its_points_are_stages(dt: float) -> None:
+    """At most twice as fine; for any stages, even if their number in the period has no divisors."""
+    waves = sea()
+    grid = grid_of(waves, 30.0, dt, 10.0)
+    assert 0.0625 < waves.omega[-1] * grid.step <= 0.125
+    if abs(600.0 / dt - round(600.0 / dt)) < 1e-6:
+        assert grid.step / dt == pytest.approx(round(grid.step / dt), rel=1e-12)
+    other = grid_of(waves, 0.0, dt, 600.0)
+    assert (other.step, other.period) == (grid.step, grid.period)
 
 
 def test_newman_is_the_double_sum() -> None:
