@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import Recorded, signals_of
+from hydrosim.forces import Recorded, is_known, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.layout import ROWS
 from hydrosim.forces.modes import MODE, OPEN, STICK
@@ -35,6 +35,8 @@ def check_scene(scene: Scene) -> None:
         for key, body in [("body", element.body), *element.others()]:
             lacks = body is not None and body not in names
             problems[f"forces.{name}.{key}: there is no body {body}"] = lacks
+        text = f"forces.{name}: {type(element).__name__} is no element that hydrosim knows"
+        problems[text] = not is_known(element)
     found = [problem for problem, there in problems.items() if there]
     if found:
         raise InputError("scene: " + "; ".join(found) + ".")

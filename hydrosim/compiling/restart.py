@@ -17,7 +17,7 @@ import xarray as xr
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import events, new_modes
+from hydrosim.forces import events, new_modes, own_modes, spring
 from hydrosim.forces.contact import fender
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
@@ -165,8 +165,17 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     settled = new_modes(elements)
     settle(time, y.copy(), settled, motion, model.bodies, elements)
     stored = settled.copy()
-    _restore("fender", fender_names(scene), points, time, run, stored[: points.size])
-    _restore("spring", spring_names(scene), lines, time, run, stored[points.size :])
+    _restore(
+        "fender",
+        fender_names(scene),
+        points,
+        time,
+        run,
+        own_modes(fender, elements.fenders, stored),
+    )
+    _restore(
+        "spring", spring_names(scene), lines, time, run, own_modes(spring, elements.springs, stored)
+    )
     return np.where(_possible(time, y, stored, motion, model)[:, None], stored, settled)
 
 
@@ -198,8 +207,10 @@ def _possible(
     flat, bodies, every = out.reshape(-1), model.bodies, np.ones(len(modes), dtype=np.int64)
     each = model.elements
     events.find_margins(time, y, modes, motion, bodies, each, nothing, nothing, every, flat)
-    steepest = [fenders.points["steepest"], springs.lines["steepest"]]
-    touching = out[:, CONTACT_MARGIN] >= -NEAR * np.concatenate(steepest)
+    steepest = np.zeros(len(modes))
+    steepest[fenders.mode :][: fenders.points.size] = fenders.points["steepest"]
+    steepest[springs.mode :][: springs.lines.size] = springs.lines["steepest"]
+    touching = out[:, CONTACT_MARGIN] >= -NEAR * steepest
     return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
 
 

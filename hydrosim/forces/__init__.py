@@ -140,6 +140,18 @@ def new_modes(elements: Elements) -> np.ndarray:
     return np.zeros((rows, COLUMNS), dtype=np.int64)
 
 
+def is_known(element: ForceElement) -> bool:
+    """Whether a kind of the catalogue has this element."""
+    homes = (vars(kind).values() for kind in CATALOGUE)
+    classes = {x for home in homes for x in home if isinstance(x, type)} - {ForceElement}
+    return any(issubclass(x, ForceElement) and isinstance(element, x) for x in classes)
+
+
+def own_modes(kind: Any, p: Any, modes: np.ndarray) -> np.ndarray:
+    """The rows of ``modes`` (..., rows, 3) of one kind with the constants ``p``."""
+    return modes[..., p.mode : p.mode + len(kind.units(p)), :]
+
+
 def without_friction(elements: Elements) -> Elements:
     """The same elements with contacts that slip freely."""
     return elements._replace(fenders=fender.without_friction(elements.fenders))

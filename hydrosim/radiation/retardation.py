@@ -88,7 +88,7 @@ def retardation(
     make = partial(_retardation, frequency, added_mass, damping, time)
     if checksum is None:
         return make()
-    function = partial(one_thread(retardation_function), frequency, damping, time)
+    function = partial(_kernel, frequency, damping, time)
     of_arrays = partial(_of_arrays, time, function)
     return kept("memories", (checksum, time.size, float(length)), make, _to_arrays, of_arrays)
 
@@ -110,7 +110,16 @@ def _retardation(
         smallest_eigenvalue=smallest_eigenvalue(B),
         tail_exponent=tail_exponent(frequency, damping),
     )
-    return Retardation(time, lambda: kernel, infinite, report)
+    return Retardation(time, partial(_known, kernel), infinite, report)
+
+
+@one_thread
+def _kernel(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
+    return retardation_function(frequency, damping, time)
+
+
+def _known(kernel: np.ndarray) -> np.ndarray:
+    return kernel
 
 
 def _to_arrays(memory: Retardation) -> Arrays:

@@ -23,6 +23,8 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.forces import own_modes, spring
+from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import (
     COMPRESSION,
     DAMPED,
@@ -122,8 +124,10 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    data.update(_fenders(time, values["fenders"], modes[:, : points.shape[1]], points))
-    data.update(_springs(values["springs"], modes[:, points.shape[1] :]))
+    data.update(
+        _fenders(time, values["fenders"], own_modes(fender, model.elements.fenders, modes), points)
+    )
+    data.update(_springs(values["springs"], own_modes(spring, model.elements.springs, modes)))
     data.update(_probes(scene, sea, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
@@ -200,7 +204,8 @@ def _states(
         "state_input": xr.DataArray(rates, {"state": names}, ("state",)),
     }
     points, lines = model.elements.fenders.points, model.elements.springs.lines
-    of_fenders, of_springs = modes[kept, : points.size], modes[kept, points.size :]
+    of_fenders = own_modes(fender, model.elements.fenders, modes[kept])
+    of_springs = own_modes(spring, model.elements.springs, modes[kept])
     at = {"state_time": time}
     for kind, each, of in (("fender", points, of_fenders), ("spring", lines, of_springs)):
         if each.size:

@@ -75,7 +75,8 @@ Progress = Callable[[float, int], None]
 def simulate(case: Case | Scene | Compiled, progress: Progress | None = None) -> xr.Dataset:
     """Run a case, a scene or what is compiled of one; the dataset is described in
     `hydrosim.results.output`. The runs that a case needs are made first, see
-    `hydrosim.studies.stages`.
+    `hydrosim.studies.stages`. What is compiled is run as it is: a symmetric scene in its plane if
+    it was compiled ``in_plane``, as cases and scenes are here.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
@@ -193,7 +194,7 @@ def _where(scene: Scene, model: Model, state: State) -> str:
         body, dof = divmod(int(model.bodies.active[first % n]), 6)
         return f"{DOFS[dof]} of body {scene.bodies[body].name}"
     if model.own <= first < model.energy:
-        return f"the {names[first]}"
+        return f"the contact node of {names[first].partition(' of ')[2]}"
     return "a radiation state" if first < model.own else "an energy"
 
 

@@ -42,6 +42,7 @@ class Element(Exemplary):
 
     stream: ClassVar[str | None] = None
     """The stream of the environment, if it is one that loads the element."""
+    type: str
     body: StrictStr
 
     @abstractmethod

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.forces.contact import coulomb, friction_slope, frictionless, stick_slip
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.friction_slope import FrictionSlope
@@ -38,9 +39,12 @@ Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
 def constants(law: Law) -> tuple[Any, ...]:
-    """Number and constants of a law, the values of `LAW`."""
-    kinds = list(LAWS)
-    return (kinds.index(type(law)), *LAWS[type(law)].constants(law))
+    """Number and constants of a law, the values of `LAW`; InputError if it is none of these."""
+    for number, (kind, home) in enumerate(LAWS.items()):
+        if isinstance(law, kind):
+            return (number, *home.constants(law))
+    known = ", ".join(kind.__name__ for kind in LAWS)
+    raise InputError(f"friction: found {type(law).__name__}; expected one of {known}.")
 
 
 @kernel
