@@ -75,7 +75,7 @@ def step_limits(
     """
     time = _pressed_most(model)
     linears = [
-        (contact, _linearise(model, _sliding(model, state, modes, time), modes, time))
+        (contact, _linearise(model, state, modes, time))
         for contact, modes in _modes(model, names, each_alone)
     ]
     least = [_steps(method, linalg.eigvals(x.jacobian)).min(initial=np.inf) for _, x in linears]
@@ -183,18 +183,31 @@ def _steepest(segments: np.ndarray, each: np.void) -> int:
 
 
 def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
-    """Linearise with the springs as long as they are on the pieces of their curves that ``modes``
-    say, at their place and in their direction."""
-    lines, segments = model.elements.springs.lines.copy(), model.elements.springs.segments
-    n, motion = model.bodies.active.size, new_work(model).motion
-    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
-    for line, (mode, segment, _) in zip(lines, modes[len(modes) - lines.size :], strict=True):
+    """Linearise with all contacts and springs on the pieces of their curves that ``modes`` say, and
+    with slip going on."""
+    pressed = _pressed(model, state, modes)
+    return linearise(pressed, _sliding(pressed, state, modes, time), modes, time)
+
+
+def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
+    """The model with each plane where it presses its point, and each spring as long, as the piece
+    of its curve wants; all in their place and direction, whatever the others are."""
+    points, lines = model.elements.fenders.points.copy(), model.elements.springs.lines.copy()
+    pieces, segments = model.elements.fenders.segments, model.elements.springs.segments
+    n, bodies, motion = model.bodies.active.size, model.bodies, new_work(model).motion
+    place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
+    for point, (mode, segment, _) in zip(points, modes[: points.size], strict=True):
+        if mode != OPEN:
+            nearer = pieces[segment]["start"] + PRESSED - touch(point, bodies, motion).compression
+            point["plane_point"] += nearer * point["plane_normal"]
+    for line, (mode, segment, _) in zip(lines, modes[points.size :], strict=True):
         if mode == TAUT:
             extension = segments[segment]["start"] + PRESSED
-            line["length"] = stretch(line, model.bodies, motion).length - extension
+            line["length"] = stretch(line, bodies, motion).length - extension
+    fenders = model.elements.fenders._replace(points=points)
     springs = model.elements.springs._replace(lines=lines)
-    elements = model.elements._replace(springs=springs)
-    return linearise(model._replace(elements=elements), state, modes, time)
+    elements = model.elements._replace(fenders=fenders, springs=springs)
+    return model._replace(elements=elements)
 
 
 def _pressed_most(model: Model) -> float:
@@ -209,32 +222,23 @@ def _pressed_most(model: Model) -> float:
 
 
 def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
-    """The state with the bodies moved so that the points in contact are pressed, and sliding."""
+    """The state with the bodies moving aside and the points that slip in steady slip."""
     fenders, bodies, n = model.elements.fenders, model.bodies, model.bodies.active.size
     y, motion = state.y.copy(), new_work(model).motion
-    shift = np.zeros(6 * bodies.each.size)
-    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     modes = modes[: fenders.points.size]
-    for point, (mode, segment, _) in zip(fenders.points, modes, strict=True):
-        if mode != OPEN:
-            contact = touch(point, bodies, motion)
-            wanted = fenders.segments[segment]["start"] + PRESSED
-            first = 6 * int(point["body"])
-            shift[first : first + 3] = (contact.compression - wanted) * np.array(contact.normal)
-    y[:n] += shift[bodies.active]
-    if np.any(modes[:, 0] == SLIP):
+    if np.any(modes[:, MODE] == SLIP):
         y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
+    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     for i, (point, (mode, segment, _)) in enumerate(zip(fenders.points, modes, strict=True)):
-        if mode != SLIP:
-            continue
-        place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-        velocity, piece = touch(point, bodies, motion).velocity, fenders.segments[segment]
+        piece = fenders.segments[segment]
         normal = piece["force"] + PRESSED * piece["slope"]
         if point["prescribed"]:
             normal = value(time, point["signal"], fenders.pieces)
-        state_of_slip = sliding(normal, np.array(velocity), point)
-        if state_of_slip is not None:
-            y[fenders.state + STATES * i :][:2] = state_of_slip
+        if mode == SLIP:
+            velocity = np.array(touch(point, bodies, motion).velocity)
+            found = sliding(normal, velocity, point)
+            if found is not None:
+                y[fenders.state + STATES * i :][:2] = found
     return state._replace(y=y)
 
 

@@ -8,6 +8,8 @@ contact.
 
 from __future__ import annotations
 
+from math import isfinite
+
 from hydrosim.forces import events
 from hydrosim.forces.modes import MARGINS, MODE, SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
@@ -38,6 +40,7 @@ from hydrosim.stepping.stepper import slope, step
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
+CHORDS = 200  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -127,7 +130,9 @@ def _land(t, h, run):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
-    while True:
+    tries = 0
+    while True:  # halves the bracket in the end, so that it does end
+        tries += 1
         step(t, x * h, run)
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
@@ -135,10 +140,13 @@ def _land(t, h, run):
             return x * h
         if value >= 0.0:
             lo, f_lo = x, value
-        else:
+        else:  # or a step that is no longer finite
             hi, f_hi = x, value
         x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
-        if not lo < x < hi:
+        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
+            x = 0.5 * (lo + hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
+        elif not lo < x < hi:
             x = between(lo, max(f_lo, 0.0), hi, f_hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
 

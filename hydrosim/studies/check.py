@@ -44,8 +44,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     )
     if notes.symmetry:
         yield f"solved {notes.symmetry}"
-    yield solution(scene, model)
-    if propagated(scene, model):
+    yield solution(own.scene, own.model)
+    if propagated(own.scene, own.model):
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
     elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
@@ -65,7 +65,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
-    if not propagated(scene, model):
+    if not propagated(own.scene, own.model):
         yield from _limits(compiled)
     whole = linearisable(own.whole) if own.whole else compiled
     linear = linearise(whole.model, whole.state, time=whole.begin)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
     Fender,
+    Frictionless,
     FrictionSlope,
     LinearMooring,
     NormalCurve,
@@ -248,3 +250,24 @@ def test_every_thing_that_is_unstable_is_told() -> None:
     fine = replace(scene, solver=replace(scene.solver, step=0.01))
     (only,) = scene_step_limits(hs.compile_scene(fine))
     assert only.step > 0.01
+
+
+def limit_of(**more: Any) -> float:
+    """Largest stable step of the base case with more, or other, elements."""
+    base = scene_of("base")
+    scene = replace(base, forces={**base.forces, **more})
+    return scene_step_limits(hs.compile_scene(scene, in_plane=True))[0].step
+
+
+def test_no_element_changes_what_limits_another() -> None:
+    """Points at other heights, and a bumper ahead that nothing touches but in thought: each is
+    pressed by itself, and the limit stays that of the contact nodes."""
+    fender, alone = scene_of("base").forces["interface"], limit_of()
+    assert isinstance(fender, Fender)
+    points = fender.points.copy()
+    points[points[:, 0] > 0.0, 2] -= 0.3
+    soft = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e7]))
+    ahead = Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    bumper = Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, Frictionless())
+    assert limit_of(interface=replace(fender, points=points)) == pytest.approx(alone, rel=1e-3)
+    assert limit_of(bumper=bumper) == pytest.approx(alone, rel=1e-3)
