@@ -40,7 +40,7 @@ from hydrosim.stepping.stepper import slope, step
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-CHORDS = 200  # tries to land by chords; then by halves
+CHORDS = 1000  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
