@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from hydrosim.database import HydroDatabase
     from hydrosim.database import load as load_database
     from hydrosim.errors import HydrosimError, InputError, SimulationError
-    from hydrosim.linear.linearise import linearise, natural_modes
+    from hydrosim.linear.linearise import linearise
+    from hydrosim.linear.modes import natural_modes
     from hydrosim.scene import Scene
     from hydrosim.studies.many import simulate_many
     from hydrosim.studies.simulation import simulate
@@ -30,7 +31,7 @@ _HOME = {
     "InputError": "errors",
     "SimulationError": "errors",
     "linearise": "linear.linearise",
-    "natural_modes": "linear.linearise",
+    "natural_modes": "linear.modes",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
     "simulate": "studies.simulation",

@@ -12,9 +12,8 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -23,7 +22,7 @@ from hydrosim.commands import db
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.linear import linear
-from hydrosim.commands.options import CaseFile, Settings, numbers, result_path
+from hydrosim.commands.options import CaseFile, Settings, numbers, one_of, result_path
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import show
@@ -123,7 +122,7 @@ def converge(
     from hydrosim.studies.converge import to_dataset
 
     path = result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
-    chosen = [_one_of(Method, name, "--methods") for name in methods.split(",")]
+    chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
     case = load_case(case_file, settings)
     _complete(case)
@@ -152,12 +151,6 @@ def plot(
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     for picture in draw(dataset, folder, run_file.stem):
         show(f"picture   {picture}")
-
-
-def _one_of(kind: type[StrEnum], name: str, option: str) -> Any:
-    if name.strip() in set(kind):
-        return kind(name.strip())
-    raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
 
 
 def _complete(case: Case) -> None:

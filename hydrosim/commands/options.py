@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from enum import StrEnum
 from math import isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
 from hydrosim.errors import InputError
 
+Choice = TypeVar("Choice", bound=StrEnum)
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
@@ -42,3 +44,10 @@ def numbers(text: str, option: str, positive: bool = True) -> list[float]:
         kind = "positive numbers" if positive else "numbers"
         raise InputError(f"{option}: found {text!r}; expected {kind}, as in 0.1,0.05.")
     return found
+
+
+def one_of(kind: type[Choice], name: str, option: str) -> Choice:
+    """The value that a ``name`` is of a ``kind``."""
+    if name.strip() in set(kind):
+        return kind(name.strip())
+    raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")

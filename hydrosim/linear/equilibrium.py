@@ -6,37 +6,54 @@ where the generalised loads vanish,
 
     Q(q) = S^T F(q, q' = 0) = 0,
 
-found by Newton's method with K = -dQ/dq by central differences. Contacts and slack lines are looked
-at anew in every iteration; directions without stiffness stay where they are (least norm).
+found by Newton's method with K = -dQ/dq by central differences, in the directions that K holds: by
+its singular values over the inertia of each coordinate, [1/s^2]. All others stay where they are,
+and the loads along them are what makes the bodies drift. Contacts and slack lines are looked at
+anew in every iteration.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces.events import settle
+from hydrosim.linear.linearise import inertia
+from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid import generalised_force, place_bodies
 from hydrosim.stepping.dynamics import Model, Work, add_forces, new_work, total_force
 from hydrosim.stepping.state import State
 
 ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences
-FLAT = 1e-12  # of the largest singular value of K: there is no stiffness
 ENOUGH = 1e-9  # of the weight: a residual that counts as rest
+
+
+class Held(NamedTuple):
+    """The directions that have a stiffness: the loads that count there are ``loads`` Q (r, n), and
+    the coordinates change by ``moves`` (n, r) times r numbers. ``left`` (n, n) takes from loads Q
+    what nothing holds."""
+
+    loads: np.ndarray
+    moves: np.ndarray
+    left: np.ndarray
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A ``state`` at rest of the frictionless ``model`` at ``time`` [s], and the largest load
-    there over the ``weight`` [N] (moments: over weight times 1 m)."""
+    """A ``state`` at rest of the frictionless ``model`` at ``time`` [s], in the directions that are
+    ``held``; the largest load there over the ``weight`` [N] (moments: over weight times 1 m), and
+    the loads (n,) [N, N m] that nothing holds, along which the bodies ``drift``."""
 
     model: Model
     state: State
     time: float
     residual: float
+    drift: np.ndarray
+    held: Held
 
     @property
     def position(self) -> np.ndarray:
@@ -47,28 +64,69 @@ class Rest:
         return found.reshape(-1, 6)
 
 
-def equilibrium(model: Model, state: State, time: float, weight: float) -> Rest:
+class _Loads:
+    """Loads of a model over the free coordinates, at a time."""
+
+    def __init__(self, model: Model, state: State, time: float) -> None:
+        self.model, self.state, self.time = model, state, time
+        self.work: Work = new_work(model)
+
+    def at(self, q: np.ndarray) -> np.ndarray:
+        """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
+        model, state, work = self.model, self.state, self.work
+        y, load = _at(q, state), np.zeros(q.size)
+        place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
+        settle(self.time, y, state.modes, work.motion, model.bodies, model.elements)
+        add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
+        total_force(work.wrench, work.total)
+        generalised_force(model.bodies, work.motion, work.total, load)
+        return load
+
+    def stiffness(self, q: np.ndarray) -> np.ndarray:
+        """-dQ/dq, (n, n)."""
+        ahead, behind = (
+            np.array([self.at(q + sign * s) for s in SMALL * np.eye(q.size)]) for sign in (1, -1)
+        )
+        return (behind - ahead).T / (2.0 * SMALL)
+
+    def held(self, q: np.ndarray) -> Held:
+        """The directions that have a stiffness at ``q``."""
+        scale = np.sqrt(np.diag(inertia(self.model, np.concatenate([q, 0.0 * q]))))
+        U, sizes, V = np.linalg.svd(self.stiffness(q) / np.multiply.outer(scale, scale))
+        r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
+        free = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
+        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], free)
+
+
+def equilibrium(
+    model: Model, state: State, time: float, weight: float, held: Held | None = None
+) -> Rest:
     """The place at rest near ``state`` of a ``model`` without friction and first-order waves, under
     the forces of ``time`` [s]; ``weight`` [N] is that of all bodies.
 
-    Raises InputError if there is none, with the loads that are left.
+    Directions that nothing holds, or all but those of ``held``, stay where they are. Raises
+    InputError if there is no rest in the others, with the loads that are left.
     """
-    work, n = new_work(model), model.bodies.active.size
-    q = state.y[:n].copy()
-    load = _load(q, time, model, state, work)
+    loads, q = _Loads(model, state, time), state.y[: model.bodies.active.size].copy()
+    here, now = loads.at(q), held
     for _ in range(ITERATIONS):
-        if np.abs(load).max() <= 1e-3 * ENOUGH * weight:
+        now = held or loads.held(q)
+        felt = here - now.left @ here
+        if np.abs(felt).max(initial=0.0) <= 1e-3 * ENOUGH * weight:
             break
-        step = np.linalg.lstsq(_stiffness(q, time, model, state, work), load, rcond=FLAT)[0]
-        q, load = _shortened(q, step, load, time, model, state, work)
-    residual = float(np.abs(load).max() / weight)
+        stiffness = now.loads @ loads.stiffness(q) @ now.moves
+        step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
+        q, here = _shortened(q, step, here, loads, now)
+    now = held or loads.held(q)
+    drift = now.left @ here
+    residual = float(np.abs(here - drift).max(initial=0.0) / weight)
     if not residual <= ENOUGH:
         raise InputError(
             f"equilibrium at {time:g} s: none found; at the best place the loads left are"
             f" {residual:.1e} of the weight. Look for a force that nothing balances, or start"
             " nearer to rest (initial.position)."
         )
-    return Rest(model, state._replace(y=_at(q, state)), time, residual)
+    return Rest(model, state._replace(y=_at(q, state)), time, residual, drift, now)
 
 
 def _at(q: np.ndarray, state: State) -> np.ndarray:
@@ -77,40 +135,15 @@ def _at(q: np.ndarray, state: State) -> np.ndarray:
     return y
 
 
-def _load(q: np.ndarray, time: float, model: Model, state: State, work: Work) -> np.ndarray:
-    """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
-    y, load = _at(q, state), np.zeros(q.size)
-    place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
-    settle(time, y, state.modes, work.motion, model.bodies, model.elements)
-    add_forces(time, y, state.modes, state.history, model, work, np.zeros_like(y))
-    total_force(work.wrench, work.total)
-    generalised_force(model.bodies, work.motion, work.total, load)
-    return load
-
-
-def _stiffness(q: np.ndarray, time: float, model: Model, state: State, work: Work) -> np.ndarray:
-    """-dQ/dq, (n, n)."""
-    columns = []
-    for shift in SMALL * np.eye(q.size):
-        ahead, behind = (_load(q + s, time, model, state, work) for s in (shift, -shift))
-        columns.append((behind - ahead) / (2.0 * SMALL))
-    return np.stack(columns, axis=1)
-
-
 def _shortened(
-    q: np.ndarray,
-    step: np.ndarray,
-    load: np.ndarray,
-    time: float,
-    model: Model,
-    state: State,
-    work: Work,
+    q: np.ndarray, step: np.ndarray, load: np.ndarray, loads: _Loads, held: Held
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The step, halved until the loads become less; the last one tried if they never do."""
-    size = np.linalg.norm(load)
+    """The step, halved until the loads that are held become less; the last one tried if they never
+    do."""
+    size = np.linalg.norm(load - held.left @ load)
     for halvings in range(30):
         trial = q + step / 2.0**halvings
-        found = _load(trial, time, model, state, work)
-        if np.linalg.norm(found) < size:
+        found = loads.at(trial)
+        if np.linalg.norm(found - held.left @ found) < size:
             break
     return trial, found

@@ -27,7 +27,8 @@ from hydrosim.forces.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.integrate import Tableau
-from hydrosim.linear.linearise import Linear, linearise, participation
+from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.modes import participation
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State

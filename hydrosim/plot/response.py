@@ -14,35 +14,38 @@ STILL = 1e-6  # of the largest motion: it has no phase
 
 
 def draw_response(found: xr.Dataset, path: Path) -> None:
-    """Amplitudes and phases of all motions that waves excite, body by body."""
-    excited = [
-        (str(body), str(dof))
-        for body in found.body.values
-        for dof in found.dof.values
-        if float(found.rao_amplitude.sel(body=body, dof=dof).max()) > 0.0
-    ]
-    rows = max(len(excited), 1)
-    figure = Figure(figsize=(11.0, 2.2 * rows + 0.8), layout="constrained")
+    """Amplitudes and phases of all motions that waves excite, those of all bodies together."""
+    dofs = [str(d) for d in found.dof.values if float(found.rao_amplitude.sel(dof=d).max()) > 0.0]
+    rows = max(len(dofs), 1)
+    height = 2.2 * rows + 0.8
+    figure = Figure(figsize=(11.0, height))
+    figure.subplots_adjust(0.07, 0.45 / height, 0.99, 1.0 - 0.7 / height, 0.15, 0.25)
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
-    for (body, dof), (size, phase) in zip(excited, axes, strict=False):
-        _draw_motion(found.sel(body=body, dof=dof), dof, size, phase)
-        size.set_title(f"{body}: {dof}" if found.body.size > 1 else dof, fontsize="medium")
+    for dof, (size, phase) in zip(dofs, axes, strict=False):
+        for body in found.body.values:
+            _draw_motion(found.sel(body=body, dof=dof), dof, size, phase)
+        _dress(dof, size, phase)
     for axis in axes[-1]:
         axis.set_xlabel("frequency [rad/s]")
-    axes[0, 0].legend(frameon=False, fontsize="small")
+    if dofs:
+        axes[0, 0].legend(frameon=False, fontsize="small")
     figure.suptitle(f"{found.title}: response to waves of unit amplitude")
     figure.savefig(path, dpi=100)
 
 
 def _draw_motion(at: xr.Dataset, dof: str, size: Axes, phase: Axes) -> None:
-    scale, unit = (180.0 / np.pi, "deg/m") if dof in TURNS else (1.0, "m/m")
+    """A line of one body for each heading."""
     for heading in at.heading.values:
         rao = at.sel(heading=heading)
-        label = f"waves to {np.degrees(heading):.0f}°"
-        size.plot(at.frequency, scale * rao.rao_amplitude, label=label, linewidth=1.2)
+        label = f"{at.body.values}, waves to {np.degrees(heading):.0f}°"
+        amplitude = np.degrees(rao.rao_amplitude) if dof in TURNS else rao.rao_amplitude
+        size.plot(at.frequency, amplitude, label=label, linewidth=1.2)
         moves = rao.rao_amplitude > STILL * float(at.rao_amplitude.max())
         phase.plot(at.frequency, np.degrees(rao.rao_phase.where(moves)), ".", markersize=2.5)
-    size.set_ylabel(f"amplitude [{unit}]")
+
+
+def _dress(dof: str, size: Axes, phase: Axes) -> None:
+    size.set_ylabel(f"{dof} [{'deg/m' if dof in TURNS else 'm/m'}]")
     phase.set_ylabel("phase [deg]")
     phase.set_yticks([-180, -90, 0, 90, 180])
     for axis in (size, phase):

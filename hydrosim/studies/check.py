@@ -18,8 +18,9 @@ from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import with_states
 from hydrosim.database import check as check_database
-from hydrosim.linear.linearise import NaturalMode, linearise, natural_modes
+from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
+from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.scene import Scene
 from hydrosim.studies.simulation import scene_step_limits
 
@@ -99,11 +100,10 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:
         justify: JustifyMethod = "left" if heading in ("body", "mode") else "right"
         table.add_column(escape(heading), justify=justify, no_wrap=True)
     for mode in modes:
-        table.add_row(
-            scene.bodies[mode.coordinate // 6].name,
-            mode.dof,
-            f"{mode.natural_period:.2f}",
-            f"{mode.damped_period:.2f}",
-            f"{mode.damping_ratio:.3f}",
-        )
+        periods = ["free" if mode.kind == Kind.FREE else f"{mode.natural_period:.2f}", "", ""]
+        if mode.kind == Kind.OSCILLATING:
+            periods[1:] = [f"{mode.damped_period:.2f}", f"{mode.damping_ratio:.3f}"]
+        elif mode.kind != Kind.FREE:
+            periods[1] = str(mode.kind)
+        table.add_row(scene.bodies[mode.coordinate // 6].name, mode.dof, *periods)
     return table

@@ -22,13 +22,18 @@ from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup, with_states
+from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.radiation import TOLERANCE
-from hydrosim.scene import Environment, RadiationModel, Scene
+from hydrosim.results.names import fender_names
+from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
 from hydrosim.waves import Components, WaveBody, first_order
 from hydrosim.waves.dispersion import wavenumber
+
+ROUNDING = 1e-12  # of the largest motion: it is none
 
 
 class Radiation(StrEnum):
@@ -61,24 +66,32 @@ class Responder:
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
-        loads, omega = first_order(waves, self.bodies).amplitude, waves.omega
-        active, found = self.linear.active, np.zeros(loads.shape, dtype=complex)
-        for w, load, motion in zip(omega, loads, found, strict=True):
-            motion[active] = np.linalg.solve(self.dynamic_stiffness(w), load[active])
+        loads, active = first_order(waves, self.bodies).amplitude, self.linear.active
+        found = np.zeros(loads.shape, dtype=complex)
+        D = self.dynamic_stiffness(waves.omega)
+        found[:, active] = np.linalg.solve(D, loads[:, active, None])[:, :, 0]
+        found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
 
-    def dynamic_stiffness(self, omega: float) -> np.ndarray:
-        """D(w), (n, n)."""
+    def dynamic_stiffness(self, omega: np.ndarray) -> np.ndarray:
+        """D(w), (nw, n, n), at ``omega`` (nw,) [rad/s]."""
         D = self.linear.dynamic_stiffness(omega)
         if not self.databases:
             return D
-        radiated = omega**2 * self.added_mass_infinite + 0j
+        w = omega[:, None, None]
+        radiated = w**2 * self.added_mass_infinite + 0j
         for wet in self.databases:
-            db, block = wet.database, np.ix_(wet.dofs, wet.dofs)
+            db = wet.database
             A, B = (_at(omega, db.frequency, x) for x in (db.added_mass, db.radiation_damping))
-            radiated[block] += -(omega**2) * A + 1j * omega * B
+            radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
         active = self.linear.active
-        return np.asarray(D + radiated[np.ix_(active, active)])
+        return np.asarray(D + radiated[:, active[:, None], active])
+
+    def modes(self) -> list[NaturalMode]:
+        """The natural modes, with the same added mass and damping."""
+        if self.databases:
+            return modes_of_stiffness(self.dynamic_stiffness, self.linear)
+        return natural_modes(self.linear)
 
 
 def responder(
@@ -86,20 +99,31 @@ def responder(
     state: State | None = None,
     radiation: Radiation = Radiation.MODEL,
     time: float = 0.0,
+    contacts: Contacts | None = None,
 ) -> Responder:
     """The scene, or what `compile_for_linear` makes of it, made linear about ``state`` (of its
-    start, or `at_rest`), with contacts as they are there and applied forces as at ``time`` [s].
+    start, or `at_rest`), with applied forces as at ``time`` [s] and with contacts as they are
+    there, or as ``contacts`` has those that are pressed there.
 
-    A convolution counts as its state-space model. Raises InputError if the scene cannot be
-    compiled.
+    A convolution counts as its state-space model, and waves meet all bodies where these are at
+    rest. Raises InputError if the scene cannot be compiled, or its contacts not be linear.
     """
-    compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation)
+    compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
     scene, model = compiled.scene, compiled.model
     about = compiled.state if state is None else _of_model(model, state)
+    if contacts is not None:
+        model, about = with_contacts(model, about, contacts, fender_names(scene))
     linear = linearise(model, about, time=time)
-    bodies = wave_bodies(scene, compiled.wet)
+    bodies = wave_bodies(
+        replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet
+    )
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
     return Responder(linear, bodies, scene.environment, model.added_mass, groups)
+
+
+def _met_at_rest(body: Body) -> Body:
+    loads = replace(body.wave_forces, headings=Place.MEAN, position=Place.MEAN)
+    return replace(body, wave_forces=loads)
 
 
 def compile_for_linear(
@@ -124,8 +148,9 @@ def _of_model(model: Model, state: State) -> State:
     return state._replace(y=y)
 
 
-def _at(omega: float, frequency: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (nw, n, n) at one frequency, linear between those of the database."""
-    k = int(np.clip(np.searchsorted(frequency, omega), 1, frequency.size - 1))
+def _at(omega: np.ndarray, frequency: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nw, n, n) at frequencies ``omega``, linear between those of the database."""
+    k = np.clip(np.searchsorted(frequency, omega), 1, frequency.size - 1)
     x = np.clip((omega - frequency[k - 1]) / (frequency[k] - frequency[k - 1]), 0.0, 1.0)
+    x = x[:, None, None]
     return np.asarray((1.0 - x) * values[k - 1] + x * values[k])

@@ -4,37 +4,59 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from hydrosim.compiling.calm import wave_bodies
-from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.linear.equilibrium import Rest, equilibrium
+from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
+from hydrosim.stepping.dynamics import Model
+from hydrosim.studies.response import Radiation, compile_for_linear
 from hydrosim.waves import following_model, sea, wave_loads_model
 
 
-def at_rest(scene: Scene | Compiled, time: float = 0.0, mean_drift: bool = False) -> Rest:
+def at_rest(
+    scene: Scene | Compiled, time: float = 0.0, mean_drift: bool = False, free: bool = False
+) -> Rest:
     """The place at rest near that of the scene's start, with applied forces as at ``time`` [s].
 
     ``mean_drift``: with the mean second-order loads of the sea, of bodies that have any. Raises
-    InputError if there is none, with the loads that are left.
+    InputError if there is none, with the loads that are left; with ``free`` only if there is none
+    in the directions that have a stiffness: all others stay where they are, and `Rest.drift` has
+    the loads along them.
     """
-    compiled = scene if isinstance(scene, Compiled) else compile_in_calm(_until(scene, time))
-    scene, seas = compiled.scene, compiled.sea or sea(compiled.scene.environment)
-    drifting = wave_bodies(replace(scene, bodies=tuple(map(_drifting, scene.bodies))), compiled.wet)
-    steady = [replace(waves, ramp=0.0) for waves in (seas if mean_drift else ())]
-    model = compiled.model._replace(
-        elements=without_friction(compiled.model.elements),
-        waves=wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0),
-        following=following_model((), ()),
+    calm = (
+        scene
+        if isinstance(scene, Compiled)
+        else compile_for_linear(scene, Radiation.DATABASE, time)
     )
-    weight = model.bodies.each["mass"].sum() * scene.environment.gravity
-    return equilibrium(model, compiled.state, time, weight)
+    model = calm.model._replace(
+        elements=without_friction(calm.model.elements), following=following_model((), ())
+    )
+    weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
+    rest = equilibrium(model, calm.state, time, weight)
+    if mean_drift:
+        model = _in_mean_drift(model, calm, time)
+        rest = equilibrium(model, rest.state, time, weight, rest.held)
+    if not free and np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
+        share = np.abs(rest.drift).max() / weight
+        raise InputError(
+            f"equilibrium at {time:g} s: none found; loads of {share:.1e} of the weight act where"
+            " there is no stiffness. Look for a force that nothing balances, or hold the bodies"
+            " by a mooring."
+        )
+    return rest
 
 
-def _until(scene: Scene, time: float) -> Scene:
-    """The scene from its own start, long enough for ``time``."""
-    return replace(scene, duration=max(scene.duration, time), initial=None)
+def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
+    """The model under the mean second-order loads of the whole sea."""
+    scene, seas = calm.scene, calm.sea or sea(calm.scene.environment)
+    drifting = wave_bodies(replace(scene, bodies=tuple(map(_drifting, scene.bodies))), calm.wet)
+    steady = [replace(waves, ramp=0.0) for waves in seas]
+    loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)
+    return model._replace(waves=loads)
 
 
 def _drifting(body: Body) -> Body:

@@ -6,16 +6,20 @@ exp(+i w t), relative to the elevation at the earth's origin.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.linear.equilibrium import Rest
-from hydrosim.linear.linearise import Linear, natural_modes
+from hydrosim.linear.contacts import Contacts
+from hydrosim.linear.equilibrium import ENOUGH, Rest
+from hydrosim.linear.linearise import Linear
+from hydrosim.linear.modes import Kind, NaturalMode
+from hydrosim.results.names import coordinate_names
 from hydrosim.scene import Scene
+from hydrosim.studies.held import contact_remarks
 from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
 from hydrosim.studies.rest import at_rest
 from hydrosim.waves import Components, sea
@@ -29,38 +33,83 @@ MOTION = ("body", "dof")
 class Wanted:
     """What to analyse: at ``time`` [s] of the applied forces; RAOs for ``headings`` [rad] at
     ``frequencies`` [rad/s], by default those of the sea and of the databases; whose added mass and
-    damping; extremes of an ``exposure`` [s]."""
+    damping; extremes of an ``exposure`` [s]; what contacts do that are pressed at rest."""
 
     time: float = 0.0
     headings: Sequence[float] = ()
     frequencies: Sequence[float] = ()
     radiation: Radiation = Radiation.MODEL
     exposure: float = EXPOSURE
+    contacts: Contacts = Contacts.STUCK
 
 
 def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
-    """Everything linear about a scene's place at rest; raises InputError if there is none."""
-    compiled = compile_for_linear(scene, wanted.radiation, wanted.time)
-    seas = sea(scene.environment)
-    rest = at_rest(compiled, wanted.time)
-    drifted = at_rest(replace(compiled, sea=seas), wanted.time, mean_drift=True)
-    about = responder(compiled, rest.state, wanted.radiation, wanted.time)
+    """Everything linear about a scene's place at rest; raises InputError if there is none in the
+    directions that have a stiffness. Where there is none it is told in the attribute ``remarks``,
+    with whatever else the figures take for granted."""
+    calm = compile_for_linear(scene, wanted.radiation, wanted.time)
+    compiled = replace(calm, sea=sea(scene.environment))
+    rest = at_rest(compiled, wanted.time, free=True)
+    drifted = at_rest(compiled, wanted.time, mean_drift=True, free=True)
+    about = responder(compiled, rest.state, wanted.radiation, wanted.time, wanted.contacts)
+    regular = [waves for waves in compiled.sea if waves.omega.size == 1]
+    random = [waves for waves in compiled.sea if waves.omega.size > 1]
+    modes = about.modes()
     dataset = xr.merge(
         [
             _at_rest(scene, rest, drifted),
-            _modes(scene, about.linear),
+            _modes(scene, about.linear, modes),
             _raos(scene, about, wanted),
-            _in_sea(scene, seas, about, wanted.exposure),
+            _in_regular_waves(scene, regular, about),
+            _in_sea(scene, random, about, wanted.exposure),
         ]
     )
+    remarks = [
+        *_drifting(scene, drifted),
+        *_unstable(scene, modes),
+        *contact_remarks(compiled, rest, about, wanted.contacts),
+    ]
     dataset.attrs.update(
-        title=scene.title, time=wanted.time, residual=rest.residual, radiation=str(wanted.radiation)
+        title=scene.title,
+        time=wanted.time,
+        residual=rest.residual,
+        radiation=str(wanted.radiation),
+        contacts=str(wanted.contacts),
+        remarks="\n".join(remarks),
     )
     return dataset
 
 
+def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
+    """Free coordinates along which loads act that nothing holds."""
+    names, active = coordinate_names(scene), drifted.model.bodies.active
+    weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
+    pushed = [
+        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if active[k] % 6 < 3 else 'N m'})"
+        for k in np.flatnonzero(np.abs(drifted.drift) > ENOUGH * weight)
+    ]
+    if pushed:
+        yield (
+            f"mean loads act where there is no stiffness, and make the bodies drift:"
+            f" {', '.join(pushed)}. Modes and responses are those about the place and heading of"
+            " the start."
+        )
+
+
+def _unstable(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
+    for mode in modes:
+        if mode.kind == Kind.UNSTABLE:
+            yield (
+                f"{_called(scene, mode)} is unstable, and grows by a factor e in"
+                f" {1 / mode.eigenvalue.real:.3g} s: responses are those of a motion that does not"
+                " last. Look at its stiffness (metacentric height, line, load) and its damping."
+            )
+
+
 def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     """Place at rest, and how far mean drift takes the bodies from it."""
+    loads = np.zeros(6 * len(scene.bodies))
+    loads[drifted.model.bodies.active] = drifted.drift
     return xr.Dataset(
         {
             "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
@@ -69,39 +118,45 @@ def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
                 drifted.position - rest.position,
                 _motion("offset by the mean second-order loads of the sea"),
             ),
+            "drift_load": (
+                MOTION,
+                loads.reshape(-1, 6),
+                _said("mean loads where there is no stiffness", "N or N m"),
+            ),
         },
         coords=_bodies(scene),
     )
 
 
-def _modes(scene: Scene, linear: Linear) -> xr.Dataset:
-    modes = natural_modes(linear)
-    shapes = np.zeros((len(modes), 6 * len(scene.bodies)), dtype=complex)
-    values, vectors = np.linalg.eig(linear.jacobian)
-    for shape, mode in zip(shapes, modes, strict=True):
-        vector = vectors[: linear.active.size, np.argmin(np.abs(values - mode.eigenvalue))]
-        shape[linear.active] = vector
-        shape /= shape[mode.coordinate]
-    names = [f"{scene.bodies[m.coordinate // 6].name} {m.dof}" for m in modes]
-    by_body = shapes.reshape(len(modes), -1, 6)
-    own = "over that of the mode's own coordinate"
+def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dataset:
+    shapes, share = np.zeros((2, len(modes), 6 * len(scene.bodies)))
+    for k, mode in enumerate(modes):
+        shapes[k, linear.active], share[k, linear.active] = mode.shape, mode.share
+    free = [mode.kind == Kind.FREE for mode in modes]
+    of, by_body = ("mode", *MOTION), (len(modes), -1, 6)
+    damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
     return xr.Dataset(
         {
+            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "how it decays"}),
             "natural_period": ("mode", [m.natural_period for m in modes], _said("", "s")),
             "damped_period": ("mode", [m.damped_period for m in modes], _said("", "s")),
-            "damping_ratio": ("mode", [m.damping_ratio for m in modes], _said("of critical", "1")),
-            "mode_amplitude": (("mode", *MOTION), np.abs(by_body), _motion(f"amplitude {own}")),
-            "mode_phase": (("mode", *MOTION), np.angle(by_body), _said(f"phase {own}", "rad")),
+            "damping_ratio": ("mode", damping, _said("of critical", "1")),
+            "mode_shape": (of, shapes.reshape(by_body), _motion("undamped motion")),
+            "mode_share": (of, share.reshape(by_body), _said("share of the kinetic energy", "1")),
         },
-        coords={**_bodies(scene), "mode": names},
+        coords={**_bodies(scene), "mode": [_called(scene, mode) for mode in modes]},
     )
+
+
+def _called(scene: Scene, mode: NaturalMode) -> str:
+    return f"{scene.bodies[mode.coordinate // 6].name} {mode.dof}"
 
 
 def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
     omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
     headings = list(wanted.headings) or _headings(scene)
     found = np.array([about.raos(heading, omega) for heading in headings])
-    found = found.reshape(len(headings), omega.size, -1, 6)
+    found = found.reshape(len(headings), omega.size, len(scene.bodies), 6)
     of = ("heading", "frequency", *MOTION)
     return xr.Dataset(
         {
@@ -116,10 +171,32 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
     )
 
 
+def _in_regular_waves(scene: Scene, waves: Sequence[Components], about: Responder) -> xr.Dataset:
+    """Amplitude and phase of every motion in each regular wave of the scene."""
+    if not waves:
+        return xr.Dataset()
+    found = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
+    lead = found / np.array([each.at(0.0, 0.0)[0] for each in waves])[:, None, None]
+    of, first = ("wave", *MOTION), [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves]
+    omega, amplitude, heading = np.array(first).T
+    return xr.Dataset(
+        {
+            "regular_amplitude": (of, np.abs(found), _motion("amplitude in a regular wave")),
+            "regular_phase": (of, np.angle(lead), _said("phase lead over the elevation", "rad")),
+        },
+        coords={
+            **_bodies(scene),
+            "wave_period": ("wave", 2.0 * np.pi / omega, _said("period of the wave", "s")),
+            "wave_amplitude": ("wave", amplitude, _said("amplitude of the wave", "m")),
+            "wave_heading": ("wave", heading, _said("where the wave goes to", "rad")),
+        },
+    )
+
+
 def _in_sea(
     scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
 ) -> xr.Dataset:
-    """Spectrum and short-term statistics of every motion in the sea of the scene."""
+    """Spectrum and short-term statistics of every motion in the random waves of the scene."""
     if not seas:
         return xr.Dataset()
     omega = np.concatenate([waves.omega for waves in seas])

@@ -19,7 +19,8 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.modes import STICK
-from hydrosim.linear.linearise import Linear, NaturalMode
+from hydrosim.linear.linearise import Linear
+from hydrosim.linear.modes import NaturalMode
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
 Figure = Callable[[str, float], None]

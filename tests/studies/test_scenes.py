@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
-from hydrosim.linear.linearise import NaturalMode
+from hydrosim.linear.modes import NaturalMode
 from hydrosim.scene import Body, Scene, Solver
 
 MASS = np.array([4.0, 4.0, 4.0, 2.0, 6.0, 5.0])

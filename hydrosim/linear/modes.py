@@ -1,0 +1,201 @@
+"""Natural modes of a linearised scene: periods, damping, shapes, and which body moves in which way.
+
+A natural mode is a motion in which stiffness balances inertia: det(K - w^2 (M + A(w))) = 0. Its
+free decay is the eigenvalue of J whose eigenvector it is most of, by participation factors in the
+coordinates of the natural modes; so modes of two bodies, or near to modes of the memory, are not
+mistaken for each other. A mode without stiffness is free: it has no period, and drifts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy import linalg
+
+from hydrosim.dofs import DOFS
+from hydrosim.linear.linearise import Linear
+
+STATIC = 1e-5  # rad/s: as good as static
+FREE, FLAT = 1e-3, 1e-9  # rad/s; of the largest stiffness over inertia: there is no stiffness
+ITERATIONS, CLOSE = 200, 1e-12  # of the frequencies of natural modes; their relative change
+TINY = np.finfo(float).tiny
+LEVEL = 1e-9  # rad/s: slower does not oscillate
+
+Stiffness = Callable[[np.ndarray], np.ndarray]
+"""D(w), (nw, n, n), at frequencies (nw,) [rad/s]."""
+
+
+class Kind(StrEnum):
+    """What a mode does when it is let go."""
+
+    OSCILLATING = "oscillating"
+    OVERDAMPED = "overdamped"
+    FREE = "free"
+    UNSTABLE = "unstable"
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalMode:
+    """One mode of motion: the coordinate (among 6 nb) that it is named after, each of them once,
+    the eigenvalue of its free decay [1/s] (0 of a free mode), and its ``natural_period`` [s],
+    2 pi / w with det Re D(w) = 0: the period at which inertia with the added mass A(w) balances
+    stiffness, infinite without stiffness. Of the free coordinates, ``shape`` (n,) is the undamped
+    motion, 1 where its energy is largest, and ``share`` (n,) what each has of the kinetic energy.
+    """
+
+    coordinate: int
+    eigenvalue: complex
+    natural_period: float
+    shape: np.ndarray
+    share: np.ndarray
+
+    @property
+    def dof(self) -> str:
+        """Name of the coordinate."""
+        return DOFS[self.coordinate % 6]
+
+    @property
+    def kind(self) -> Kind:
+        """Whether it oscillates, and how else it moves."""
+        if not np.isfinite(self.natural_period) and self.eigenvalue == 0.0:
+            return Kind.FREE
+        if self.eigenvalue.real > LEVEL:
+            return Kind.UNSTABLE
+        return Kind.OSCILLATING if abs(self.eigenvalue.imag) > LEVEL else Kind.OVERDAMPED
+
+    @property
+    def damped_period(self) -> float:
+        """Period of the free decay, 2 pi / imaginary part [s]; infinite without oscillation."""
+        rate = abs(self.eigenvalue.imag)
+        return 2 * np.pi / rate if rate > LEVEL else np.inf
+
+    @property
+    def damping_ratio(self) -> float:
+        """Fraction of critical damping; 0 of a free mode."""
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size > LEVEL else 0.0
+
+
+def natural_modes(linear: Linear) -> list[NaturalMode]:
+    """As many modes as free coordinates, in the order of the coordinates they are named after."""
+    squares, shapes = undamped(linear.dynamic_stiffness, linear.inertia)
+    values, share = modal_participation(linear, shapes)
+    # what does not change with time is no decay: a place without stiffness, a node's own place
+    moving = np.flatnonzero((values.imag >= 0.0) & _bound(np.abs(values) ** 2))
+    bound, decays = _bound(squares), np.zeros(squares.size, dtype=complex)
+    decays[bound] = values[moving[_matched(share[bound][:, moving])]]
+    return _named(squares, shapes, decays, linear)
+
+
+def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
+    """The same from D(w) alone, of a radiation that is known at frequencies only: free decays are
+    those with added mass and damping of the frequency that they oscillate with."""
+    squares, shapes = undamped(stiffness, linear.inertia)
+    decays = np.zeros(squares.size, dtype=complex)
+    for k in np.flatnonzero(_bound(squares)):
+        decays[k] = _decay(stiffness, float(np.sqrt(abs(squares[k]))), shapes[:, k])
+    return _named(squares, shapes, decays, linear)
+
+
+def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """w^2 (n,) [1/s^2] of all natural modes and their shapes (n, n), a column each. The k-th is
+    where the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself."""
+    K = stiffness(np.array([STATIC]))[0].real
+    squares, shapes = _sorted(K, inertia)
+    for _ in range(ITERATIONS):
+        omega, last = np.sqrt(np.maximum(np.abs(squares), FREE**2)), squares.copy()
+        masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
+        each, vectors = _sorted(K, masses)
+        for k in np.flatnonzero(_bound(squares)):
+            squares[k], shapes[:, k] = 0.5 * (squares[k] + each[k, k]), vectors[k, :, k]
+        if np.all(np.abs(squares - last) <= CLOSE * np.abs(last)):
+            break
+    return squares, shapes
+
+
+def _sorted(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of (K, M), rising, and shapes of unit kinetic energy, for M (..., n, n)."""
+    values, vectors = np.linalg.eig(np.linalg.solve(mass, np.broadcast_to(K, mass.shape)))
+    order = np.argsort(values.real, axis=-1)
+    values = np.take_along_axis(values.real, order, axis=-1)
+    vectors = np.take_along_axis(vectors.real, order[..., None, :], axis=-1)
+    size = np.sqrt(np.abs(np.einsum("...ik,...ij,...jk->...k", vectors, mass, vectors)))
+    return values, vectors / np.maximum(size, TINY)[..., None, :]
+
+
+def _bound(squares: np.ndarray) -> np.ndarray:
+    """Which modes have a stiffness."""
+    return np.abs(squares) > max(FREE**2, FLAT * np.abs(squares).max(initial=0.0))
+
+
+def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (m,) [1/s], and the share (m, m) that each state (row) has in the mode of each
+    (column): participation factors, the products of the left and right eigenvectors' entries, which
+    do not depend on units (Perez-Arriaga et al. 1982)."""
+    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    share = np.abs(left.conj() * right)
+    return values, share / np.maximum(share.sum(axis=0), TINY)
+
+
+def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (m,), and the share (n, m) of each natural mode with its rate (row): the same in
+    coordinates along the ``shapes`` (n, n)."""
+    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    n, along = linear.active.size, np.linalg.inv(shapes)
+    motion = [
+        np.abs((shapes.T @ left[at].conj()) * (along @ right[at]))
+        for at in (slice(0, n), slice(n, 2 * n))
+    ]
+    others = np.abs(left[2 * n :].conj() * right[2 * n :]).sum(axis=0)
+    share = motion[0] + motion[1]
+    return values, share / np.maximum(share.sum(axis=0) + others, TINY)
+
+
+def _matched(share: np.ndarray) -> np.ndarray:
+    """The column of each row, each once, such that the sum of shares is largest."""
+    from scipy.optimize import linear_sum_assignment  # slow to load, and no run needs it
+
+    return np.asarray(linear_sum_assignment(-share)[1])
+
+
+def _named(
+    squares: np.ndarray, shapes: np.ndarray, decays: np.ndarray, linear: Linear
+) -> list[NaturalMode]:
+    """Modes named after coordinates, by their shares of kinetic energy."""
+    energy = np.abs(shapes * (linear.inertia @ shapes))
+    energy = energy / np.maximum(energy.sum(axis=0), TINY)
+    found = []
+    for i, k in enumerate(_matched(energy)):
+        bound = squares[k] > 0.0 and _bound(squares)[k]
+        found.append(
+            NaturalMode(
+                int(linear.active[i]),
+                complex(decays[k]),
+                2.0 * np.pi / float(np.sqrt(squares[k])) if bound else np.inf,
+                shapes[:, k] / shapes[np.argmax(energy[:, k]), k],
+                energy[:, k],
+            )
+        )
+    return found
+
+
+def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
+    """The root s of det(K + s B(w) + s^2 (M + A(w))) = 0, w = Im s, whose motion is most like a
+    ``shape`` (n,)."""
+    K, n, value = stiffness(np.array([STATIC]))[0].real, shape.size, 0j
+    for _ in range(ITERATIONS):
+        D = stiffness(np.array([omega]))[0]
+        mass, damping = (K - D.real) / (omega**2 - STATIC**2), D.imag / omega
+        state = np.block([[np.zeros((n, n)), np.eye(n)], [-K, -damping]])
+        values, vectors = linalg.eig(state, linalg.block_diag(np.eye(n), mass))
+        along = np.abs(shape @ mass @ vectors[:n]) / np.sqrt(
+            np.abs(np.einsum("ik,ij,jk->k", vectors[:n].conj(), mass, vectors[:n]))
+        )
+        value = complex(values[np.argmax(np.where(values.imag >= 0.0, along, -1.0))])
+        last, omega = omega, max(abs(value.imag), FREE)
+        if abs(omega - last) <= CLOSE * last:
+            break
+    return value

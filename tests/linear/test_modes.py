@@ -1,0 +1,115 @@
+"""Natural modes by their shapes: free ones, two bodies, and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dry_scenes import block
+
+import hydrosim as hs
+from hydrosim.forces import LinearMooring, Spring
+from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
+from hydrosim.scene import Body, Scene
+
+
+def modes_of(*bodies: Body, **forces: LinearMooring | Spring) -> list[NaturalMode]:
+    return natural_modes(linearise(*hs.compile_scene(Scene("modes", 1.0, bodies, forces=forces))))
+
+
+def held(body: str, k: float, c: float = 0.0) -> LinearMooring:
+    return LinearMooring(body, np.diag([k, 0, 0, 0, 0, 0.0]), damping=np.diag([c, 0, 0, 0, 0, 0.0]))
+
+
+def test_free_modes_are_free_whatever_damps_them() -> None:
+    """Surge on a spring; sway free, heave free in a damper: neither has a period or a damping."""
+    body = block(3.0, ["surge", "sway", "heave"])
+    mooring = replace(held("block", 12.0), damping=np.diag([0.0, 0.0, 5.0, 0.0, 0.0, 0.0]))
+    surge, sway, heave = modes_of(body, mooring=mooring)
+    assert surge.kind == Kind.OSCILLATING
+    assert surge.natural_period == pytest.approx(2 * np.pi / 2.0)
+    for mode, dof in ((sway, "sway"), (heave, "heave")):
+        assert (mode.kind, mode.dof) == (Kind.FREE, dof)
+        assert mode.natural_period == np.inf
+
+
+def test_kinds_of_motion() -> None:
+    """x'' + c x' + k x = 0: critical is c = 2 sqrt(k); a negative stiffness falls away."""
+    body = block(1.0, ["surge"])
+    for k, c, kind in (
+        (4.0, 1.0, Kind.OSCILLATING),
+        (4.0, 9.0, Kind.OVERDAMPED),
+        (-4.0, 1.0, Kind.UNSTABLE),
+        (4.0, -1.0, Kind.UNSTABLE),
+    ):
+        (mode,) = modes_of(body, mooring=held("block", k, c))
+        assert mode.kind == kind
+        roots = np.roots([1.0, c, k])
+        assert np.abs(roots - mode.eigenvalue).min() < 1e-6
+
+
+def test_modes_of_two_bodies_are_kept_apart() -> None:
+    """Two blocks on springs, joined by a third one: (K, M) by hand. Equal blocks move half and half
+    in both modes, and each mode is named after another of them."""
+    K, M = np.array([[7.0, -3.0], [-3.0, 7.0]]), np.eye(2)
+    joint = Spring("a", (0, 0, 0), (0, 0, 0), 0.0, np.array([0.0, 100.0]), np.array([0.0, 300.0]))
+    joint = replace(joint, anchor_body="b")
+    for mass in (1.0, 2.5):
+        M[1, 1] = mass
+        bodies = (block(1.0, ["surge"], "a"), block(mass, ["surge"], "b", location=(20.0, 0.0)))
+        modes = modes_of(*bodies, one=held("a", 4.0), other=held("b", 4.0), joint=joint)
+        squares, shapes = np.linalg.eig(np.linalg.solve(M, K))
+        assert sorted(mode.coordinate for mode in modes) == [0, 6]
+        for mode in modes:
+            k = np.argmin(np.abs(squares - (2 * np.pi / mode.natural_period) ** 2))
+            assert mode.natural_period == pytest.approx(2 * np.pi / np.sqrt(squares[k]), rel=1e-6)
+            energy = np.diag(M) * shapes[:, k] ** 2
+            np.testing.assert_allclose(mode.share, energy / energy.sum(), atol=1e-6)
+            assert mode.shape[1] / mode.shape[0] == pytest.approx(
+                shapes[1, k] / shapes[0, k], rel=1e-6
+            )
+
+
+def random_linear(seed: int, n: int, others: int) -> Linear:
+    """A stable system with other states, such as those of a memory, of which two pairs are as good
+    as equal: their eigenvectors are nearly parallel."""
+    random = np.random.default_rng(seed).standard_normal
+    M, K = (x @ x.T + n * np.eye(n) for x in random((2, n, n)))
+    A = np.zeros((2 * n + others, 2 * n + others))
+    A[:n, n : 2 * n] = np.eye(n)
+    felt, driven = random((n, others)), random((others, n))
+    A[n : 2 * n, :n] = -np.linalg.solve(M, K)
+    A[n : 2 * n, 2 * n :] = -0.1 * np.linalg.solve(M, felt)
+    A[2 * n :, n : 2 * n] = 0.1 * driven
+    A[2 * n :, 2 * n :] = np.triu(random((others, others))) * 0.2 - np.eye(others)
+    return Linear(A, np.arange(len(A)), np.arange(n), M)
+
+
+@pytest.mark.parametrize("defective", [False, True])
+def test_dynamic_stiffness_by_diagonalising_is_that_by_solving(defective: bool) -> None:
+    """D(w) from the whole matrix, D q = M G^-1 q with G the top right block of (i w - J)^-1; where
+    the states of a memory cannot be told apart (a Jordan block) too."""
+    n, linear = 3, random_linear(1, 3, 8)
+    if defective:
+        linear.jacobian[2 * n :, 2 * n :] = -np.eye(8) + np.eye(8, k=1)
+    omega = np.array([0.2, 1.0, 4.0])
+    found = linear.dynamic_stiffness(omega)
+    for w, D in zip(omega, found, strict=True):
+        whole = np.linalg.inv(1j * w * np.eye(len(linear.jacobian)) - linear.jacobian)
+        expected = linear.inertia @ np.linalg.inv(whole[:n, n : 2 * n])
+        np.testing.assert_allclose(D, expected, rtol=1e-10)
+        np.testing.assert_allclose(linear.dynamic_stiffness(w), D, rtol=1e-12)
+
+
+def test_modes_from_the_stiffness_alone() -> None:
+    """Without a memory both ways are exact: the same periods, decays and shapes."""
+    linear = random_linear(2, 4, 0)
+    linear.jacobian[4:, 4:] = -0.2 * np.linalg.inv(linear.inertia)
+    for one, other in zip(
+        natural_modes(linear), modes_of_stiffness(linear.dynamic_stiffness, linear), strict=True
+    ):
+        assert one.coordinate == other.coordinate
+        assert one.natural_period == pytest.approx(other.natural_period, rel=1e-9)
+        assert one.eigenvalue == pytest.approx(other.eigenvalue, rel=1e-8)
