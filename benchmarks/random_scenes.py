@@ -1,0 +1,197 @@
+"""What becomes of random scenes? None may hang or crash; what is complete and unwarned is right.
+
+    python -m benchmarks.random_scenes --number 3000 --seed 1 [--from 0] [--converge 200]
+
+Scenes are those of `random_cases`, each run by a worker that is killed after 30 s of CPU time. Of
+those that are complete, so many without a warning (and those with one that come along) are run at a
+quarter of the step, too; where motions differ by more than 1e-3 of their range, it is measured how
+fast two runs part that begin 1e-9 m apart. `--write FOLDER` keeps the case files of the offenders.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from collections import Counter
+from collections.abc import Iterator
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import psutil
+
+from benchmarks.random_cases import random_case, text_of
+from benchmarks.random_trial import WITHIN, Convergence, Outcome, compared, tried
+from benchmarks.report import Row, markdown
+
+LIMITS = {"try": 30.0, "compare": 300.0}  # s of CPU time that a scene may take
+PATIENCE = 10.0  # times as long a scene may take if it compiles or fits something first
+OPEN = 1e-4  # of the exchanged energy: what an unwarned run may have lost
+SEEDS = 1_000_000  # scenes of a seed
+KINDS = ("complete", "failed", "refused", "crash", "hang")
+BLOCKED = Outcome("hang")
+
+
+class Finding(NamedTuple):
+    """What became of the scene ``number``."""
+
+    number: int
+    method: str
+    outcome: Outcome
+    convergence: Convergence | None
+
+    @property
+    def warned(self) -> bool:
+        """Whether the run said that something is not as it should be."""
+        return bool(self.outcome.warnings)
+
+
+class Worker:
+    """A process that runs cases one after the other, and is replaced when it takes too long."""
+
+    def __init__(self) -> None:
+        self._start()
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        self.pipe, other = context.Pipe()
+        self.process = context.Process(target=_serve, args=(other,), daemon=True)
+        self.process.start()
+        other.close()
+
+    def ask(self, what: str, number: int) -> Any:
+        """The answer; None if it takes too long even when all is compiled and fitted."""
+        usual = LIMITS[what]
+        for limit in (usual, PATIENCE * usual, usual):
+            answer = self._answer(what, number, limit)
+            if answer is not None and limit == usual:
+                return answer
+        return None
+
+    def _answer(self, what: str, number: int, limit: float) -> Any:
+        self.pipe.send((what, number))
+        used = psutil.Process(self.process.pid)
+        begin = sum(used.cpu_times()[:2])
+        while not self.pipe.poll(0.5):
+            if not self.process.is_alive():
+                self._start()
+                return Outcome("crash", "the process died") if what == "try" else None
+            if sum(used.cpu_times()[:2]) - begin > limit:
+                self.process.kill()
+                self.process.join()
+                self._start()
+                return None
+        return self.pipe.recv()
+
+
+def _serve(pipe: Connection) -> None:
+    """Answer what is asked, in the worker's process."""
+    answers = {"try": tried, "compare": compared}
+    while True:
+        what, number = pipe.recv()
+        pipe.send(answers[what](random_case(number)))
+
+
+def findings(first: int, count: int, converge: int) -> Iterator[Finding]:
+    """Run ``count`` scenes from ``first`` on; compare until ``converge`` unwarned ones are."""
+    worker, done = Worker(), 0
+    for number in range(first, first + count):
+        outcome = worker.ask("try", number) or BLOCKED
+        convergence = None
+        if outcome.status == "complete" and done < converge:
+            convergence = worker.ask("compare", number)
+            done += not outcome.warnings and convergence is not None
+        yield Finding(number, random_case(number)["solver"]["method"], outcome, convergence)
+
+
+def offences(finding: Finding) -> Iterator[str]:
+    """What is wrong with what became of a scene."""
+    outcome, convergence = finding.outcome, finding.convergence
+    if outcome.status in ("crash", "hang"):
+        yield outcome.status
+    if outcome.status == "complete" and not finding.warned:
+        if not outcome.residual <= OPEN:
+            yield "open ledger, no warning"
+        if convergence and not convergence.apart <= WITHIN:
+            yield "not converged, no warning"
+
+
+def tables(found: list[Finding]) -> Iterator[tuple[str, list[Row]]]:
+    """How scenes ended by method, what ledgers say, and what a finer step does."""
+    methods = sorted({f.method for f in found})
+    ends: list[Row] = []
+    for method in (*methods, "all"):
+        own = [f for f in found if method in (f.method, "all")]
+        count = Counter(f.outcome.status for f in own)
+        complete = [f for f in own if f.outcome.status == "complete"]
+        unwarned = [f for f in complete if not f.warned]
+        ends.append(
+            {
+                "method": method,
+                **{kind: count[kind] for kind in KINDS},
+                "warned": len(complete) - len(unwarned),
+                f"unwarned above {OPEN:g}": sum(f.outcome.residual > OPEN for f in unwarned),
+                "largest of them": max((f.outcome.residual for f in unwarned), default=0.0),
+            }
+        )
+    yield "How they ended", ends
+    judged = [(f.warned, f.convergence.apart <= WITHIN) for f in found if f.convergence]
+    if judged:
+        agree: list[Row] = [
+            {
+                "": "warned" if warned else "unwarned",
+                "agree with the finer step": judged.count((warned, True)),
+                "do not": judged.count((warned, False)),
+            }
+            for warned in (False, True)
+        ]
+        yield f"Motions at a quarter of the step, within {WITHIN:g} of their range", agree
+
+
+def report(found: list[Finding], folder: Path | None) -> None:
+    """Print tables and offenders; keep the case files of the latter."""
+    for title, rows in tables(found):
+        print(f"\n{title}\n\n{markdown(rows)}")
+    print("\nOffenders")
+    for finding in found:
+        for offence in offences(finding):
+            print(f"{finding.number} {finding.method}: {offence}{_detail(finding)}")
+            if folder is not None:
+                text = f"# {offence}\n{text_of(random_case(finding.number))}"
+                (folder / f"{finding.number}.yaml").write_text(text)
+
+
+def _detail(finding: Finding) -> str:
+    outcome, c = finding.outcome, finding.convergence
+    parts = [outcome.message.strip()] if outcome.status in ("crash", "hang") else []
+    parts += [f"residual {outcome.residual:.1e}"] if outcome.status == "complete" else []
+    if c and not c.apart <= WITHIN:
+        parts.append(f"{c.apart:.1e} apart")
+        parts.append(c.remark or f"nearby runs part {c.grown:.1e} times, {c.rate:.2f} 1/s")
+    return "; " + ", ".join(parts)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--number", type=int, default=300, help="how many scenes")
+    parser.add_argument("--seed", type=int, default=1, help="of all scenes")
+    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
+    parser.add_argument("--converge", type=int, default=0, help="how many unwarned to compare")
+    parser.add_argument("--write", type=Path, help="folder for case files of offenders")
+    parser.add_argument("--verbose", action="store_true", help="a line for each scene")
+    given = parser.parse_args()
+    found = []
+    for finding in findings(given.seed * SEEDS + given.first, given.number, given.converge):
+        found.append(finding)
+        if given.verbose:
+            print(finding, flush=True)
+    report(found, given.write)
+
+
+if __name__ == "__main__":
+    main()
