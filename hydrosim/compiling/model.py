@@ -156,6 +156,8 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         {name: len(ROWS) + i for i, name in enumerate(scene.forces)},
         *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
+        tuple(body.mass * scene.environment.gravity for body in scene.bodies),
+        0.0 if scene.solver.method in ADAPTIVE else scene.solver.step,
     )
 
 

@@ -36,7 +36,8 @@ class Layout:
 
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
-    hydrostatics.
+    hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
+    steps, which cannot follow what is faster; 0 of others.
     """
 
     body: dict[str, int]
@@ -44,3 +45,5 @@ class Layout:
     current: tuple[float, float]
     wind: tuple[float, float]
     resonance: Callable[[int, np.ndarray], Resonance]
+    weight: tuple[float, ...] = ()
+    step: float = 0.0

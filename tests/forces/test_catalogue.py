@@ -19,6 +19,7 @@ LAYOUT = Layout(
     current=(0.0, 0.0),
     wind=(0.0, 0.0),
     resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+    weight=(1.0, 1.0),
 )
 
 

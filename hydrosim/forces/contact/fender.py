@@ -125,10 +125,12 @@ POINT = np.dtype(
         *(("first", int), ("last", int), ("steepest", float)),
         *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
         *LAW,
+        *(("reach", float), ("lag", float)),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
-of its normal curve or the signal that prescribes its normal force, its friction law."""
+of its normal curve or the signal that prescribes its normal force, its friction law, the ``reach``
+[m] of its node under a usual load, and the ``lag`` [s] of explicit methods."""
 
 
 class Params(NamedTuple):
@@ -155,7 +157,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             signal = _prescribed(next(following), pieces)
         segments.append(curve.segments(table.compression, table.force))
         last, steepest = first + segments[-1].size - 1, segments[-1]["slope"].max()
-        shared = (first, last, steepest, table.damping, *signal, *laws.constants(e.friction))
+        law = laws.constants(e.friction)
+        usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
+        shared = (first, last, steepest, table.damping, *signal, *law, *usual)
         place = (layout.body[e.body], layout.row[name])
         rows += [(*place, p, *_plane(e.plane, layout), *shared) for p in e.points]
         first = last + 1
@@ -165,6 +169,19 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
     """That the normal force is prescribed, the least that counts as contact, and its signal."""
     return True, LEAST_NORMAL * abs(value(crest(signal, pieces), signal, pieces)), signal
+
+
+def _usual_load(
+    fender: Fender, signal: tuple[bool, float, np.void], pieces: np.ndarray, layout: Layout
+) -> float:
+    """Normal force [N] on a point, the size of it: the largest that is prescribed, else the weight
+    of a body or, if that is less, the end of the curve."""
+    _, least, _ = signal
+    if not isinstance(fender.normal, NormalCurve):
+        return least / LEAST_NORMAL
+    between = [fender.body, *([fender.plane.body] if fender.plane.body else [])]
+    weights = [layout.weight[layout.body[name]] for name in between]
+    return min(*weights, float(fender.normal.force[-1]))
 
 
 def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
@@ -301,7 +318,8 @@ def stored_in_plane(i, t, y, modes, contact, p):
     k, point = p.state + STATES * i, p.points[i]
     if not point.node:
         return 0.0
-    return laws.stored_energy(pressure(i, t, modes, contact, p), (y[k], y[k + 1]), point)
+    load, s = pressure(i, t, modes, contact, p), (y[k], y[k + 1])
+    return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
 
 @kernel
@@ -326,8 +344,8 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
-        row[LOST] = x[DISSIPATED] - laws.lent(load, s, point)
-        s = laws.stretch(load, s, point)
+        row[LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
+        s = laws.stretch(mode, load, c.velocity, s, point)
         row[COMPRESSION], row[NORMAL_FORCE] = c.compression, load.N
         for j in range(3):
             t1, t2, n = c.tangent1[j], c.tangent2[j], c.normal[j]

@@ -9,9 +9,9 @@ and, where it differs from the usual (`laws` says what that is), its transitions
 
     heading(load, v, s, p)                  along which a point slips
     break_away(load, v, s, reaction, p)     slip begins: state, jump of the node, energy lost
-    grip(size, v, s, p)                     slip ends: mode and state
+    grip(size, load, v, s, p)               slip ends: mode and state
     close(load, v, s, p)                    contact begins: mode and state
-    release(load, s, p)                     contact ends: state, energy lost
+    release(mode, load, v, s, p)            contact ends: state, energy lost
     sliding(N, v, p)                        state of steady slip, to linearise about
 
 load: `Pressed`; v: velocity (2,) relative to the plane; s: state (2,) of the point, the stretch of

@@ -47,6 +47,12 @@ def constants(law: Law) -> tuple[Any, ...]:
     raise InputError(f"friction: found {type(law).__name__}; expected one of {known}.")
 
 
+def reach(law: Law, N: float) -> float:
+    """Stretch [m] at which a node breaks away under ``N`` [N], at least that under 1 N; 0 without a
+    node."""
+    return stick_slip.reach(law, N) if isinstance(law, StickSlip) else 0.0
+
+
 @kernel
 def friction(mode, load, v, s, p):
     """Friction of a point."""
@@ -89,7 +95,7 @@ def keeps_heading(p):
 def break_away(load, v, s, reaction, p):
     """Slip begins: the state (2,), how far the node jumps, and the energy lost in that."""
     if p.law == STICK_SLIP:
-        return stick_slip.break_away(load, s, p)
+        return stick_slip.break_away(load, v, s, p)
     if p.law == FRICTION_SLOPE:
         return friction_slope.break_away(v)
     if p.law == COULOMB:
@@ -98,8 +104,10 @@ def break_away(load, v, s, reaction, p):
 
 
 @kernel
-def grip(size, v, s, p):
+def grip(size, load, v, s, p):
     """Slip ends, by a margin that was of this ``size`` before: mode and state (2,)."""
+    if p.law == STICK_SLIP:
+        return stick_slip.grip(load, v, s, p)
     if p.law == COULOMB:
         return coulomb.grip(size, v, s)
     return STICK, s
@@ -118,10 +126,10 @@ def close(load, v, s, p):
 
 
 @kernel
-def release(load, s, p):
+def release(mode, load, v, s, p):
     """Contact ends: the state (2,), and the energy lost."""
     if p.law == STICK_SLIP:
-        return stick_slip.release(load, s, p)
+        return stick_slip.release(mode, load, v, s, p)
     return s, 0.0
 
 
@@ -138,21 +146,21 @@ def turn_over(load, s, p):
 
 
 @kernel
-def stored_energy(load, s, p):
+def stored_energy(mode, load, v, s, p):
     """Energy in the stretch of a node."""
-    return stick_slip.stored_energy(load, s, p) if p.node else 0.0
+    return stick_slip.stored_energy(mode, load, v, s, p) if p.node else 0.0
 
 
 @kernel
-def lent(load, s, p):
+def lent(mode, load, v, s, p):
     """What of the integral of the dissipation is still stored."""
-    return stick_slip.lent(load, s, p) if p.node else 0.0
+    return stick_slip.lent(mode, load, v, s, p) if p.node else 0.0
 
 
 @kernel
-def stretch(load, s, p):
+def stretch(mode, load, v, s, p):
     """Distance (2,) of the node from the body's point."""
-    return stick_slip.stretch(load, s, p) if p.node else (0.0, 0.0)
+    return stick_slip.stretch(mode, load, v, s, p) if p.node else (0.0, 0.0)
 
 
 def sliding(N: float, velocity: np.ndarray, p: np.void) -> Any:

@@ -24,16 +24,14 @@ where K2 goes to zero with a power below 1; so the integral that is kept is that
 takes, S (v1 - v2), and the loss is what of it is no longer stored.
 
 Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, the
-energy of the jump is lost, and in slip it stays on it, so that with d = S / |S|
-
-    slip    v2 = lambda d,  lambda = d v1 - mu_k N' / K2  until lambda = 0
-
-which needs N', and so no normal damping, and constant coefficients. With C2 = 0, or where K2 is
-zero without load, an open node is where the body's point is. After Plasterk (2017), chapters 5 and
-6, extended from one axis to the plane.
+energy of the jump is lost, and in slip it stays on it (`rate_free`), which needs N', and so no
+normal damping, and constant coefficients. With C2 = 0, or where K2 is zero without load, an open
+node is where the body's point is. After Plasterk (2017), chapters 5 and 6, extended from one axis
+to the plane.
 
 The state is the stretch s: S = K2 s; but while N_e rises and K2 with it, S = K s with K of the
-reference load. So s is smooth, also from the first touch on, and the same where K2 is constant.
+reference load. So s is smooth, also from the first touch on, and the same where K2 is constant. In
+slip in the rate-free limit it is the heading of that.
 """
 
 from __future__ import annotations
@@ -43,6 +41,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.forces.contact import rate_free
 from hydrosim.forces.contact.law import Constants, Friction, size_along
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
@@ -113,11 +112,13 @@ def _share(elastic, p):
 @kernel
 def friction(mode, load, v1, s, p):
     """Stick-slip friction of a contact point in ``mode`` under a `Pressed` ``load``."""
+    if mode == SLIP and p.relaxation == 0.0:
+        return _on_the_cone(load, v1, s, p)
     c = coefficients(load, p)
     if mode == STICK:
         dv, v2 = v1, 0.0
     elif mode == SLIP:
-        d, v2 = slip(load, v1, s, c, p)
+        d, v2 = _slip(load, v1, s, c, p)
         dv = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
     else:
         relaxation = p.stiffness / p.damping if p.damping > 0.0 else 0.0
@@ -134,47 +135,56 @@ def friction(mode, load, v1, s, p):
 
 
 @kernel
-def slip(load, v1, s, c, p):
-    """Direction d (2,) and speed of the node's slip, with the coefficients ``c``."""
+def _slip(load, v1, s, c, p):
+    """Direction d (2,) and speed of slip of a node with dampers, whose coefficients are ``c``."""
     T = _traction(v1, s, c)
-    size = length(T)
-    if c.C2 + c.C3 > 0.0:
-        return _unit(T), (size - p.kinetic * load.N) / (c.C2 + c.C3)
-    d = _unit(T) if size > 0.0 else _unit(v1)  # contact that begins in slip has no stretch yet
-    return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * load.rate / c.K2
+    return rate_free.unit(T), (length(T) - p.kinetic * load.N) / (c.C2 + c.C3)
 
 
 @kernel
-def _unit(a):
-    size = length(a)
-    return (a[0] / size, a[1] / size) if size > 0.0 else (0.0, 0.0)
+def _on_the_cone(load, v1, s, p):
+    """Friction of a node that slips in the rate-free limit."""
+    d, v2, turn = rate_free.slip(load, v1, s, p)
+    size = p.kinetic * load.N
+    return Friction((-size * d[0], -size * d[1]), turn, v2, size * v2, 0.0, 0.0)
 
 
 @kernel
-def break_away(load, s, p):
+def break_away(load, v1, s, p):
     """Slip begins: in the rate-free limit the node jumps, and the energy of that is lost."""
-    c, size = coefficients(load, p), length(s)
-    if c.C2 + c.C3 > 0.0 or size == 0.0:
+    if p.relaxation > 0.0:
         return s, 0.0, 0.0
-    scale = p.kinetic * load.N / (c.K * size)
-    kept = (scale * s[0], scale * s[1])
-    lost = stored_energy(load, s, p) - stored_energy(load, kept, p)
-    return kept, size - length(kept), lost
+    kept = p.kinetic * load.N / p.stiffness
+    lost = 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1] - kept * kept)
+    return rate_free.heading(s, v1, p), length(s) - kept, lost
 
 
 @kernel
-def close(load, v, s, p):
+def grip(load, v1, s, p):
+    """Slip ends: mode and stretch."""
+    return STICK, spring(SLIP, load, v1, s, p)
+
+
+@kernel
+def close(load, v1, s, p):
     """Contact begins in the mode whose margin is positive."""
-    return (STICK if margin(STICK, load, v, s, (0.0, 0.0), p) >= 0.0 else SLIP), s
+    if margin(STICK, load, v1, s, (0.0, 0.0), p) >= 0.0:
+        return STICK, s
+    return SLIP, (s if p.relaxation > 0.0 else rate_free.heading(s, v1, p))
 
 
 @kernel
-def release(load, s, p):
+def release(mode, load, v1, s, p):
     """Contact ends: a node that springs back at once, without a damper or a stiffness, loses its
     stretch."""
     if p.damping > 0.0 and p.reference == 0.0:
         return s, 0.0
-    return (0.0, 0.0), stored_energy(load, s, p) - lent(load, s, p)
+    return (0.0, 0.0), stored_energy(mode, load, v1, s, p) - lent(mode, load, v1, s, p)
+
+
+def reach(law: StickSlip, N: float) -> float:
+    """The stretch [m] at which a point breaks away under ``N`` [N], at least that under 1 N."""
+    return max(law.static * N, 1.0) / law.stiffness
 
 
 def sliding(N: float, p: np.void) -> tuple[float, float]:
@@ -205,20 +215,28 @@ def margin(mode, load, v1, s, heading, p):
         return p.static * load.N - length(T)
     if c.C2 + c.C3 > 0.0:
         return size_along(T, heading) - p.kinetic * load.N
-    return slip(load, v1, s, c, p)[1]
+    return rate_free.slip(load, v1, s, p)[1]
 
 
 @kernel
-def stored_energy(load, s, p):
+def spring(mode, load, v1, s, p):
+    """The stretch (2,) that the state is, or heads for."""
+    if mode == SLIP and p.relaxation == 0.0:
+        return rate_free.stretch(load, v1, s, p)
+    return s
+
+
+@kernel
+def stored_energy(mode, load, v1, s, p):
     """S^2 / (2 K2)."""
-    c = coefficients(load, p)
+    c, s = coefficients(load, p), spring(mode, load, v1, s, p)
     return 0.5 * c.K * c.K / c.K2 * (s[0] * s[0] + s[1] * s[1])
 
 
 @kernel
-def lent(load, s, p):
+def lent(mode, load, v1, s, p):
     """What of the integral of the dissipation is still stored."""
-    return stored_energy(load, s, p) if p.reference > 0.0 else 0.0
+    return stored_energy(mode, load, v1, s, p) if p.reference > 0.0 else 0.0
 
 
 @kernel
@@ -230,7 +248,7 @@ def turn_over(load, s, p):
 
 
 @kernel
-def stretch(load, s, p):
+def stretch(mode, load, v1, s, p):
     """S / K2 (2,)."""
-    c = coefficients(load, p)
+    c, s = coefficients(load, p), spring(mode, load, v1, s, p)
     return (c.K / c.K2 * s[0], c.K / c.K2 * s[1])

@@ -119,7 +119,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     elif which == FRICTION_MARGIN and mode[MODE] == STICK:
         _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
-        _grip(i, size, y, modes, c, p)
+        _grip(i, size, t, y, modes, c, p)
     elif mode[MODE] == OPEN:
         _close(i, t, y, modes, c, p)
     else:
@@ -150,11 +150,11 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 
 
 @kernel
-def _grip(i, size, y, modes, contact, p):
+def _grip(i, size, t, y, modes, contact, p):
     """Slip ends."""
     k = p.state + STATES * i
-    x = y[k : k + STATES]
-    mode, (x[0], x[1]) = laws.grip(size, contact.velocity, (x[0], x[1]), p.points[i])
+    load, x = pressure(i, t, modes, contact, p), y[k : k + STATES]
+    mode, (x[0], x[1]) = laws.grip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
 
@@ -176,7 +176,7 @@ def _open(i, t, y, modes, contact, p):
     x = y[k : k + STATES]
     x[DISSIPATED] += stored_along_normal(i, modes, contact, p)
     load = pressure(i, t, modes, contact, p)
-    (x[0], x[1]), lost = laws.release(load, (x[0], x[1]), point)
+    (x[0], x[1]), lost = laws.release(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
     mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
 

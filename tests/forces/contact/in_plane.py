@@ -1,7 +1,8 @@
 """A contact point that is driven over a floor: its node, apart from hydrosim.
 
 The law of stick-slip in the plane is written out here for a steady normal force, and integrated by
-scipy's 8th-order method from one change of mode to the next.
+scipy's 8th-order method from one change of mode to the next. Without damping the stretch is of the
+length mu_k N / K2 in slip, and the node goes the way that the point goes along it.
 """
 
 from __future__ import annotations
@@ -58,6 +59,10 @@ class Driven:
         }
         return scene(body, forces, self.duration, 0.05, step=step)
 
+    @property
+    def rate_free(self) -> bool:
+        return self.law.damping + self.law.slip_damping == 0.0
+
     def traction(self, t: float, s: np.ndarray) -> np.ndarray:
         return self.law.stiffness * s + self.law.damping * self.velocity(t)
 
@@ -65,7 +70,10 @@ class Driven:
         """y' of y = (stretch (2), path, loss in C2, loss in C3)."""
         law, v, T = self.law, self.velocity(t), self.traction(t, y[:2])
         node = np.zeros(2)
-        if mode == SLIP:
+        if mode == SLIP and self.rate_free:
+            d = y[:2] / np.linalg.norm(y[:2])
+            node = (d @ v) * d
+        elif mode == SLIP:
             excess = np.linalg.norm(T) - law.kinetic * self.normal
             node = excess / (law.damping + law.slip_damping) * T / np.linalg.norm(T)
         ds, speed = v - node, np.linalg.norm(node)
@@ -87,6 +95,8 @@ def integrate(driven: Driven, times: np.ndarray) -> Exact:
     def grip(t: float, y: np.ndarray, mode: int) -> float:
         T = float(np.linalg.norm(driven.traction(t, y[:2])))
         law, N = driven.law, driven.normal
+        if mode == SLIP and driven.rate_free:
+            return float(y[:2] @ driven.velocity(t))
         return law.static * N - T if mode == STICK else T - law.kinetic * N
 
     grip.terminal, grip.direction = True, -1
@@ -109,4 +119,8 @@ def integrate(driven: Driven, times: np.ndarray) -> Exact:
         if piece.status == 1:
             mode = SLIP if mode == STICK else STICK
             events.append(t)
+            if mode == SLIP and driven.rate_free:  # the node jumps
+                size, kept = np.linalg.norm(y[:2]), driven.law.kinetic * driven.normal
+                kept /= driven.law.stiffness
+                y = np.array([*(y[:2] * kept / size), y[2] + size - kept, *y[3:]])
     return Exact(states, modes, np.array(events))

@@ -1,0 +1,67 @@
+"""Slip of a contact node without dampers: its traction stays on the kinetic cone.
+
+    S = mu_k N d,   v2 = lambda d,   lambda = d v1 - mu_k N' / K2     until lambda = 0
+
+The node follows the body's point as a trailer does, on a drawbar of the length r = mu_k N / K2 that
+points along d (a tractrix); with u = v1 / |v1|
+
+    d' = |v1| / r (u - (d u) d)
+
+A short drawbar turns faster than any step. So the state is a heading x that turns at the rate
+|v1| / w instead, w = (r^4 + q^4)^(1/4), with q the way that the point goes in one step of an
+explicit method; and d is as far from u as it should be, between x and u in the ratio of r to w:
+
+    x' = |v1| / w (u - (x u) x),   d = r / w x + (1 - r / w) u, made a unit vector
+
+x is as late as w / |v1|, and so d as late as r / |v1|. Where steps are shorter than r / |v1|, x and
+d differ by (q / r)^4: the order of a method is kept. Where they are longer, d is off by about
+r / |v1| times what the rate of turning changes in a step: nothing on a straight way. Methods that
+choose their steps have q = 0, but for the 1e-9th part of a usual stretch, with which contact may
+begin and end.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from hydrosim.forces.contact.law import direction
+from hydrosim.jit.kernels import kernel
+from hydrosim.rigid.vectors import length
+
+LEAST = 1e-9  # of a usual stretch: below it a drawbar need not be resolved
+
+
+@kernel
+def slip(load, v1, s, p):
+    """Direction d (2,) of slip, its speed lambda, and the rate (2,) of the heading ``s``, which may
+    have any length."""
+    size, speed = length(s), length(v1)
+    x = (s[0] / size, s[1] / size)
+    u, r = direction(v1, x), p.kinetic * load.N / p.stiffness
+    q = speed * p.lag + LEAST * p.reach
+    w = sqrt(sqrt(r * r * r * r + q * q * q * q))
+    part, along, rate = r / w, x[0] * v1[0] + x[1] * v1[1], size / w
+    d = unit((part * x[0] + (1.0 - part) * u[0], part * x[1] + (1.0 - part) * u[1]))
+    turn = (rate * (v1[0] - along * x[0]), rate * (v1[1] - along * x[1]))
+    return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * load.rate / p.stiffness, turn
+
+
+@kernel
+def stretch(load, v1, s, p):
+    """S / K2 (2,), in slip."""
+    d, r = slip(load, v1, s, p)[0], p.kinetic * load.N / p.stiffness
+    return (r * d[0], r * d[1])
+
+
+@kernel
+def heading(s, v1, p):
+    """The heading (2,) at which slip begins from the stretch ``s``, or along ``v1`` without one."""
+    along = unit(s if s[0] != 0.0 or s[1] != 0.0 else v1)
+    return (p.reach * along[0], p.reach * along[1])
+
+
+@kernel
+def unit(a):
+    """a / |a|, or zero."""
+    size = length(a)
+    return (a[0] / size, a[1] / size) if size > 0.0 else (0.0, 0.0)
