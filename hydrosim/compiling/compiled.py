@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.wet import WetGroup
+from hydrosim.linear.accuracy import Vibration
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
@@ -21,6 +22,7 @@ class Compiled:
 
     ``scene`` is the one that is solved: the run that it starts from is in memory, and what is zero
     by symmetry is out of it; ``whole`` is then the same in calm water in all degrees of freedom.
+    ``vibrations`` are modes that the step does not resolve, which matter if a run excites them.
     ``wet`` are its databases, ``model`` its constants, ``state`` that of the start, ``sea`` its
     waves as drawn (none in calm water), ``notes`` what there is to say. Unpacks as model and state.
     """
@@ -32,6 +34,7 @@ class Compiled:
     sea: tuple[Components, ...] = ()
     notes: Notes = field(default_factory=Notes)
     whole: Compiled | None = None
+    vibrations: tuple[Vibration, ...] = ()
 
     def __iter__(self) -> Iterator[Model | State]:
         return iter((self.model, self.state))

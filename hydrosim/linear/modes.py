@@ -136,8 +136,13 @@ def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
     (column): participation factors, the products of the left and right eigenvectors' entries, which
     do not depend on units (Perez-Arriaga et al. 1982)."""
     values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    return values, shares(left, right)
+
+
+def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Participation factors (m, m) of left and right eigenvectors (m, m), columns both."""
     share = np.abs(left.conj() * right)
-    return values, share / np.maximum(share.sum(axis=0), TINY)
+    return np.asarray(share / np.maximum(share.sum(axis=0), TINY))
 
 
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,9 +12,10 @@ instability: else no second-order method could take an undamped mode.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
@@ -61,31 +62,41 @@ class StepLimit:
         )
 
 
-def step_limits(
-    model: Model,
-    state: State,
-    method: Tableau,
-    names: list[str],
-    step: float,
-    each_alone: bool = False,
-) -> list[StepLimit]:
-    """Over all contact modes, the limits below ``step`` [s] in rising order, of everything that
-    moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
-    empty if no step is too large. ``names`` are those of the free coordinates, then of the contact
-    points, then of the springs.
-    """
+class Combination(NamedTuple):
+    """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
+    says in words."""
+
+    contact: str
+    modes: np.ndarray
+    linear: Linear
+
+
+def combinations(
+    model: Model, state: State, names: list[str], each_alone: bool = False
+) -> list[Combination]:
+    """All that are looked at. ``names`` are those of the free coordinates, then of the contact
+    points, then of the springs."""
     time = _pressed_most(model)
-    linears = [
-        (contact, _linearise(model, state, modes, time))
+    return [
+        Combination(contact, modes, _linearise(model, state, modes, time))
         for contact, modes in _modes(model, names, each_alone)
     ]
-    least = [_steps(method, linalg.eigvals(x.jacobian)).min(initial=np.inf) for _, x in linears]
+
+
+def step_limits(
+    found: Sequence[Combination], method: Tableau, model: Model, names: list[str], step: float
+) -> list[StepLimit]:
+    """Over all ``found`` combinations, the limits below ``step`` [s] in rising order, of everything
+    that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
+    empty if no step is too large.
+    """
+    least = [_steps(method, linalg.eigvals(x.linear.jacobian)).min(initial=np.inf) for x in found]
     bound = max(step, min(least) * (1.0 + ALIKE))
     limits = [
         limit
-        for (contact, linear), smallest in zip(linears, least, strict=True)
+        for combination, smallest in zip(found, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, linear, contact, method, model, names)
+        for limit in _below(bound, combination, method, model, names)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -100,14 +111,14 @@ def _steps(method: Tableau, values: np.ndarray) -> np.ndarray:
 
 
 def _below(
-    bound: float, linear: Linear, contact: str, method: Tableau, model: Model, names: list[str]
+    bound: float, combination: Combination, method: Tableau, model: Model, names: list[str]
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one linearisation."""
-    values, share = participation(linear)
+    values, share = participation(combination.linear)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = _what(linear, share[:, k], model, names)
-        yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
+        what = what_moves(combination.linear, share[:, k], model, names)
+        yield StepLimit(float(steps[k]), complex(values[k]), combination.contact, what)
 
 
 def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
@@ -243,7 +254,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     return state._replace(y=y)
 
 
-def _what(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> str:
+def what_moves(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> str:
     """Name of the coordinate, contact node or radiation that has the largest ``share`` (m,) of a
     mode."""
     n, fenders = linear.active.size, model.elements.fenders

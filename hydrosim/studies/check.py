@@ -21,7 +21,8 @@ from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
-from hydrosim.scene import Scene
+from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.studies.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.simulation import scene_step_limits
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
@@ -87,11 +88,14 @@ def linearisable(compiled: Compiled) -> Compiled:
 
 
 def _limits(compiled: Compiled) -> Iterator[str]:
-    limits, solver = scene_step_limits(compiled, each_alone=True), compiled.scene.solver
+    found = scene_combinations(compiled, each_alone=True)
+    limits, solver = scene_step_limits(compiled, found), compiled.scene.solver
     for limit in limits:
         yield limit.describe(solver.step)
     if not limits:
         yield f"no step is too large for {solver.method} to be stable"
+    if solver.method not in ADAPTIVE:
+        yield accuracy_limit(compiled, found)
 
 
 def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:

@@ -267,7 +267,7 @@ def _run(
     if status != COMPLETE:
         return _Outcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in OWN}
-    return _Outcome(status, "", "\n".join(compiled.notes.warnings), digest(run), common)
+    return _Outcome(status, "", str(run.attrs.get("warnings", "")), digest(run), common)
 
 
 def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:

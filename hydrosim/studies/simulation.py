@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from math import ceil, isclose
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -20,16 +19,10 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
-from hydrosim.linear.stability import StepLimit, step_limits
-from hydrosim.results.names import (
-    coordinate_names,
-    fender_names,
-    force_names,
-    spring_names,
-    state_names,
-)
+from hydrosim.linear.stability import Combination, StepLimit, step_limits
+from hydrosim.results.names import force_names, state_names
 from hydrosim.results.output import program_version, to_dataset, unpack
-from hydrosim.scene import Method, Scene, Unstable
+from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance
@@ -50,6 +43,13 @@ from hydrosim.stepping.state import (
     Run,
     State,
     new_run,
+)
+from hydrosim.studies.resolution import (
+    fitting_step,
+    moving_names,
+    scene_combinations,
+    scene_vibrations,
+    unresolved,
 )
 from hydrosim.studies.stages import complete
 
@@ -119,6 +119,8 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
         "status_message": message,
     }
     count, history = int(counters[RECORDS]), run.state.history
+    warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
+    attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     if message:
         raise SimulationError(message, dataset)
@@ -126,24 +128,26 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
 
 
 def warned_of_steps(compiled: Compiled) -> Compiled:
-    """With a warning of a step above the stable limit; InputError if that is not wanted."""
+    """With a warning of a step above the stable limit, and with what the step does not resolve;
+    InputError if a step above the limit is not wanted."""
     scene = compiled.scene
     step = scene.solver.step
-    unlimited = scene.solver.method in UNLIMITED or propagated(scene, compiled.model)
-    limits = [] if unlimited else scene_step_limits(compiled)
+    if scene.solver.method in ADAPTIVE or propagated(scene, compiled.model):
+        return compiled
+    looked_at = scene_combinations(compiled)
+    limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(compiled, looked_at)
     found = [limit.describe(step) for limit in limits if limit.step < step]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
     texts = [f"solver.step {step:g} s: {text}" for text in found]
-    return replace(compiled, notes=compiled.notes.warned(texts))
+    notes, unresolved = compiled.notes.warned(texts), scene_vibrations(compiled, looked_at)
+    return replace(compiled, notes=notes, vibrations=unresolved)
 
 
 def _advice(scene: Scene, limit: StepLimit) -> str:
     """What to choose instead of a step above its limit: a step of few digits that fits the output,
     another method."""
-    fewest = ceil(scene.output_step / limit.step)
-    parts = [scene.output_step / n for n in range(fewest, 10 * fewest)]
-    step = next((part for part in parts if isclose(part, float(f"{part:.2g}"))), parts[0])
+    step = fitting_step(scene, limit.step)
     others = ", ".join(f"solver.method: {method} ({why})" for method, why in UNLIMITED.items())
     return (
         f"Choose solver.step: {step:.10g} s or less, {others},"
@@ -151,12 +155,12 @@ def _advice(scene: Scene, limit: StepLimit) -> str:
     )
 
 
-def scene_step_limits(compiled: Compiled, each_alone: bool = False) -> list[StepLimit]:
-    """What limits the step of a scene with its method, see `stability.step_limits`."""
-    scene = compiled.scene
-    names = coordinate_names(scene) + fender_names(scene) + spring_names(scene)
-    method, step = METHODS[scene.solver.method], scene.solver.step
-    return step_limits(compiled.model, compiled.state, method, names, step, each_alone)
+def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
+    """What limits the step of a scene with its method, of the combinations of contacts ``found``,
+    see `stability.step_limits`."""
+    method, step = METHODS[compiled.scene.solver.method], compiled.scene.solver.step
+    found = found or scene_combinations(compiled)
+    return step_limits(found, method, compiled.model, moving_names(compiled.scene), step)
 
 
 def _chunks(run: Run) -> Iterator[float]:
@@ -216,7 +220,6 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "seeds": [wave.seed for wave in scene.environment.waves] or None,
         "solver_method": str(scene.solver.method),
         "solver_step": scene.solver.step,
-        "warnings": "\n".join(notes.warnings) or None,
         "skipped": "\n".join(notes.skipped) or None,
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,

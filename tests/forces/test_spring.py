@@ -28,6 +28,7 @@ import hydrosim as hs
 from hydrosim.forces import Coulomb, Spring, StickSlip
 from hydrosim.results.output import write
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
+from hydrosim.studies.resolution import scene_combinations
 from hydrosim.studies.simulation import scene_step_limits
 
 Figure = Callable[[str, float], None]
@@ -518,7 +519,8 @@ def test_a_step_limit_names_the_spring_if_asked() -> None:
         "hard": line((10.0, 0.0, 0.0), 5.0, 1e6, body="tug"),
     }
     held = scene(bodies, lines, 1.0, 0.5, step=0.5)
-    limits = scene_step_limits(hs.compile_scene(held), each_alone=True)
+    whole = hs.compile_scene(held)
+    limits = scene_step_limits(whole, scene_combinations(whole, each_alone=True))
     assert limits[0].what == "surge of tug"
     assert limits[0].contact in ("no contact, springs taut", "no contact, hard alone taut")
 

@@ -1,0 +1,197 @@
+"""Steps that are stable and not accurate: closed forms, and runs as wrong as it is said of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dry_scenes import block, steady
+from moored_barge import SEA, in_waves, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.compiling.model import METHODS
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    Harmonic,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+)
+from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4, Tableau
+from hydrosim.linear.accuracy import remembered, vibration_errors
+from hydrosim.linear.linearise import linearise
+from hydrosim.linear.modes import natural_modes
+from hydrosim.scene import (
+    Body,
+    LinearScenes,
+    Method,
+    RadiationModel,
+    Scene,
+    Solver,
+    WaveForces,
+    WaveTrain,
+)
+from hydrosim.studies.check import survey
+from hydrosim.studies.resolution import ACCURATE
+
+Figure = Callable[[str, float], None]
+
+
+@pytest.mark.parametrize(
+    ("method", "part"), [(RK2, 1 / 6), (HEUN, 1 / 6), (RK4, 1 / 120)], ids=["rk2", "heun", "rk4"]
+)
+def test_errors_of_an_undamped_vibration(method: Tableau, part: float) -> None:
+    """(w h)^p w / (p + 1)! per unit of time, the first term that R leaves out of the exponential;
+    the next is smaller by w h."""
+    w, step, time = 2.0, 0.01, 7.0
+    found = vibration_errors(method, step, time, np.array([1j * w]))[0]
+    assert found == pytest.approx(part * (w * step) ** method.order * w * time, rel=0.02)
+
+
+def test_what_damping_makes_a_mode_forget_does_not_count() -> None:
+    damped = np.array([-0.5 + 3.0j])
+    short, long, longer = (vibration_errors(RK4, 0.1, T, damped)[0] for T in (0.1, 10.0, 1e4))
+    assert short < long == longer
+    assert vibration_errors(RK4, 1.0, 1e6, np.array([3.0j]))[0] == 2.0
+    at = np.log(1 + 0.3j + 0.5 * 0.3j**2) / 0.1  # by hand, of rk2
+    assert vibration_errors(RK2, 0.1, 1.0, np.array([3.0j]))[0] == pytest.approx(abs(at - 3.0j))
+    assert vibration_errors(ESDIRK4, 10.0, 1e6, np.array([3.0j]))[0] == 2.0
+
+
+def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> Scene:
+    """A mass on a spring, w = 3 rad/s, that swings freely or is pushed slowly."""
+    spring = LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
+    slow = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(push, 2 * np.pi / 0.3)})
+    free = 0.0 if push else 1.0
+    body = block(1.0, ["surge"], position=(free, 0, 0, 0, 0, 0))
+    solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
+    forces = {"spring": spring, "push": slow}
+    return Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
+
+
+def told(run: object) -> list[str]:
+    """The warning of what is not resolved."""
+    return [line for line in run.attrs.get("warnings", "").splitlines() if "resolve" in line]
+
+
+def apart(scene: Scene) -> float:
+    """How far motions are from those at a quarter of the step, over the range of their body."""
+    finer = replace(scene, solver=replace(scene.solver, step=scene.solver.step / 4.0))
+    ours, theirs = (hs.simulate(each).position.values for each in (scene, finer))
+    worst = 0.0
+    for part in (slice(0, 3), slice(3, 6)):
+        ranges = np.ptp(theirs[..., part], axis=0).max(axis=1)
+        differences = np.abs(ours - theirs)[..., part].max(axis=(0, 2))
+        worst = max(worst, float((differences / np.maximum(ranges, 1e-6)).max()))
+    return worst
+
+
+@pytest.mark.parametrize(
+    ("method", "step"), [(Method.RK2, 0.01), (Method.HEUN, 0.01), (Method.RK4, 0.125)]
+)
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_a_run_is_as_wrong_as_it_says(
+    method: Method, step: float, damping: float, figure: Figure
+) -> None:
+    """Free swings: the error said, against the true one over the range, twice the amplitude; a
+    damped one is largest after 1 / |Re lambda|, as 1 / e of what is said. At the step that would
+    do nothing is said, and it does."""
+    run = hs.simulate(ringing(method, step, damping))
+    time = run.time.values
+    decay, w = -damping / 2.0, np.sqrt(9.0 - damping**2 / 4.0)
+    exact = np.exp(decay * time) * (np.cos(w * time) - decay / w * np.sin(w * time))
+    error = np.abs(run.position.values[:, 0, 0] - exact).max() / np.ptp(exact)
+    (warning,) = told(run)
+    said = float(re.search(r"wrong by (\S+) of their range", warning).group(1))
+    figure(f"{method}, damping {damping:g}: said over true error", said / error)
+    assert error / 1.5 < said < 4.0 * error
+    enough = float(re.search(r"solver.step: (\S+) s", warning).group(1))
+    finer = ringing(method, enough, damping)
+    assert not told(hs.simulate(finer))
+    assert apart(finer) < ACCURATE
+
+
+def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
+    """The same spring pushed at a tenth of its frequency: 0.01 s is then enough for rk2."""
+    scene = ringing(Method.RK2, 0.01, 0.0, push=1.0)
+    settled = replace(
+        scene, bodies=(replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0)),)
+    )
+    assert not told(hs.simulate(settled))
+    assert apart(settled) < ACCURATE
+
+
+def float_over(step: float) -> Scene:
+    """A topside of 20 000 t that stands on the barge in four legs of 4e8 N/m, put down without any
+    compression, in waves of 3 m: it bounces at 9 rad/s, and nothing damps that."""
+    base, mass = scene_of("free_floating"), 2e7
+    waves = WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
+    barge = with_body(in_waves(base, waves), wave_forces=WaveForces(first_order=True))
+    inertia = mass * np.diag([225.0, 225.0, 324.0])
+    topside = Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
+    places = np.array([[x, y, -20.0] for x in (-20, 20) for y in (-20, 20)])
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e8]))
+    deck = Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
+    guide = 0.05 * mass * np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 300.0])
+    forces = {
+        **base.forces,
+        "weight": steady("topside", heave=-9.81 * mass),
+        "lift": steady("barge", heave=9.81 * mass),
+        "legs": Fender("topside", places, deck, curve, Frictionless()),
+        "guide": LinearMooring("topside", guide, damping=guide),
+    }
+    bodies = (*barge.bodies, topside)
+    solver = Solver(step=step)
+    return replace(barge, duration=300.0, bodies=bodies, forces=forces, solver=solver)
+
+
+def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) -> None:
+    """Far below the limit of stability, and 20 % off; at the step that is asked for, within 1e-3 of
+    a quarter of it, and nothing is said. The summary of `check` has both limits."""
+    run, scene = hs.simulate(float_over(0.1)), float_over(0.1)
+    (warning,) = told(run)
+    assert "heave of topside at 9.14 rad/s" in warning
+    figure("apart at 0.1 s", apart(scene))
+    assert apart(scene) > 0.1
+    enough = float(re.search(r"solver.step: (\S+) s", warning).group(1))
+    assert not told(hs.simulate(float_over(enough)))
+    figure("step that is asked for [s]", enough)
+    figure("apart there", apart(float_over(enough)))
+    assert apart(float_over(enough)) < ACCURATE
+    said = [line for line in survey(scene) if isinstance(line, str)]
+    assert any(line.startswith("largest stable step") for line in said)
+    assert any(line.startswith("largest accurate step") for line in said)
+
+
+def test_many_runs_are_warned_too() -> None:
+    scene = ringing(Method.RK2, 0.01, 0.0)
+    runs = hs.simulate_many([scene, scene])
+    assert all("does not resolve surge of block" in str(text) for text in runs.warnings.values)
+
+
+def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
+    """K^(i w) of the table is i w (A(w) - A_inf) + B(w), of the state-space model within 1e-3; so
+    the heave of the barge dies out where waves are convolved, too."""
+    still = in_waves(scene_of("free_floating"))
+    convolved, _ = hs.compile_scene(with_body(still, radiation=RadiationModel.CONVOLUTION))
+    model, state = hs.compile_scene(with_body(still, radiation=RadiationModel.STATE_SPACE))
+    linear, w = linearise(model, state), 0.6
+    bare = replace(linear, jacobian=linear.jacobian[:12, :12], states=linear.states[:12])
+    expected = (linear.dynamic_stiffness(w) - bare.dynamic_stiffness(w)) / (1j * w)
+    found = remembered(convolved, w)
+    scale = np.sqrt(np.abs(np.diag(expected)))
+    assert np.abs((found - expected) / np.multiply.outer(scale, scale)).max() < 5e-3
+    heave = next(m for m in natural_modes(linear) if m.dof == "heave")
+    assert heave.damping_ratio > 0.1
+
+
+def test_the_base_case_is_resolved() -> None:
+    case = replace(scene_of("base"), duration=700.0)
+    compiled = hs.compile_scene(case)
+    assert METHODS[compiled.scene.solver.method].order == 4
+    assert not told(hs.simulate(case))
