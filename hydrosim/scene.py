@@ -311,10 +311,12 @@ class Body:
 
     ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
     of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
-    with one ``radiation``, a model by name or with its settings. ``centre_of_gravity`` (3,) is in
-    the database's frame and is the body frame's origin. ``location`` (2,) places the origin of the
-    database's frame in the earth's x, y. ``position`` and ``velocity`` (6,) are the initial offsets
-    from the place at rest and their rates; ``dofs`` not named are locked, and a body without any is
+    with one ``heading`` and one ``radiation``, a model by name or with its settings.
+    ``centre_of_gravity`` (3,) is in the database's frame and is the body frame's origin.
+    ``location`` (2,) places the origin of the database's frame in the earth's x, y; ``heading``
+    [rad] is where its x axis points to at rest, from which yaw is counted. ``position`` and
+    ``velocity`` (6,) are the initial offsets from the place at rest, along the earth's axes and
+    about the body's, and their rates; ``dofs`` not named are locked, and a body without any is
     held.
     """
 
@@ -324,6 +326,7 @@ class Body:
     hydrodynamics: Hydrodynamics | Path | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
+    heading: float = 0.0
     database_body: int = 1
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6

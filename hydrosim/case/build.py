@@ -61,6 +61,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         hydrodynamics=folder / body.hydrodynamics if body.hydrodynamics is not None else None,
         centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
         location=body.location,
+        heading=body.heading,
         database_body=body.database_body,
         dofs=body.dofs,
         position=body.initial.position,

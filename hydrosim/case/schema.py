@@ -143,6 +143,7 @@ class Body(Strict):
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     centre_of_gravity: of.Point | None = None
     location: of.Position = (0.0, 0.0)
+    heading: of.Angle = 0.0
     radii_of_gyration: of.Vector[of.Radius] | None = None
     inertia: of.InertiaMatrix | None = None
     mass_matrix: of.MassMatrix | None = None

@@ -64,6 +64,7 @@ def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
             6 * index,
             np.array([dof in body.dofs for dof in DOFS]),
             body.centre_of_gravity[:2],
+            body.heading,
         )
         for index, body in enumerate(scene.bodies)
     ]

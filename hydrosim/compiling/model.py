@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import cos, sin
 
 import numpy as np
 
 from hydrosim import forces, radiation
+from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.wet import WetGroup, each_alone, resonance
 from hydrosim.database import HydroDatabase, needed
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import Elements
 from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
 from hydrosim.radiation.state_space import coupled_groups
-from hydrosim.rigid import BODY, Bodies, constant_inertia
+from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
 from hydrosim.scene import (
     ADAPTIVE,
     ConvolutionRadiation,
@@ -58,6 +59,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     added_mass = _whole(scene, [(group.dofs, group.added_mass) for group in wet])
     return Model(
         bodies=bodies,
+        headings=_headings(scene, bodies, alone),
         added_mass=added_mass,
         inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
@@ -84,7 +86,13 @@ def _bodies(scene: Scene) -> Bodies:
         for dof in sorted(body.dofs, key=DOFS.index)
     ]
     each = [
-        (b.mass, b.inertia, np.add(b.centre_of_gravity, (*b.location, 0.0))) for b in scene.bodies
+        (
+            b.mass,
+            b.inertia,
+            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
+            b.heading,
+        )
+        for b in scene.bodies
     ]
     return Bodies(
         each=np.array(each, dtype=BODY),
@@ -92,6 +100,16 @@ def _bodies(scene: Scene) -> Bodies:
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics == Kinematics.EXACT,
     )
+
+
+def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
+    """Heading axes of the bodies, and what the current is in them where the run began."""
+    current = _velocity(scene.environment.current)
+    stream = np.zeros((len(scene.bodies), 6))
+    for b, psi in enumerate(initial_headings(scene)):
+        stream[b, :3] = about_z(psi).T @ (*current, 0.0)
+    has_water = np.array([body.name in wet for body in scene.bodies])
+    return new_headings(bodies, has_water, current, stream.ravel())
 
 
 def _groups(wet: WetGroup, active: np.ndarray) -> list[StateSpace]:

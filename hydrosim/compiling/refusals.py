@@ -12,7 +12,7 @@ from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.forces.spring import stretch
 from hydrosim.results.names import spring_names
 from hydrosim.rigid import place_bodies
-from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.scene import ADAPTIVE, Kinematics, Scene
 from hydrosim.stepping.dynamics import Model, constrain, new_work
 from hydrosim.stepping.state import State
 
@@ -29,6 +29,9 @@ def check_scene(scene: Scene) -> None:
         "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
         "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),
         "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
+        "bodies.heading: kinematics: linear has no heading but 0; turn the rest of the scene, or"
+        " choose exact": scene.solver.kinematics == Kinematics.LINEAR
+        and any(body.heading for body in scene.bodies),
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():

@@ -39,6 +39,7 @@ from hydrosim.stepping.state import State
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
+HEADINGS = "initial_heading"  # of a dataset: of each body where its first run began [rad]
 SHOWN = 5  # names in a message
 
 
@@ -66,6 +67,15 @@ def begin(scene: Scene) -> float:
     """Time at which a run of an `opened` scene begins [s]: 0, or that of what it starts from."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
+
+
+def initial_headings(scene: Scene) -> list[float]:
+    """Heading of every body of an `opened` scene at the start of the first run [rad]."""
+    here = [body.heading + body.position[5] for body in scene.bodies]
+    if scene.initial is None:
+        return here
+    stored = np.atleast_1d(_run(scene).attrs.get(HEADINGS, here))
+    return [float(x) for x in stored] if len(stored) == len(here) else here
 
 
 def resume(scene: Scene, model: Model, fresh: State) -> State:

@@ -92,6 +92,8 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     for body in scene.bodies:
         if abs(_plane(body) - y) > NEAR:
             yield f"{body.name} is beside {scene.bodies[0].name}"
+        if body.heading != 0.0:
+            yield f"{body.name} heads to {np.degrees(body.heading):g} deg at rest"
         if couples(np.asarray(body.inertia), rotations):
             yield f"the products of inertia of {body.name}"
     yield from without_image(scene.forces, y)

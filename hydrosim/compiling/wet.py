@@ -12,6 +12,7 @@ import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
 from hydrosim.radiation import Retardation, StateSpace
@@ -111,7 +112,7 @@ def wet_groups(scene: Scene) -> list[WetGroup]:
         db = opened[source]
         _check_environment(db, body, scene.environment)
         # several bodies may be copies of the one in a database, far from each other
-        key = (source, i) if db.bodies == 1 else (source, *body.location)
+        key = (source, i) if db.bodies == 1 else (source, *body.location, body.heading)
         groups.setdefault(key, (db, []))[1].append(i)
     return [_group(db, members, scene) for db, members in groups.values()]
 
@@ -205,8 +206,9 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
         x, y = first.location
         raise InputError(
             f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
-            f" the scene at location [{x:g}, {y:g}] are {found}; expected each of 1 to {db.bodies}"
-            " once, at one location, which is that of the database's frame. Give a body that is"
+            f" the scene at location [{x:g}, {y:g}], heading {np.degrees(first.heading):g} deg, are"
+            f" {found}; expected each of 1 to {db.bodies} once, at one location and heading, which"
+            " are those of the database's frame. Give a body that is"
             " held `dofs: []`."
         )
     models = {radiation_of(body): body.radiation for body in bodies}
@@ -240,19 +242,27 @@ def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Re
     if db is None:
         return Resonance(stiffness, mass)
     total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
+    P = about_z(body.heading)  # coordinates are along the earth's axes, angles about the body's
+    A = [np.diagonal(M, axis1=1, axis2=2) for M in _blocks(db.added_mass, P)]
     added = [
-        _added_mass_in_resonance(db, i, m, k)
-        for i, m, k in zip(range(6), mass, np.maximum(total, 0.0), strict=True)
+        _added_mass_in_resonance(db.frequency, a, m, k)
+        for a, m, k in zip(np.hstack(A).T, mass, np.maximum(total, 0.0), strict=True)
     ]
     return Resonance(total, mass + added)
 
 
-def _added_mass_in_resonance(db: HydroDatabase, dof: int, mass: float, stiffness: float) -> float:
+def _blocks(A: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Added mass (nw, 3, 3) of translations, along axes turned by P, and of rotations."""
+    return P @ A[:, :3, :3] @ P.T, A[:, 3:, 3:]
+
+
+def _added_mass_in_resonance(
+    frequency: np.ndarray, added: np.ndarray, mass: float, stiffness: float
+) -> float:
     """a(w_n) with w_n^2 = k / (m + a(w_n)), by fixed-point iteration."""
-    added = db.added_mass[:, dof, dof]
     a, before = added[0], np.nan
     for _ in range(50):
         if a == before:
             break
-        a, before = np.interp(np.sqrt(stiffness / (mass + a)), db.frequency, added), a
+        a, before = np.interp(np.sqrt(stiffness / (mass + a)), frequency, added), a
     return float(a)

@@ -1,10 +1,11 @@
 """Linear mooring: a spring and damper at a body's centre of gravity, in all its DOFs.
 
-    Q = -K q,   F = S^-T Q - C v
+    F = -S^-T (K q + C q')
 
-q: displacements and angles from rest [m, rad]; v: earth-frame velocity; K: stiffness (6, 6),
-symmetric; C: damping (6, 6). Stored energy q^T K q / 2, dissipation v^T C v. Limits: the spring is
-conjugate to the angles' rates, so that it has a potential at any angle; no slack, no table.
+q: displacements and angles from rest [m, rad], along the earth's axes and about the body's; q':
+their rates; K: stiffness (6, 6), symmetric; C: damping (6, 6). Stored energy q^T K q / 2,
+dissipation q'^T C q'. Limits: conjugate to the coordinates, so that it has a potential at any
+angle and does not know the heading; no slack, no table.
 """
 
 from __future__ import annotations
@@ -109,13 +110,15 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
     for mooring in p:
         b, row = mooring.body, mooring.row
-        Q = spring_force(6 * b, motion.coordinates, mooring.stiffness)
-        wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
-        v, f, lost = motion.velocity, product(mooring.damping, motion.velocity, 6 * b), 0.0
+        k, u = 6 * b, motion.rate
+        Q, f = (
+            spring_force(k, motion.coordinates, mooring.stiffness),
+            product(mooring.damping, u, k),
+        )
         for i in range(6):
-            wrench[row, 6 * b + i] -= f[i]
-            lost += v[6 * b + i] * f[i]
-        rate[row] += lost
+            rate[row] += u[k + i] * f[i]
+        Q = (Q[0] - f[0], Q[1] - f[1], Q[2] - f[2], Q[3] - f[3], Q[4] - f[4], Q[5] - f[5])
+        wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
 
 
 @kernel

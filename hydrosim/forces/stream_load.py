@@ -11,16 +11,17 @@ the height of the point. The coefficients are forces and moments per squared spe
 terms of dimensionless ones (as those of OCIMF 1994, Prediction of Wind and Current Loads on VLCCs).
 
 Between the headings given c is a periodic cubic spline, exact at them. The body's heading is its
-turn about the vertical with the rest of its rotation about a horizontal axis: yaw, but for half
-the product of roll and pitch. Booked as work. Limits: steady stream without shear or gusts; the
-added resistance to yawing is only what the point's own velocity gives.
+yaw, as for the hydrodynamics (`rigid.heading`). Booked as work. Limits: steady
+stream without shear or gusts; the added resistance to yawing is only what the point's own velocity
+gives. Yaw coefficients that were measured hold Munk's moment of a steady stream, which a body with
+hydrodynamics gets of its added mass as well (`rigid.added_mass`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, pi, sqrt
+from math import atan2, pi
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ import numpy as np
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid import add_wrench, attachment, heading, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 
@@ -127,7 +128,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         b = e.body
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
         v = point_velocity(b, arm, motion)
-        along, aside = heading(motion.rotation[b])
+        along, aside = heading(b, bodies, motion)
         w = (e.stream[0] - v[0], e.stream[1] - v[1])
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])
         c = coefficients(angle, e.first, e.last, p.pieces)
@@ -137,14 +138,6 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         moment = (0.0, 0.0, square * c[2])
         add_wrench(b, force, add(moment, cross(arm, force)), wrench[e.row])
         rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
-
-
-@kernel
-def heading(R):
-    """Cosine and sine of a body's turn about the vertical."""
-    c, s = R[0, 0] + R[1, 1], R[1, 0] - R[0, 1]
-    size = sqrt(c * c + s * s)
-    return (c / size, s / size) if size > 0.0 else (1.0, 0.0)
 
 
 @kernel

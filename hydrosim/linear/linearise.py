@@ -115,6 +115,6 @@ def inertia(model: Model, motion: np.ndarray) -> np.ndarray:
     work, n = new_work(model), model.bodies.active.size
     found = np.zeros((n, n))
     place_bodies(motion[:n], motion[n:], model.bodies, work.motion)
-    mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
+    mass_matrix(model.bodies, model.headings, work.motion, model.added_mass, work.mass)
     acceleration_map(model.bodies, work.motion, work.mass, found)
     return found

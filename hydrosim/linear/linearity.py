@@ -2,12 +2,14 @@
 
 Small-angle kinematics are linear, and so are exact ones where no body turns about more than one
 axis: E is the unit vector along it, the inertia about it does not change, and the gyroscopic moment
-is across it.
+is across it. Where a body with hydrodynamics turns with exact kinematics, these turn with it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+
+import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.scene import LinearScenes, Scene, Turns
@@ -42,9 +44,16 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
     for b, body in enumerate(scene.bodies):
         free = _free_angles(b, model)
         locked = [i for i in ANGLES if i not in free and body.position[i] != 0.0]
-        if model.bodies.exact and (len(free) > 1 or (free and locked)):
+        turned = locked or body.heading != 0.0
+        if model.bodies.exact and (len(free) > 1 or (free and turned)):
             yield f"exact rotations of {body.name}"
+        elif b in model.headings.turning and (model.bodies.active.size > 1 or _stream(model)):
+            yield f"hydrodynamics turn with {body.name}"
     yield from _elements(scene, model)
+
+
+def _stream(model: Model) -> bool:
+    return bool(np.any(model.headings.current))
 
 
 def _elements(scene: Scene, model: Model) -> Iterator[str]:

@@ -56,7 +56,7 @@ from hydrosim.stepping.state import Record
 from hydrosim.waves import Components, elevations
 
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
-EARTH = "earth"
+EARTH, HEADING = "earth", "axes that turn with the yaw of the body"
 VARIABLES: dict[str, tuple[str, str, str]] = {
     # name: long_name, units, frame; a name that ends in "_" is of all that begin with it
     "position": ("displacement of the centre of gravity from rest; angles", "m or rad", EARTH),
@@ -89,8 +89,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
-    "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", EARTH),
-    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", EARTH),
+    "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", HEADING),
+    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", HEADING),
 }
 FLAGS = {
     "fender_mode": "open stick slip",

@@ -1,5 +1,19 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
+from hydrosim.rigid.added_mass import add_turning, stream_energy
+from hydrosim.rigid.heading import (
+    Headings,
+    Hulls,
+    accelerations_along,
+    all_to_earth,
+    all_to_heading,
+    heading,
+    look_along,
+    motion_along,
+    new_headings,
+    new_hulls,
+    translations_to_earth,
+)
 from hydrosim.rigid.inertia import (
     Inertia,
     Turning,

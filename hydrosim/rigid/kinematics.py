@@ -10,7 +10,8 @@ omega), both in the earth frame; omega = E (phi', theta', psi') with
 singular at a pitch of 90 deg. All bodies together: v = S q', v' = S q'' + S' q', where S is the
 identity but for the blocks E. A wrench F does the generalised force S^T F on the coordinates.
 
-With small angles (`Bodies.exact` false) E is the identity, points move by u + theta x r and lever
+psi is the yaw and the heading at rest. With small angles (`Bodies.exact` false) that heading is
+zero, E is the identity, points move by u + theta x r and lever
 arms stay as they are at rest.
 """
 
@@ -24,9 +25,11 @@ import numpy as np
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
-BODY = np.dtype([("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3)])
-"""Constants of a body: mass, inertia about the centre of gravity in the body frame, and the place
-of the centre of gravity at rest in the earth frame."""
+BODY = np.dtype(
+    [("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3), ("heading", float)]
+)
+"""Constants of a body: mass, inertia about the centre of gravity in the body frame, the place of
+the centre of gravity at rest in the earth frame, and the heading at rest, from which yaw counts."""
 
 
 class Bodies(NamedTuple):
@@ -75,6 +78,7 @@ def place(q, u, bodies, motion):
     for b in range(bodies.each.size):
         angles = vector(motion.coordinates, 6 * b + 3)
         if bodies.exact:
+            angles = (angles[0], angles[1], angles[2] + bodies.each[b].heading)
             _rotate(angles, motion.rotation[b])
             _rate_map(angles, motion.rate_map[b])
             _turn(b, angles, motion)

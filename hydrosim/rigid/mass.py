@@ -5,18 +5,22 @@ from __future__ import annotations
 from math import sqrt
 
 from hydrosim.jit.kernels import assign, kernel
+from hydrosim.rigid.heading import turn_matrix
 from hydrosim.rigid.vectors import matvec
 
 
 @kernel
-def mass_matrix(bodies, rotation, added_mass, M):
-    """M (6 nb, 6 nb): rigid mass m and inertia R I R^T of every body, plus ``added_mass``."""
+def mass_matrix(bodies, headings, motion, added_mass, M):
+    """M (6 nb, 6 nb): rigid mass m and inertia R I R^T of every body, plus ``added_mass`` of their
+    heading axes."""
     for i in range(M.shape[0]):
         assign(M[i], added_mass[i])
+    turn_matrix(headings, motion, M)
     for b in range(bodies.each.size):
+        body, R = bodies.each[b], motion.rotation[b]
         for i in range(3):
-            M[6 * b + i, 6 * b + i] += bodies.each[b].mass
-            add_earth_inertia(6 * b + 3, i, bodies.each[b].inertia, rotation[b], bodies.exact, M)
+            M[6 * b + i, 6 * b + i] += body.mass
+            add_earth_inertia(6 * b + 3, i, body.inertia, R, bodies.exact, M)
 
 
 @kernel

@@ -1,15 +1,14 @@
 """The equation of motion.
 
-    v = S q',   S^T (M + A_inf) S q'' = S^T (F - F_gyroscopic - (M + A_inf) S' q')
+    v = S q',   S^T (M + A) S q'' = S^T (F - F_gyroscopic + F_turning - (M + A) S' q')
 
     F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
-the earth frame; M: mass, m and R I R^T; A_inf: added mass at infinite frequency; F_gyroscopic =
-omega x (R I R^T omega). A_inf, the retardation functions and, unless asked
-otherwise, the wave loads belong to the mean position: they stay in axes parallel to the body's at
-rest and do not turn with yaw. (Cummins 1962;
-Ogilvie 1964.) What is held, as by rigid friction, adds J q'' = c, with J^T lambda on the
+the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic =
+omega x (R I R^T omega). (Cummins 1962; Ogilvie 1964.) A and the retardation functions are constant
+in axes that turn with the yaw of each body (`rigid.heading`); F_turning is what comes of it
+(`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with J^T lambda on the
 right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
@@ -39,20 +38,30 @@ from hydrosim.radiation.memory import (
 )
 from hydrosim.rigid import (
     Bodies,
+    Headings,
+    Hulls,
     Inertia,
     Motion,
     Turning,
     accelerate_freely,
     acceleration_map,
+    add_turning,
+    all_to_earth,
+    all_to_heading,
     cholesky,
     cholesky_solve,
     generalised_force,
     kinetic_energy,
+    look_along,
     mass_matrix,
+    motion_along,
+    new_hulls,
     new_motion,
     new_turning,
     place,
     place_bodies,
+    stream_energy,
+    translations_to_earth,
 )
 from hydrosim.rigid.constraints import (
     Constraints,
@@ -75,6 +84,7 @@ class Model(NamedTuple):
     """
 
     bodies: Bodies
+    headings: Headings
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
     inertia: Inertia
     stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
@@ -95,6 +105,7 @@ class Work(NamedTuple):
     """Scratch of one evaluation of `rhs`: nothing in it outlives the call."""
 
     motion: Motion
+    hulls: Hulls
     wrench: np.ndarray  # (nr, 6 nb), force of every row
     rate: np.ndarray  # (nr,), work or dissipation of every row
     total: np.ndarray  # (6 nb,)
@@ -112,6 +123,7 @@ def new_work(model: Model) -> Work:
     rows = events.held_directions(model.elements)
     return Work(
         new_motion(model.bodies),
+        new_hulls(model.bodies),
         np.zeros((model.rows, m)),
         np.zeros(model.rows),
         np.zeros(m),
@@ -136,18 +148,34 @@ def rhs(t, y, modes, history, model, work, dy):
     scratch and ``dy`` only."""
     n, motion = model.bodies.active.size, work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
+    look_along(model.headings, motion, work.hulls)
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
     subtract_gyroscopic(model.bodies, motion, work.total)
-    if work.constraints.force.size == 0:
+    if model.headings.turning.size > 0:
+        add_turning(model.headings, model.added_mass, motion, work.hulls, work.total)
+    if work.constraints.force.size > 0 or not model.headings.steady:
+        accelerate(modes, model, work, acceleration)
+    elif model.headings.turned.size > 0:
+        accelerate_along(model, work, acceleration)
+    else:
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
-    else:
-        accelerate(modes, model, work, acceleration)
+
+
+@kernel
+def accelerate_along(model, work, x):
+    """Accelerations ``x`` (n,) where nothing is held, by way of heading axes, where inertia is
+    steady."""
+    headings, along = model.headings, work.hulls.motion
+    motion_along(headings, model.bodies, work.motion, along)
+    all_to_heading(headings, work.motion, work.total)
+    accelerate_freely(model.inertia, model.bodies, along, work.total, work.turning, x)
+    translations_to_earth(headings, work.motion, x)
 
 
 @kernel
@@ -155,7 +183,7 @@ def accelerate(modes, model, work, x):
     """Accelerations ``x`` (n,) where something may be held; the reactions of elements go into
     ``work.holds`` and their rows of ``work.wrench``."""
     motion, constraints = work.motion, work.constraints
-    mass_matrix(model.bodies, motion.rotation, model.added_mass, work.mass)
+    mass_matrix(model.bodies, model.headings, motion, model.added_mass, work.mass)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
@@ -215,14 +243,16 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
 def add_forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
+    u, radiated = work.hulls.velocity, wrench[RADIATION]
     clear(wrench.reshape(wrench.size))
     clear(rate)
     x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
-    radiation_states(x, v, model.states, dx, wrench[RADIATION])
+    radiation_states(x, u, model.states, dx, radiated)
     if model.convolution.row.size > 0:
-        radiation_memory(t, v, history, model.convolution, wrench[RADIATION])
-    radiation_damping(v, model.damping, wrench[RADIATION])
+        radiation_memory(t, u, history, model.convolution, radiated)
+    radiation_damping(u, model.damping, radiated)
+    all_to_earth(model.headings, motion, radiated)
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     if model.following.body.size > 0:
         following_loads(
@@ -230,7 +260,7 @@ def add_forces(t, y, modes, history, model, work, dy):
         )
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
 
-    rate[RADIATION] = -power(wrench[RADIATION], v)
+    rate[RADIATION] = -power(radiated, v)
     rate[WAVE_FIRST_ORDER] = power(wrench[WAVE_FIRST_ORDER], v)
     rate[WAVE_SECOND_ORDER] = power(wrench[WAVE_SECOND_ORDER], v)
     assign(dy[model.energy :], rate)
@@ -270,7 +300,7 @@ def subtract_gyroscopic(bodies, motion, total):
 
 @kernel
 def subtract_bias(bodies, motion, mass, total):
-    """total -= (M + A_inf) S' q', which vanishes for small angles."""
+    """total -= (M + A) S' q', which vanishes for small angles."""
     for i in range(total.size if bodies.exact else 0):
         if motion.bias[i] != 0.0:
             for j in range(total.size):
@@ -280,11 +310,12 @@ def subtract_bias(bodies, motion, mass, total):
 @kernel
 def stored_energies(t, y, modes, model, work, stored):
     """Energy stored in every row of forces into ``stored`` (nr,); returns the kinetic energy
-    v (M + A_inf) v / 2."""
-    n = model.bodies.active.size
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    v (M + A) v / 2, less that of the current in the added mass."""
+    n, motion = model.bodies.active.size, work.motion
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     clear(stored)
     add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
     add_element_energies(t, y, modes, work.motion, model.bodies, model.elements, stored)
-    mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
-    return kinetic_energy(work.motion.velocity, work.mass)
+    mass_matrix(model.bodies, model.headings, motion, model.added_mass, work.mass)
+    still_there = stream_energy(model.headings, model.added_mass, motion, work.hulls)
+    return kinetic_energy(motion.velocity, work.mass) - still_there

@@ -14,7 +14,7 @@ from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import push
-from hydrosim.rigid import accelerations
+from hydrosim.rigid import accelerations, accelerations_along
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
 from hydrosim.stepping.record import keep
@@ -167,16 +167,18 @@ def _accepted(t, h, run):
 
 @kernel
 def remember(t, run):
-    """Add velocities and accelerations at ``t`` to the history, if a convolution needs them; the
-    slope found for that begins the next step."""
+    """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
+    needs them; the slope found for that begins the next step."""
     history, bodies, work = run.state.history, run.model.bodies, run.work
+    hulls = work.hulls
     if history.time.size == 0:
         return
     rates, n = run.scratch.k[0], bodies.active.size
     slope(t, run.state.y, run, rates)
     run.scratch.known[START_SLOPE] = 1
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
-    push(history, t, work.motion.velocity, work.total)
+    accelerations_along(run.model.headings, work.motion, hulls.flow, work.total)
+    push(history, t, hulls.velocity, work.total)
 
 
 @kernel

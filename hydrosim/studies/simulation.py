@@ -14,7 +14,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.model import METHODS
-from hydrosim.compiling.restart import started_from
+from hydrosim.compiling.restart import HEADINGS, initial_headings, started_from
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.linear.linearity import propagated, solution
@@ -224,6 +224,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
+        HEADINGS: initial_headings(scene) if np.any(compiled.model.headings.stream) else None,
         "records": "\n".join(notes.records) or None,
         **{
             f"{key}_{name}": value

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrosim.dofs import about_z
 from hydrosim.scene import WaveForces
+from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import QuadraticFunctions
 
 
@@ -14,11 +16,11 @@ from hydrosim.waves.quadratic import QuadraticFunctions
 class WaveBody:
     """A body in waves.
 
-    ``database``: transfer functions of n loads, about the centre of gravity, for all headings;
-    None for a dry body. ``location`` (2,): where the origin of the database's frame is at rest, in
-    the earth's x, y [m]; ``centre`` (2,): where in that frame the centre of gravity is. ``offset``:
-    index of the body's first DOF among those of the scene. ``active`` (n,): which DOFs are not
-    locked.
+    ``database``: transfer functions of n loads, about the centre of gravity, for all headings, in
+    the body's heading axes; None for a dry body. ``location`` (2,): where the origin of the
+    database's frame is at rest, in the earth's x, y [m]; ``centre`` (2,): where in that frame the
+    centre of gravity is. ``offset``: index of the body's first DOF among those of the scene. ``active`` (n,): which DOFs are not
+    locked. ``heading``: that of the database's frame at rest [rad].
     """
 
     database: QuadraticFunctions | None
@@ -27,3 +29,22 @@ class WaveBody:
     offset: int
     active: np.ndarray
     centre: tuple[float, ...] = (0.0, 0.0)
+    heading: float = 0.0
+
+    def place(self) -> tuple[float, float]:
+        """Where the centre of gravity is at rest in the earth's x, y [m]."""
+        x, y, _ = about_z(self.heading) @ (*self.centre[:2], 0.0)
+        return self.location[0] + x, self.location[1] + y
+
+    def seen(self, waves: Components) -> Components:
+        """The waves with the headings that they have for the body at rest."""
+        return (
+            waves if self.heading == 0.0 else replace(waves, heading=waves.heading - self.heading)
+        )
+
+    def in_earth_axes(self, loads: np.ndarray) -> np.ndarray:
+        """Loads (..., n) of heading axes, forces and moments by turns of three."""
+        if self.heading == 0.0:
+            return loads
+        each = loads.reshape(*loads.shape[:-1], -1, 3)
+        return np.asarray((each @ about_z(self.heading).T).reshape(loads.shape))

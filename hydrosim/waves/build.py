@@ -77,9 +77,9 @@ def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
         if body.database is not None and body.wave_forces.first_order and not follows(body):
-            transfer = excitation_at(body.database, waves.heading, waves.omega)
+            transfer = excitation_at(body.database, body.seen(waves).heading, waves.omega)
             elevation = waves.at(*body.location)[:, None]
-            total[:, _dofs(body)] = elevation * transfer * body.active
+            total[:, _dofs(body)] = elevation * body.in_earth_axes(transfer) * body.active
     return Lines(waves.omega, total)
 
 
@@ -90,14 +90,16 @@ def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
         if body.database is not None:
             for own in _second_order(waves, body, body.database):
                 total = np.zeros((own.omega.size, _size(bodies)), dtype=complex)
-                total[:, _dofs(body)][:, body.active] = own.amplitude[:, body.active]
+                load = body.in_earth_axes(own.amplitude)
+                total[:, _dofs(body)][:, body.active] = load[:, body.active]
                 found.append(Lines(own.omega, total))
     return found
 
 
 def _second_order(waves: Components, body: WaveBody, database: QuadraticFunctions) -> list[Lines]:
-    """Slow and fast loads on the DOFs of one body."""
+    """Slow and fast loads on the DOFs of one body, in its heading axes."""
     elevation, wanted = waves.at(*body.location), body.wave_forces
+    waves = body.seen(waves)
     slow: list[Lines] = []
     match wanted.second_order:
         case SecondOrder.MEAN_DRIFT:

@@ -3,8 +3,8 @@
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i))
 
 r: the centre of gravity's place at rest in the earth's x, y; d: its displacement from there; psi:
-yaw; R: rotation from axes that turn with yaw to the earth's; X: transfer functions of the elevation
-at the centre of gravity. Without instantaneous position d = 0, without instantaneous headings
+yaw, counted from the heading at rest; R: rotation from heading axes to the earth's; X: transfer
+functions of the elevation at the centre of gravity. Without instantaneous position d = 0, without instantaneous headings
 psi = 0. Limits: heave, roll and pitch do not matter, and wave-frequency motions count as the slow
 ones do, which is a second-order load of its own. Every wave is summed at every stage, exactly but
 for X, which is interpolated in yaw by 6-point Lagrange polynomials, six nodes to a heading of the
@@ -37,6 +37,7 @@ class FollowingLoads(NamedTuple):
     the body from first[k]."""
 
     body: np.ndarray  # (nb,) index among the scene's bodies
+    heading: np.ndarray  # (nb,) at rest [rad]
     placed: np.ndarray  # (nb,) whether the position counts
     nodes: np.ndarray  # (nb,) of yaw round the circle; 1 if yaw does not count
     offset: np.ndarray  # (nb + 1,)
@@ -75,6 +76,7 @@ def following_model(seas: Sequence[Components], bodies: Sequence[WaveBody]) -> F
     placed = [body.wave_forces.position == Place.INSTANTANEOUS for body in chosen]
     return FollowingLoads(
         body=np.array([body.offset // 6 for body in chosen], dtype=np.int64),
+        heading=np.array([body.heading for body in chosen]),
         placed=np.array(placed, dtype=bool),
         nodes=nodes,
         offset=count * np.arange(len(chosen) + 1),
@@ -98,10 +100,10 @@ def _yaw_nodes(body: WaveBody) -> np.ndarray:
 def _loads(waves: Components, body: WaveBody, database: QuadraticFunctions) -> np.ndarray:
     """X a exp(i e), (nw, nodes, 6), of elevations at the centre of gravity at rest."""
     x, y = body.centre
-    elevation = waves.at(body.location[0] + x, body.location[1] + y)
+    elevation = waves.at(*body.place())
     found = []
     for yaw in _yaw_nodes(body):
-        to = waves.heading - yaw
+        to = waves.heading - body.heading - yaw
         shift = np.exp(1j * waves.wavenumber * (x * np.cos(to) + y * np.sin(to)))
         transfer = excitation_at(database, to, waves.omega)
         found.append((elevation * shift)[:, None] * transfer)
@@ -125,9 +127,9 @@ def following_loads(t, coordinates, p, scratch, force):
             angle = p.omega[i] * t - p.kx[i] * dx - p.ky[i] * dy
             row = p.first[k] + (i - p.offset[k]) * p.nodes[k] * 6
             _add_wave(angle, rise(t, p.ramp[i]), row, node, p.nodes[k], weights, p.load, load)
+        c, s = cos(p.heading[k] + yaw), sin(p.heading[k] + yaw)
         for j in range(0, 6, 3):
-            x, y = load[j], load[j + 1]
-            load[j], load[j + 1] = x * cos(yaw) - y * sin(yaw), x * sin(yaw) + y * cos(yaw)
+            load[j], load[j + 1] = load[j] * c - load[j + 1] * s, load[j] * s + load[j + 1] * c
         for j in range(6):
             force[at + j] += load[j] if p.active[k, j] else 0.0
 

@@ -1,0 +1,90 @@
+"""Added mass that turns with the heading of each body (Kirchhoff's equations in earth axes).
+
+The water that a body sets in motion has the kinetic energy
+
+    T = w^T A(psi) w / 2,   A(psi) = P A P^T,   w = v - U
+
+P: from the heading axes of each body to the earth's (`heading`); U: the current. From Lagrange's
+equations in w (force p', moment G' - omega x G, and -dT/dpsi on yaw; Lamb 1932, art. 124 has them
+for axes fixed in a body) its force on the bodies is, with the momentum (p, G) = A(psi) w,
+
+    F = -p',   M = -G' + omega x G + E^-T (0, 0, dT/dpsi),
+    dT/dpsi = w^T J A(psi) w = -e_z . (w_t x p + omega x G)
+
+The last term is Munk's moment. -A(psi) v' of it is inertia; `add_turning` is the rest, which takes
+no part in the energy but keeps momentum: the work of F is -dT/dt, and the linear impulse and the
+angular impulse about a vertical through any fixed point are those of body and water together.
+"""
+
+from __future__ import annotations
+
+from hydrosim.jit.kernels import clear, kernel
+from hydrosim.rigid.heading import all_to_earth, all_to_heading
+from hydrosim.rigid.vectors import cross, vector
+
+
+@kernel
+def add_turning(p, A, motion, hulls, total):
+    """Add to ``total`` (6 nb,) the force of the water but for -A(psi) v'; ``hulls.flow`` is there.
+
+    With z = psi' J P^T w of each turning body: P (A z - psi' J A P^T w), and its moments.
+    """
+    turn, momentum, force = hulls.turn, hulls.momentum, hulls.force
+    clear(turn)
+    for b in p.turning:
+        _add_turned(motion.rate[6 * b + 5], 6 * b, hulls.flow, turn)
+    multiply(A, hulls.flow, momentum)
+    multiply(A, turn, force)
+    for b in p.turning:
+        _add_turned(-motion.rate[6 * b + 5], 6 * b, momentum, force)
+        _add_moments(6 * b, motion.rate_map[b], hulls.flow, momentum, force)
+    all_to_earth(p, motion, force)
+    for i in range(total.size):
+        total[i] += force[i]
+
+
+@kernel
+def _add_turned(rate, k, x, out):
+    """Add ``rate`` times J x of the body whose entries begin at k."""
+    for i in (k, k + 3):
+        out[i] -= rate * x[i + 1]
+        out[i + 1] += rate * x[i]
+
+
+@kernel
+def _add_moments(k, E, w, momentum, force):
+    """Add omega x G and E^-T (0, 0, dT/dpsi): in heading axes dT/dpsi (tan pitch, 0, 1)."""
+    p, G = vector(momentum, k), vector(momentum, k + 3)
+    spin, munk = cross(vector(w, k + 3), G), cross(vector(w, k), p)
+    on_yaw = -munk[2] - spin[2]
+    ct = E[1, 1] * E[0, 0] - E[0, 1] * E[1, 0]
+    force[k + 3] += spin[0] - E[2, 0] / ct * on_yaw
+    force[k + 4] += spin[1]
+    force[k + 5] += spin[2] + on_yaw
+
+
+@kernel
+def multiply(A, x, out):
+    """``out`` = A x."""
+    for i in range(out.size):
+        entry = 0.0
+        for j in range(x.size):
+            entry += A[i, j] * x[j]
+        out[i] = entry
+
+
+@kernel
+def stream_energy(p, A, motion, hulls):
+    """U^T A(psi) U / 2 of the current: what the kinetic energy v^T A(psi) v / 2 has too much, for
+    the work of -d/dt(A(psi) w) on v to be that of -dT/dt."""
+    if p.turning.size == 0:
+        return 0.0
+    U, energy = hulls.turn, 0.0
+    clear(U)
+    for b in range(U.size // 6):
+        U[6 * b], U[6 * b + 1] = p.current[0], p.current[1]
+    all_to_heading(p, motion, U)
+    for i in range(U.size):
+        for j in range(U.size):
+            energy += 0.5 * U[i] * A[i, j] * U[j]
+    return energy

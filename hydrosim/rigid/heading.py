@@ -1,0 +1,187 @@
+"""The heading axes of a body: through its centre of gravity, z up, turned from the earth's axes by
+psi, its heading at rest and its yaw.
+
+    x_heading = P^T x_earth,   P = Rz(psi),   P' = psi' J P,   J = e_z x
+
+for the translations and for the rotations of a velocity or wrench alike. What belongs to the hull
+and to the level of the water at once is constant there: added mass, retardation functions, the
+transfer functions of waves and the coefficients of streams. Coupled bodies have each its own: a
+matrix between two of them turns with the one by rows and with the other by columns.
+
+The heading is the last of the z-y'-x'' angles. With small angles the axes are those at rest,
+parallel to the earth's.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.jit.kernels import assign, kernel
+from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
+
+
+class Headings(NamedTuple):
+    """Constants: the bodies whose heading axes are ``turned`` (nt,) from the earth's, and those of
+    them that are ``turning`` (nr,), whose yaw is free; where the ``surge`` (nt,) of the turned ones
+    stands among the free coordinates, sway behind it, -1 if both are locked; whether one of the two
+    alone is locked somewhere, so that inertia is not ``steady``. The ``current`` (2,) [m/s] in the
+    earth frame, and what it is at the start of a run in the axes of every body, ``stream``
+    (6 nb,)."""
+
+    turned: np.ndarray
+    turning: np.ndarray
+    surge: np.ndarray
+    steady: bool
+    current: np.ndarray
+    stream: np.ndarray
+
+
+class Hulls(NamedTuple):
+    """Scratch, (6 nb,) in heading axes: ``velocity`` that is remembered and ``flow`` through the
+    water, see `look_along`; ``turn`` psi' J flow; ``momentum`` of the water and its ``force``; the
+    ``motion`` of the bodies as their inertia needs it."""
+
+    velocity: np.ndarray
+    flow: np.ndarray
+    turn: np.ndarray
+    momentum: np.ndarray
+    force: np.ndarray
+    motion: Motion
+
+
+def new_headings(
+    bodies: Bodies, wet: np.ndarray, current: tuple[float, float], stream: np.ndarray
+) -> Headings:
+    """Headings of bodies of which ``wet`` (nb,) have hydrodynamics; see `Headings`."""
+    free = np.isin(np.arange(6 * bodies.each.size), bodies.active).reshape(-1, 6)
+    yaw = bodies.locked.reshape(-1, 6)[:, 5] + bodies.each["heading"]
+    turning = wet & free[:, 5] & bodies.exact
+    turned = np.flatnonzero(turning | (wet & (yaw != 0.0) & bodies.exact))
+    place = {index: j for j, index in enumerate(bodies.active.tolist())}
+    return Headings(
+        turned,
+        np.flatnonzero(turning),
+        np.array([place.get(6 * b, -1) for b in turned.tolist()], dtype=np.int64),
+        bool(np.all(free[turned, 0] == free[turned, 1])),
+        np.array(current),
+        stream,
+    )
+
+
+def new_hulls(bodies: Bodies) -> Hulls:
+    """Scratch for these bodies."""
+    return Hulls(*np.zeros((5, 6 * bodies.each.size)), new_motion(bodies))
+
+
+@kernel
+def heading(b, bodies, motion):
+    """Cosine and sine of the heading of body ``b``."""
+    if bodies.exact:
+        E = motion.rate_map[b]
+        return E[1, 1], -E[0, 1]
+    yaw = motion.coordinates[6 * b + 5]
+    return cos(yaw), sin(yaw)
+
+
+@kernel
+def to_heading(b, motion, x):
+    """Turn the six entries of body ``b`` in ``x`` (6 nb,) from earth to heading axes, in place."""
+    E = motion.rate_map[b]
+    _turn(E[1, 1], E[0, 1], 6 * b, x)
+
+
+@kernel
+def to_earth(b, motion, x):
+    """Turn the six entries of body ``b`` in ``x`` (6 nb,) from heading to earth axes, in place."""
+    E = motion.rate_map[b]
+    _turn(E[1, 1], -E[0, 1], 6 * b, x)
+
+
+@kernel
+def _turn(c, s, k, x):
+    for i in (k, k + 3):
+        x[i], x[i + 1] = c * x[i] - s * x[i + 1], s * x[i] + c * x[i + 1]
+
+
+@kernel
+def all_to_earth(p, motion, x):
+    """`to_earth` for all bodies that are turned."""
+    for b in p.turned:
+        to_earth(b, motion, x)
+
+
+@kernel
+def all_to_heading(p, motion, x):
+    """`to_heading` for all bodies that are turned."""
+    for b in p.turned:
+        to_heading(b, motion, x)
+
+
+@kernel
+def turn_matrix(p, motion, A):
+    """A (6 nb, 6 nb) in heading axes becomes P A P^T in those of the earth, in place."""
+    for b in p.turned:
+        E, n = motion.rate_map[b], A.shape[0]
+        c, s = E[1, 1], -E[0, 1]
+        for k in (6 * b, 6 * b + 3):
+            for i in range(n):
+                A[k, i], A[k + 1, i] = c * A[k, i] - s * A[k + 1, i], s * A[k, i] + c * A[k + 1, i]
+            for i in range(n):
+                A[i, k], A[i, k + 1] = c * A[i, k] - s * A[i, k + 1], s * A[i, k] + c * A[i, k + 1]
+
+
+@kernel
+def look_along(p, motion, hulls):
+    """Fill ``flow`` = P^T (v - U) and ``velocity``, the part of it that is remembered: all but what
+    the current U has been since long before the start. Without turned bodies both are v."""
+    assign(hulls.flow, motion.velocity)
+    assign(hulls.velocity, motion.velocity)
+    for b in p.turned:
+        k = 6 * b
+        hulls.flow[k] -= p.current[0]
+        hulls.flow[k + 1] -= p.current[1]
+        to_heading(b, motion, hulls.flow)
+        for i in range(k, k + 6):
+            hulls.velocity[i] = hulls.flow[i] + p.stream[i]
+
+
+@kernel
+def accelerations_along(p, motion, flow, a):
+    """Turn ``a`` (6 nb,) = v' into the rate of P^T (v - U): P^T v' - psi' J P^T (v - U)."""
+    all_to_heading(p, motion, a)
+    for b in p.turning:
+        rate = motion.rate[6 * b + 5]
+        for k in (6 * b, 6 * b + 3):
+            a[k] += rate * flow[k + 1]
+            a[k + 1] -= rate * flow[k]
+
+
+@kernel
+def motion_along(p, bodies, motion, along):
+    """Fill of ``along`` what inertia needs of a motion, in heading axes: R, E and S' q'."""
+    assign(along.bias, motion.bias)
+    all_to_heading(p, motion, along.bias)
+    for b in range(bodies.each.size):
+        for i in range(3):
+            assign(along.rotation[b, i], motion.rotation[b, i])
+            assign(along.rate_map[b, i], motion.rate_map[b, i])
+    for b in p.turned:
+        E = motion.rate_map[b]
+        c, s = E[1, 1], -E[0, 1]
+        for M in (along.rotation[b], along.rate_map[b]):
+            for i in range(3):
+                M[0, i], M[1, i] = c * M[0, i] + s * M[1, i], c * M[1, i] - s * M[0, i]
+
+
+@kernel
+def translations_to_earth(p, motion, x):
+    """Turn the accelerations ``x`` (n,) of surge and sway from heading to earth axes, in place."""
+    for i in range(p.turned.size):
+        j = p.surge[i]
+        if j >= 0:
+            E = motion.rate_map[p.turned[i]]
+            c, s = E[1, 1], -E[0, 1]
+            x[j], x[j + 1] = c * x[j] - s * x[j + 1], s * x[j] + c * x[j + 1]
