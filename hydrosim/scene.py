@@ -6,7 +6,7 @@ compiles it to arrays. Nothing here computes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -283,9 +283,12 @@ class Environment:
 
 
 class Place(StrEnum):
-    """Where the waves meet a body: at rest, or where it is at the time."""
+    """Where the waves meet a body: at rest, at the place that it has slowly moved to, or where it
+    is at the time; `AUTOMATIC` is one of the first two, see `hydrosim.waves.places`."""
 
+    AUTOMATIC = "automatic"
     MEAN = "mean"
+    SLOW = "slow"
     INSTANTANEOUS = "instantaneous"
 
 
@@ -295,14 +298,14 @@ class WaveForces:
     the sums of the waves' frequencies.
 
     ``headings`` and ``position`` say whether first-order loads are those of the body at rest, or
-    of its yaw, and of its place, at the time; second-order loads are those at rest.
+    follow its yaw, and its place, see `Place`; second-order loads are those at rest.
     """
 
     first_order: bool = True
     second_order: SecondOrder = SecondOrder.NONE
     sum_frequency: bool = False
-    headings: Place = Place.MEAN
-    position: Place = Place.MEAN
+    headings: Place = Place.AUTOMATIC
+    position: Place = Place.AUTOMATIC
 
 
 @dataclass(frozen=True)
@@ -349,6 +352,10 @@ class ForceElement:
     def check(self, name: str) -> None:
         """Raises InputError where the element is wrong as no case file can be, but one written in
         Python can."""
+
+    def holds(self) -> Collection[str]:
+        """Of surge, sway and yaw, those in which it takes its body back to its place on earth."""
+        return ()
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         """Keys and names of the other bodies that it acts on."""

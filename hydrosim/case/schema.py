@@ -80,8 +80,8 @@ class WaveForces(Strict):
     first_order: StrictBool = True
     second_order: SecondOrder = SecondOrder.NONE
     sum_frequency: StrictBool = False
-    headings: Place = Place.MEAN
-    position: Place = Place.MEAN
+    headings: Place = Place.AUTOMATIC
+    position: Place = Place.AUTOMATIC
 
 
 class Tabulated(Strict):

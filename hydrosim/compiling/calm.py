@@ -13,7 +13,7 @@ from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes import notes_of_sea
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
-from hydrosim.compiling.start import first_state, start_of
+from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Elements
@@ -22,7 +22,10 @@ from hydrosim.waves import (
     Components,
     WaveBody,
     check_span,
+    chosen_places,
     following_model,
+    grid_step,
+    steps_per_block,
     wave_loads_model,
 )
 
@@ -48,8 +51,11 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     bodies = wave_bodies(scene, calm.wet)
     # from 0, wherever the run begins: its loads are then to the bit those of a longer run
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
-    model = calm.model._replace(waves=loads, following=following_model(sea, bodies))
-    compiled = replace(calm, scene=scene, model=model, sea=tuple(sea))
+    block = steps_per_block(scene) * grid_step(scene)
+    following = following_model(sea, bodies, scene.solver.step / 2, block)
+    model = calm.model._replace(waves=loads, following=following)
+    state = with_slow_places(scene, model, calm.state)
+    compiled = replace(calm, scene=scene, model=model, state=state, sea=tuple(sea))
     return replace(compiled, notes=notes_of_sea(scene, calm.wet, model, sea, calm.notes))
 
 
@@ -60,7 +66,7 @@ def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
         WaveBody(
             alone.get(body.name),
             body.location,
-            body.wave_forces,
+            chosen_places(scene, body),
             6 * index,
             np.array([dof in body.dofs for dof in DOFS]),
             body.centre_of_gravity[:2],

@@ -14,14 +14,15 @@ from hydrosim.integrate import Control
 from hydrosim.scene import ADAPTIVE, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import Clock
+from hydrosim.waves.following import STATES
+from hydrosim.waves.places import grid_step, slow_bodies, steps_per_block
 
 
 def compile_clock(compiled: Compiled) -> Clock:
     """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
     scene, begin = compiled.scene, compiled.begin
     solver = scene.solver
-    adaptive = solver.method in ADAPTIVE
-    step = scene.output_step if adaptive else solver.step
+    adaptive, step = solver.method in ADAPTIVE, grid_step(scene)
     # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
     passed = round(begin / step)
     on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
@@ -35,6 +36,7 @@ def compile_clock(compiled: Compiled) -> Clock:
         end=begin + scene.duration,
         points=ceil(scene.duration / step - 1e-9),
         every=round(scene.output_step / step),
+        block=steps_per_block(scene) if compiled.model.following.slow.any() else 0,
         breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
         events=solver.events,
         control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, compiled.model)),
@@ -57,6 +59,10 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         B = states.B[states.matrix[g] :][: members.size * size].reshape(members.size, size)
         reach = by_dof[members] @ np.abs(B) / -states.decay[first : first + size]
         absolute[model.radiation + first :][:size] = reach
+    slow = len(slow_bodies(scene))
+    filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
+    known = np.full(STATES - filters.size, np.inf)
+    absolute[model.slow : model.energy] = np.tile([*filters, *known], slow)
     fenders = model.elements.fenders
     for i in range(fenders.points.size):
         absolute[fenders.state + fender.STATES * i :][: fender.FELT] = tolerance.position

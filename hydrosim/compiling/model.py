@@ -29,7 +29,8 @@ from hydrosim.scene import (
     Stream,
 )
 from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import following_model, wave_loads_model
+from hydrosim.waves import following_model, slow_bodies, wave_loads_model
+from hydrosim.waves.following import STATES
 
 METHODS: dict[Method, Tableau] = {
     Method.RK2: RK2,
@@ -54,7 +55,8 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         elements = forces.compile_elements(scene.forces, _layout(scene, alone), own)
     else:
         elements = forces.placed(known, own)
-    energy = own + forces.state_count(elements)
+    slow = own + forces.state_count(elements)
+    energy = slow + STATES * len(slow_bodies(scene))
     rows = len(ROWS) + len(scene.forces)
     added_mass = _whole(scene, [(group.dofs, group.added_mass) for group in wet])
     return Model(
@@ -74,6 +76,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         rows=rows,
         radiation=radiating,
         own=own,
+        slow=slow,
         energy=energy,
         size=energy + rows + 1,
     )

@@ -28,6 +28,7 @@ from hydrosim.results.names import (
     fender_names,
     memory_names,
     moving_names,
+    slow_names,
     spring_names,
     state_names,
 )
@@ -67,6 +68,12 @@ def begin(scene: Scene) -> float:
     """Time at which a run of an `opened` scene begins [s]: 0, or that of what it starts from."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
+
+
+def knows_slow_places(scene: Scene) -> bool:
+    """Whether an `opened` scene starts from a run that knows all its slow places in waves."""
+    names = slow_names(scene)
+    return scene.initial is not None and {*names} <= {*map(str, _run(scene).state.values)}
 
 
 def initial_headings(scene: Scene) -> list[float]:

@@ -15,6 +15,7 @@ from hydrosim.rigid import Bodies, Motion, place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
+from hydrosim.waves.slow import first_states
 
 
 def first_state(scene: Scene, model: Model) -> State:
@@ -39,6 +40,18 @@ def start_of(scene: Scene, model: Model, fresh: State) -> State:
         return fresh
     restart.check_fit(scene, model)
     return restart.resume(scene, model, fresh)
+
+
+def with_slow_places(scene: Scene, model: Model, state: State) -> State:
+    """The state with the slow places in waves of a body that has always moved as it does now, where
+    none are known from a run before."""
+    if not model.following.slow.any() or restart.knows_slow_places(scene):
+        return state
+    motion, n, y = new_work(model).motion, model.bodies.active.size, state.y.copy()
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    places = first_states(model.following, motion.coordinates, motion.rate, restart.begin(scene))
+    y[model.slow : model.energy] = places
+    return state._replace(y=y)
 
 
 def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ angle and does not know the heading; no slack, no table.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +40,11 @@ class LinearMooring(ForceElement):
     damping: np.ndarray | None = None
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
+
+    def holds(self) -> Collection[str]:
+        wanted = np.zeros(6) if self.natural_period is None else self.natural_period
+        held = (np.diag(self.stiffness) > 0.0) | (wanted > 0.0)
+        return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
 
     def couplings(self) -> Iterator[np.ndarray]:
         yield self.stiffness

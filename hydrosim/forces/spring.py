@@ -17,7 +17,7 @@ of the two ends are opposite to the first order of the displacement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
@@ -59,6 +59,9 @@ class Spring(ForceElement):
     tension: np.ndarray
     damping: float = 0.0
     anchor_body: str | None = None
+
+    def holds(self) -> Collection[str]:
+        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         yield "anchor_body", self.anchor_body

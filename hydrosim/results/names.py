@@ -13,6 +13,8 @@ from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.waves import slow_bodies
+from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
 MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
 """Beginnings of the names of states that are not of contact points or energies."""
@@ -66,12 +68,18 @@ def state_names(scene: Scene, model: Model) -> list[str]:
     return [
         *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
+        *slow_names(scene),
         *(
             f"{'work of' if supplies(scene, row) else 'loss in'} {name}"
             for row, name in enumerate(force_names(scene))
         ),
         "integral of |wave power|",
     ]
+
+
+def slow_names(scene: Scene) -> list[str]:
+    """Names of the states of slow places in waves."""
+    return [f"{what} of {body.name}" for body in slow_bodies(scene) for what in SLOW_NAMES]
 
 
 def moving_names(scene: Scene, model: Model) -> dict[str, list[str]]:

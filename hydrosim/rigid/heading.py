@@ -73,7 +73,8 @@ def new_headings(
 
 def new_hulls(bodies: Bodies) -> Hulls:
     """Scratch for these bodies."""
-    return Hulls(*np.zeros((5, 6 * bodies.each.size)), new_motion(bodies))
+    velocity, flow, turn, momentum, force = np.zeros((5, 6 * bodies.each.size))
+    return Hulls(velocity, flow, turn, momentum, force, new_motion(bodies))
 
 
 @kernel

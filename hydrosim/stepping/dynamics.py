@@ -72,15 +72,16 @@ from hydrosim.rigid.constraints import (
     solve_for_pivots,
 )
 from hydrosim.rigid.vectors import cross, matvec, vector
-from hydrosim.waves.following import FollowingLoads, following_loads
-from hydrosim.waves.loads import POINTS, WaveLoads, wave_loads
+from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
+from hydrosim.waves.loads import WaveLoads, wave_loads
+from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
 
 
 class Model(NamedTuple):
     """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
 
-    ``radiation``, ``own`` (of elements) and ``energy`` are the first entries of those parts in y,
-    of length ``size``.
+    ``radiation``, ``own`` (of elements), ``slow`` (of slow places in waves) and ``energy`` are the
+    first entries of those parts in y, of length ``size``.
     """
 
     bodies: Bodies
@@ -97,6 +98,7 @@ class Model(NamedTuple):
     rows: int
     radiation: int
     own: int
+    slow: int
     energy: int
     size: int
 
@@ -114,7 +116,8 @@ class Work(NamedTuple):
     turning: Turning
     constraints: Constraints
     holds: Holds
-    following: np.ndarray  # of `following_loads`
+    sums: Sums  # of `following_loads`
+    block: Block  # of `slow_loads`
 
 
 def new_work(model: Model) -> Work:
@@ -132,7 +135,8 @@ def new_work(model: Model) -> Work:
         new_turning(model.inertia),
         new_constraints(rows, n),
         new_holds(model.elements.fenders.points.size, rows),
-        np.zeros(POINTS + 6),
+        new_sums(model.following),
+        new_block(model.following),
     )
 
 
@@ -254,10 +258,9 @@ def add_forces(t, y, modes, history, model, work, dy):
     radiation_damping(u, model.damping, radiated)
     all_to_earth(model.headings, motion, radiated)
     wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+    clear(dy[model.slow : model.energy])
     if model.following.body.size > 0:
-        following_loads(
-            t, motion.coordinates, model.following, work.following, wrench[WAVE_FIRST_ORDER]
-        )
+        follow(t, y[model.slow :], model.following, work, dy[model.slow :])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
 
     rate[RADIATION] = -power(radiated, v)
@@ -265,6 +268,15 @@ def add_forces(t, y, modes, history, model, work, dy):
     rate[WAVE_SECOND_ORDER] = power(wrench[WAVE_SECOND_ORDER], v)
     assign(dy[model.energy :], rate)
     dy[model.energy + model.rows] = abs(rate[WAVE_FIRST_ORDER] + rate[WAVE_SECOND_ORDER])
+
+
+@kernel
+def follow(t, y, p, work, dy):
+    """First-order loads on the bodies that the waves follow; rates ``dy`` of their slow places."""
+    coordinates, first_order = work.motion.coordinates, work.wrench[WAVE_FIRST_ORDER]
+    following_loads(t, coordinates, p, work.sums, first_order)
+    slow_rates(y, coordinates, p, dy)
+    slow_loads(t, y, p, work.block, first_order)
 
 
 @kernel

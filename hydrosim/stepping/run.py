@@ -43,6 +43,7 @@ from hydrosim.stepping.state import (
     UNKNOWN,
 )
 from hydrosim.stepping.stepper import slope, step
+from hydrosim.waves.slow import BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
@@ -67,6 +68,7 @@ def _advance(first, count, run):
     clock, counters = run.clock, run.counters
     t = grid_time(first, clock)
     if counters[RECORDS] == 0:
+        _take_up_block(t, run)
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
@@ -74,9 +76,30 @@ def _advance(first, count, run):
         t = _cross(t, grid_time(n, clock), run)
         if counters[STATUS] != RUNNING:
             return t
+        if clock.block > 0 and (clock.first + n) % clock.block == 0:
+            _next_block(t, run)
         if n % clock.every == 0 or n == clock.points:
             keep(t, run)
     return t
+
+
+@kernel
+def _next_block(t, run):
+    """Slow paths in waves are taken anew from t on; the loads are others then."""
+    model, known = run.model, run.scratch.known
+    begin_block(t, run.state.y[model.slow :], model.following)
+    known[START_SLOPE], known[START_MARGINS] = 0, UNKNOWN
+
+
+@kernel
+def _take_up_block(t, run):
+    """Keep the paths that a run starts with if the next ones are taken before these end."""
+    clock, p = run.clock, run.model.following
+    if clock.block > 0:
+        missing = clock.block - clock.first % clock.block
+        begun = run.state.y[run.model.slow + BEGIN]
+        if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
+            _next_block(t, run)
 
 
 @kernel

@@ -45,7 +45,8 @@ class State(NamedTuple):
 
 class Clock(NamedTuple):
     """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
-    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it.
+    begins ``first`` steps after ``start``: so a restart is on the grid of the run before it. A slow
+    path in waves is taken anew every ``block`` steps, if that is not 0.
     ``breakpoints`` are times that no step may cross; ``events`` false lets steps run past them.
 
     With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
@@ -58,6 +59,7 @@ class Clock(NamedTuple):
     end: float
     points: int
     every: int
+    block: int
     breakpoints: np.ndarray
     events: bool
     control: Control

@@ -197,7 +197,9 @@ def _where(scene: Scene, model: Model, state: State) -> str:
     if first < 2 * n:
         body, dof = divmod(int(model.bodies.active[first % n]), 6)
         return f"{DOFS[dof]} of body {scene.bodies[body].name}"
-    if model.own <= first < model.energy:
+    if model.slow <= first < model.energy:
+        return f"the slow place in waves, {names[first]}"
+    if model.own <= first < model.slow:
         return f"the contact node of {names[first].partition(' of ')[2]}"
     return "a radiation state" if first < model.own else "an energy"
 

@@ -4,154 +4,259 @@
 
 r: the centre of gravity's place at rest in the earth's x, y; d: its displacement from there; psi:
 yaw, counted from the heading at rest; R: rotation from heading axes to the earth's; X: transfer
-functions of the elevation at the centre of gravity. Without instantaneous position d = 0, without instantaneous headings
-psi = 0. Limits: heave, roll and pitch do not matter, and wave-frequency motions count as the slow
-ones do, which is a second-order load of its own. Every wave is summed at every stage, exactly but
-for X, which is interpolated in yaw by 6-point Lagrange polynomials, six nodes to a heading of the
-database; so this costs much more than the tables of `loads`.
+functions of the elevation at the centre of gravity. Where its position does not count d = 0, where
+its heading does not psi = 0. Where it is at the time (`following_loads`): every wave is summed at
+every stage, which costs much more than the tables of `loads`, and wave-frequency motions count as
+the slow ones do, which is a second-order load of its own. Where it has slowly moved to: `slow`.
+Heave, roll and pitch do not matter.
+
+X is interpolated in frequency as in `transfer`, and in heading by 6-point Lagrange polynomials
+through six nodes to a heading of the database: within 1e-4 of its highest harmonic.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, floor, pi, sin
+from math import ceil, cos, floor, pi, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.components import Components
 from hydrosim.waves.loads import POINTS, lagrange, rise
-from hydrosim.waves.quadratic import QuadraticFunctions
-from hydrosim.waves.transfer import excitation_at
+from hydrosim.waves.splines import slopes
+from hydrosim.waves.synthesis import row_step
+from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
-NODES = 6  # of yaw between two headings of a database
+NODES = 6  # of heading between two of a database
+CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
+STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+SMALL = 1e-9  # of the largest wave: those below it are left out
 
 
 class FollowingLoads(NamedTuple):
-    """Waves on the bodies that they follow, body by body: those of the k-th have the entries
-    offset[k] to offset[k + 1] of omega, kx, ky [1/m] and ramp [s]. Transfer functions times
-    complex elevations, (nodes[k], 6) of an entry, are one after the other in ``load``, those of
-    the body from first[k]."""
+    """Waves on the bodies that they follow, body by body: those of the k-th are the entries
+    offset[k] to offset[k + 1] of what is ``(nw,)``, by sea and rising frequency. Values and slopes
+    of X, (nf, nodes[k], 2, 6), are in ``load`` from first[k] on.
+
+    Those of the ``slow`` bodies are made in ``rows`` at a time, ``row_step`` [s] apart, for a
+    ``block`` [s]; their states begin at ``state``, and their filters cut at ``cut`` [rad/s], see
+    `hydrosim.waves.slow`.
+    """
 
     body: np.ndarray  # (nb,) index among the scene's bodies
-    heading: np.ndarray  # (nb,) at rest [rad]
+    rest: np.ndarray  # (nb,) heading at rest [rad]
+    centre: np.ndarray  # (nb, 2) centre of gravity in the frame whose waves X is for [m]
     placed: np.ndarray  # (nb,) whether the position counts
-    nodes: np.ndarray  # (nb,) of yaw round the circle; 1 if yaw does not count
+    turns: np.ndarray  # (nb,) whether yaw counts
+    nodes: np.ndarray  # (nb,) of heading round the circle
     offset: np.ndarray  # (nb + 1,)
     first: np.ndarray  # (nb,)
     active: np.ndarray  # (nb, 6) which DOFs are not locked
-    omega: np.ndarray
-    kx: np.ndarray
-    ky: np.ndarray
-    ramp: np.ndarray
+    omega: np.ndarray  # (nw,)
+    wavenumber: np.ndarray  # (nw,)
+    heading: np.ndarray  # (nw,)
+    ramp: np.ndarray  # (nw,)
+    elevation: np.ndarray  # (nw,) complex, at the centre of gravity at rest
+    cell: np.ndarray  # (nw,) int64, of the table's frequencies
+    part: np.ndarray  # (nw,) of the cell
+    width: np.ndarray  # (nw,) of the cell [rad/s]
     load: np.ndarray  # complex
+    slow: np.ndarray  # (nb,) bool
+    state: np.ndarray  # (nb,) int64
+    cut: np.ndarray  # (nb,)
+    block: float
+    row_step: float
+    rows: int
+
+
+class _Part(NamedTuple):
+    """The waves of all seas that load one body, (nw,) each, and the table of its loads."""
+
+    omega: np.ndarray
+    wavenumber: np.ndarray
+    heading: np.ndarray
+    ramp: np.ndarray
+    elevation: np.ndarray
+    cell: np.ndarray
+    part: np.ndarray
+    width: np.ndarray
+    table: np.ndarray
+    cut: float
 
 
 def follows(body: WaveBody) -> bool:
     """Whether the waves follow the body."""
     asked = body.wave_forces
-    moving = Place.INSTANTANEOUS in (asked.position, asked.headings)
-    return body.database is not None and asked.first_order and moving
+    moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
+    return body.database is not None and asked.first_order and bool(moving)
 
 
-def following_model(seas: Sequence[Components], bodies: Sequence[WaveBody]) -> FollowingLoads:
-    """The waves of all ``seas`` on the bodies that they follow."""
-    chosen = [body for body in bodies if follows(body)]
-    parts = [
-        (waves, _loads(waves, body, body.database))
-        for body in chosen
-        for waves in seas
-        if body.database is not None
-    ]
-    count = sum(waves.omega.size for waves in seas)
-    nodes = np.array([_yaw_nodes(body).size for body in chosen], dtype=np.int64)
+def is_slow(body: WaveBody) -> bool:
+    """Whether the waves follow the slow motion of the body."""
+    return follows(body) and Place.SLOW in (body.wave_forces.position, body.wave_forces.headings)
 
-    def joined(name: str) -> np.ndarray:
-        return np.concatenate([np.zeros(0), *(getattr(waves, name) for waves, _ in parts)])
 
-    k, heading = joined("wavenumber"), joined("heading")
-    placed = [body.wave_forces.position == Place.INSTANTANEOUS for body in chosen]
+def following_model(
+    seas: Sequence[Components], bodies: Sequence[WaveBody], dt: float = 0.1, block: float = 1.0
+) -> FollowingLoads:
+    """The waves of all ``seas`` on the bodies that they follow, for stages ``dt`` [s] apart; a slow
+    path is taken anew after each ``block`` [s]."""
+    chosen = [body for body in bodies if follows(body)] if seas else []
+    parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
+    slow = np.array([is_slow(body) for body in chosen], dtype=bool)
+    step = row_step([(part.omega, np.abs(part.elevation)) for part in parts], dt)
+
+    def joined(name: str, kind: type = float) -> np.ndarray:
+        return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
+
     return FollowingLoads(
         body=np.array([body.offset // 6 for body in chosen], dtype=np.int64),
-        heading=np.array([body.heading for body in chosen]),
-        placed=np.array(placed, dtype=bool),
-        nodes=nodes,
-        offset=count * np.arange(len(chosen) + 1),
-        first=np.append(0, np.cumsum(6 * count * nodes))[: len(chosen)],
+        rest=np.array([body.heading for body in chosen]),
+        centre=np.array([body.centre[:2] for body in chosen]).reshape(-1, 2),
+        placed=np.array([body.wave_forces.position != Place.MEAN for body in chosen], dtype=bool),
+        turns=np.array([body.wave_forces.headings != Place.MEAN for body in chosen], dtype=bool),
+        nodes=np.array([part.table.shape[1] for part in parts], dtype=np.int64),
+        offset=np.cumsum([0, *(part.omega.size for part in parts)]),
+        first=np.cumsum([0, *(part.table.size for part in parts)])[: len(chosen)],
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),
-        omega=joined("omega"),
-        kx=k * np.cos(heading),
-        ky=k * np.sin(heading),
-        ramp=np.concatenate([np.zeros(0), *(np.full(x.omega.size, x.ramp) for x, _ in parts)]),
-        load=np.concatenate([np.zeros(0, complex), *(load.ravel() for _, load in parts)]),
+        **{
+            name: joined(name)
+            for name in ("omega", "wavenumber", "heading", "ramp", "part", "width")
+        },
+        elevation=joined("elevation", complex),
+        cell=joined("cell", np.int64),
+        load=np.concatenate([np.zeros(0, complex), *(part.table.ravel() for part in parts)]),
+        slow=slow,
+        state=STATES * (np.cumsum(slow) - slow).astype(np.int64),
+        cut=np.array([part.cut for part in parts]),
+        block=block,
+        row_step=step,
+        rows=ceil(block / step) + POINTS + 2 if slow.any() else 0,
     )
 
 
-def _yaw_nodes(body: WaveBody) -> np.ndarray:
-    if body.wave_forces.headings == Place.MEAN or body.database is None:
-        return np.zeros(1)
-    count = NODES * max(body.database.heading.size, 2 * POINTS)
-    return 2.0 * np.pi / count * np.arange(count)
+def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunctions) -> _Part:
+    """What of the seas loads a body: waves in the range of its database, in the order of their
+    frequency, which spares work where many have one heading."""
+    w, table = transfer_table(database, NODES)
+    elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
+    each = [
+        np.concatenate([getattr(waves, name) for waves in seas])
+        for name in ("omega", "wavenumber", "heading")
+    ]
+    each.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
+    sea = np.repeat(np.arange(len(seas)), [waves.omega.size for waves in seas])
+    size = np.abs(elevation)
+    loaded = (size > SMALL * size.max(initial=0.0)) & (each[0] <= w[-1] * (1.0 + 1e-9))
+    order = np.lexsort((each[0], sea))
+    order = order[loaded[order]]
+    omega, wavenumber, heading, ramp = (values[order] for values in each)
+    inside = np.clip(omega, w[0], w[-1])
+    cell = np.clip(np.searchsorted(w, inside, side="right") - 1, 0, w.size - 2)
+    width = np.diff(w)[cell]
+    energy = size[order] ** 2
+    mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
+    rows = np.stack([table, slopes(w, table)], axis=2)
+    return _Part(
+        *(omega, wavenumber, heading, ramp, elevation[order]),
+        *(cell.astype(np.int64), (inside - w[cell]) / width, width),
+        *(np.ascontiguousarray(rows), CUT * float(mean)),
+    )
 
 
-def _loads(waves: Components, body: WaveBody, database: QuadraticFunctions) -> np.ndarray:
-    """X a exp(i e), (nw, nodes, 6), of elevations at the centre of gravity at rest."""
-    x, y = body.centre
-    elevation = waves.at(*body.place())
-    found = []
-    for yaw in _yaw_nodes(body):
-        to = waves.heading - body.heading - yaw
-        shift = np.exp(1j * waves.wavenumber * (x * np.cos(to) + y * np.sin(to)))
-        transfer = excitation_at(database, to, waves.omega)
-        found.append((elevation * shift)[:, None] * transfer)
-    return np.stack(found, axis=1)
+class Sums(NamedTuple):
+    """Scratch: loads in heading axes of every wave, real and imaginary by turns, (12, nw); of one
+    cell of the table at one heading, (2, 2, 6), complex; a sum, (6,)."""
+
+    waves: np.ndarray
+    cell: np.ndarray
+    total: np.ndarray
+
+
+def new_sums(p: FollowingLoads) -> Sums:
+    """Scratch for these loads."""
+    most = int(np.diff(p.offset).max(initial=0))
+    return Sums(np.zeros((12, most)), np.zeros((2, 2, 6), complex), np.zeros(6))
 
 
 @kernel
-def following_loads(t, coordinates, p, scratch, force):
-    """Add the loads at time t to ``force`` (6 nb,), for displacements ``coordinates`` (6 nb,);
-    ``scratch`` (POINTS + 6,)."""
-    weights, load = scratch[:POINTS], scratch[POINTS:]
+def following_loads(t, coordinates, p, sums, force):
+    """Add the loads at time t on bodies that are not slow to ``force`` (6 nb,), for displacements
+    ``coordinates`` (6 nb,)."""
     for k in range(p.body.size):
-        at = 6 * p.body[k]
-        yaw = coordinates[at + 5] if p.nodes[k] > 1 else 0.0
-        dx = coordinates[at] if p.placed[k] else 0.0
-        dy = coordinates[at + 1] if p.placed[k] else 0.0
-        node = _weigh(yaw, p.nodes[k], weights)
-        for j in range(6):
-            load[j] = 0.0
-        for i in range(p.offset[k], p.offset[k + 1]):
-            angle = p.omega[i] * t - p.kx[i] * dx - p.ky[i] * dy
-            row = p.first[k] + (i - p.offset[k]) * p.nodes[k] * 6
-            _add_wave(angle, rise(t, p.ramp[i]), row, node, p.nodes[k], weights, p.load, load)
-        c, s = cos(p.heading[k] + yaw), sin(p.heading[k] + yaw)
-        for j in range(0, 6, 3):
-            load[j], load[j + 1] = load[j] * c - load[j + 1] * s, load[j] * s + load[j + 1] * c
-        for j in range(6):
-            force[at + j] += load[j] if p.active[k, j] else 0.0
+        if not p.slow[k]:
+            at = 6 * p.body[k]
+            _follow(k, t, coordinates, p, sums)
+            for j in range(6):
+                force[at + j] += sums.total[j] if p.active[k, j] else 0.0
 
 
 @kernel
-def _weigh(yaw, nodes, weights):
-    """Weights of the nodes round ``yaw``, the first of which is returned."""
-    if nodes == 1:
-        weights[0] = 1.0
-        return 0
-    x = yaw * nodes / (2.0 * pi)
+def _follow(k, t, coordinates, p, sums):
+    """The loads on the k-th body into ``sums.total``, in earth axes."""
+    at, start = 6 * p.body[k], p.offset[k]
+    yaw = coordinates[at + 5] if p.turns[k] else 0.0
+    dx = coordinates[at] if p.placed[k] else 0.0
+    dy = coordinates[at + 1] if p.placed[k] else 0.0
+    loads_at_heading(k, yaw, p, sums.cell, sums.waves)
+    clear(sums.total)
+    for i in range(start, p.offset[k + 1]):
+        along = dx * cos(p.heading[i]) + dy * sin(p.heading[i])
+        angle, ramp = p.omega[i] * t - p.wavenumber[i] * along, rise(t, p.ramp[i])
+        c, s = ramp * cos(angle), ramp * sin(angle)
+        for j in range(6):
+            load = sums.waves
+            sums.total[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
+    turn_to_earth(p.rest[k] + yaw, sums.total)
+
+
+@kernel
+def turn_to_earth(heading, load):
+    """Turn loads (6,) from axes of a ``heading`` to those of the earth, in place."""
+    c, s = cos(heading), sin(heading)
+    for j in range(0, 6, 3):
+        load[j], load[j + 1] = load[j] * c - load[j + 1] * s, load[j] * s + load[j + 1] * c
+
+
+@kernel
+def loads_at_heading(k, yaw, p, cell, out):
+    """X a exp(i e) of every wave on the k-th body at this yaw, in heading axes: ``out`` (12, nw),
+    real and imaginary by turns. ``cell`` is scratch."""
+    start, last, heading = p.offset[k], -1, 0.0
+    x, y = p.centre[k, 0], p.centre[k, 1]
+    for i in range(p.offset[k + 1] - start):
+        n = start + i
+        if p.cell[n] != last or p.heading[n] != heading:
+            last, heading = p.cell[n], p.heading[n]
+            _cell_at(k, last, heading - p.rest[k] - yaw, p, cell)
+        to, u, h = heading - p.rest[k] - yaw, p.part[n], p.width[n]
+        v = 1.0 - u
+        shift = p.wavenumber[n] * (x * cos(to) + y * sin(to)) if x != 0.0 or y != 0.0 else 0.0
+        a = p.elevation[n] * (cos(shift) + 1j * sin(shift))
+        v0, v1 = v * v * (1.0 + 2.0 * u) * a, u * u * (1.0 + 2.0 * v) * a
+        s0, s1 = h * u * v * v * a, -h * u * u * v * a
+        for j in range(6):
+            load = v0 * cell[0, 0, j] + v1 * cell[1, 0, j] + s0 * cell[0, 1, j] + s1 * cell[1, 1, j]
+            out[2 * j, i], out[2 * j + 1, i] = load.real, load.imag
+
+
+@kernel
+def _cell_at(k, f, to, p, cell):
+    """Values and slopes of X at both ends of cell ``f`` for waves ``to`` this heading."""
+    nodes = p.nodes[k]
+    x = to * nodes / (2.0 * pi)
     node = floor(x) - POINTS // 2 + 1
+    for end in range(2):
+        for what in range(2):
+            clear(cell[end, what])
     for m in range(POINTS):
-        weights[m] = lagrange(x - node, m, POINTS)
-    return node % nodes
-
-
-@kernel
-def _add_wave(angle, ramp, row, node, nodes, weights, table, load):
-    """Add the loads of one wave."""
-    c, s = ramp * cos(angle), ramp * sin(angle)
-    for m in range(min(nodes, POINTS)):
-        at = row + 6 * ((node + m) % nodes)
-        for j in range(6):
-            load[j] += weights[m] * (c * table[at + j].real - s * table[at + j].imag)
+        weight = lagrange(x - node, m, POINTS)
+        for end in range(2):
+            at = p.first[k] + 12 * ((f + end) * nodes + (node + m) % nodes)
+            for what in range(2):
+                for j in range(6):
+                    cell[end, what, j] += weight * p.load[at + 6 * what + j]

@@ -55,7 +55,7 @@ def wave_loads(t, p, first, second):
     elevation = 0.0
     for k in range(p.ramp.size):
         x = (t - p.start[k]) / p.step[k]
-        row, points = _rows_at(x, p.offset[k + 1] - p.offset[k])
+        row, points = rows_at(x, p.offset[k + 1] - p.offset[k])
         ramp = rise(t, p.ramp[k])
         for m in range(points):
             weight = ramp * lagrange(x - row, m, points)
@@ -87,7 +87,7 @@ def rise(t, duration):
 
 
 @kernel
-def _rows_at(x, rows):
+def rows_at(x, rows):
     """First of the rows to read at x, and their number."""
     node = floor(x + 0.5)
     if abs(x - node) < _NODE and 0 <= node < rows:

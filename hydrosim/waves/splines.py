@@ -17,7 +17,7 @@ def interpolated(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     if len(x) < 4:  # one polynomial
         found = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)
         return found.reshape(at.shape + y.shape[1:])
-    h, slope = np.diff(x), _slopes(x, values)
+    h, slope = np.diff(x), slopes(x, values)
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     u = ((at - x[i]) / h[i])[:, None]
     v, width = 1.0 - u, h[i, None]
@@ -26,9 +26,9 @@ def interpolated(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     return found.reshape(at.shape + y.shape[1:])
 
 
-def _slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Derivatives (n, k) at x (n,) of the spline through y (n, k)."""
-    h = np.diff(x)
+def slopes(x: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Derivatives (n, ...) at x (n,) of the spline through ``values`` (n, ...), n 4 or more."""
+    y, h = values.reshape(len(x), -1), np.diff(x)
     rise, d = np.diff(y, axis=0) / h[:, None], x[2:] - x[:-2]
     bands, right = np.zeros((3, x.size)), np.empty_like(y, dtype=np.result_type(y, 1.0))
     bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = h[:-1], 2.0 * d, h[1:]
@@ -37,4 +37,4 @@ def _slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     right[0] = ((h[0] + 2.0 * d[0]) * h[1] * rise[0] + h[0] ** 2 * rise[1]) / d[0]
     bands[1, -1], bands[2, -2] = h[-2], d[-1]
     right[-1] = (h[-1] ** 2 * rise[-2] + (2.0 * d[-1] + h[-1]) * h[-2] * rise[-1]) / d[-1]
-    return np.asarray(solve_banded((1, 1), bands, right))
+    return np.asarray(solve_banded((1, 1), bands, right)).reshape(values.shape)

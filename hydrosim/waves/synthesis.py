@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,12 @@ _PHASE_STEP = 0.25
 
 _FINE = 0.125
 """omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
+
+_LONGEST = 20
+"""Stages between two rows at most, where waves are not on a grid."""
+
+_MISSED = 1e-6
+"""What interpolation between rows may miss, of the standard deviation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +74,23 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     first = int(np.floor(start / step)) - POINTS // 2
     last = int(np.ceil((start + duration) / step)) + POINTS // 2
     return Grid(step, period, first, last - first + 1)
+
+
+def row_step(seas: Sequence[tuple[np.ndarray, np.ndarray]], dt: float) -> float:
+    """Step of rows for waves of frequency (nw,) [rad/s] and amplitude (nw,) that do not repeat
+    themselves: the longest multiple or part of ``dt`` [s], the distance of the stages, by which
+    interpolation between rows (`loads`) is within `_MISSED` of a sea's standard deviation."""
+    for n in range(_LONGEST, 0, -1):
+        if all(_missed(omega, size, n * dt) < _MISSED for omega, size in seas):
+            return n * dt
+    highest = max(omega.max() for omega, _ in seas)
+    return dt / max(int(np.ceil(highest * dt / _PHASE_STEP)), 1)
+
+
+def _missed(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:
+    """What interpolation misses of a sum of waves, over its standard deviation."""
+    each = amplitude * 225.0 / 46080.0 * (omega * step) ** 6
+    return float(np.linalg.norm(each) / max(np.linalg.norm(amplitude), np.finfo(float).tiny))
 
 
 def _stages_apart(stages: int, phase: float) -> int:

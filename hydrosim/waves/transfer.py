@@ -25,6 +25,7 @@ _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
 _NODE = 1e-9  # [rad] closer than this to a heading of the database is that heading
 _END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
+_FEWEST = 12  # headings round the circle that a table is made for
 NOISE = 1e-12
 """Of the largest force or moment: below it a transfer function is zero."""
 
@@ -59,6 +60,26 @@ def excitation_at(
     """
     inside = omega <= database.frequency[-1] * _END
     return np.where(inside[:, None], _at(database, database.excitation, heading, omega), 0.0)
+
+
+def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
+    """First-order transfer functions (nf, nodes, n) at frequencies (nf,), four or more, and at
+    ``between`` nodes of heading to one of the database, from 0 evenly round the circle.
+
+    Raises InputError if its headings are not all round the circle.
+    """
+    nodes = between * max(database.heading.size, _FEWEST)
+    headings = _TURN / nodes * np.arange(nodes)
+    weights, w = heading_weights(database.heading, headings), database.frequency
+    if weights is None:
+        raise InputError(_not_covered(database, headings))
+    table = np.einsum("mh,whj->wmj", weights, database.excitation)
+    largest = np.abs(database.excitation).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
+    table = np.where(np.abs(table) > NOISE * np.repeat(largest, 3), table, 0.0)
+    if w.size >= 4:
+        return w, table
+    more = np.linspace(w[0], w[-1], 4)
+    return more, interpolated(w, table, more)
 
 
 def mean_drift_at(

@@ -106,14 +106,18 @@ def changed(scene: Scene, **changes: object) -> Scene:
 def test_all_bodies_of_a_database_are_at_one_place_with_one_radiation() -> None:
     scene = two_barges(uncoupled(), RadiationModel.NONE, 10.0)
     text = "two barges, far apart has 2 bodies, and those of the scene at location"
-    assert f"{text} [0, 0] are 1 (low), 1 (high); expected each of 1 to 2 once" in " ".join(
+    here = f"{text} [0, 0], heading 0 deg, are"
+    assert f"{here} 1 (low), 1 (high); expected each of 1 to 2 once" in " ".join(
         refused(changed(scene, database_body=1))
         .replace("1 (high), 1 (low)", "1 (low), 1 (high)")
         .split()
     )
-    assert f"{text} [5, 0] are 2 (high)" in refused(changed(scene, location=(5.0, 0.0)))
+    assert f"{text} [0, 0], heading 90 deg, are 2 (high)" in refused(
+        changed(scene, heading=np.pi / 2)
+    )
+    assert f"{text} [5, 0], heading 0 deg, are 2 (high)" in refused(changed(scene, location=(5.0, 0.0)))
     alone = replace(scene, bodies=scene.bodies[1:], forces={})
-    assert f"{text} [0, 0] are 1 (low)" in refused(alone)
+    assert f"{here} 1 (low)" in refused(alone)
     assert "3 (high)" in refused(changed(scene, database_body=3))
     models = refused(changed(scene, radiation=RadiationModel.CONVOLUTION))
     assert "found convolution and none for bodies of one database" in models

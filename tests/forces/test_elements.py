@@ -351,12 +351,12 @@ def yawed(body: Body) -> Body:
     ("name", "mode"), [case for case in CASES if case[0] not in {*IN_BODY_AXES, *EXAMPLES}]
 )
 def test_everything_turns_with_the_scene(name, mode):
-    """Rotation about z and a shift; the spring of a mooring on angles is not a vector's, so a
-    mooring has none here (see the next test)."""
+    """Rotation about z and a shift; what a mooring does on angles is not a vector's, so a mooring
+    has nothing there (see the next test)."""
     element = ELEMENTS[name]
     if isinstance(element, LinearMooring):
-        K = block_diag(STIFFNESS[:3, :3], np.zeros((3, 3)))
-        element = replace(element, stiffness=K)
+        K, C = (block_diag(A[:3, :3], np.zeros((3, 3))) for A in (STIFFNESS, DAMPING))
+        element = replace(element, stiffness=K, damping=C)
     original = scene_of({"element": element})
     here = evaluate(original, mode)
     other = replace(

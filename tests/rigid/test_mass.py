@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.rigid import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.scene import Kinematics
+from hydrosim.stepping.dynamics import new_work
 
 RNG = np.random.default_rng(7)
 
@@ -43,7 +44,8 @@ def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
     model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics)).model
     R = Rotation.random(2, rng=3).as_matrix()
     added, M = positive_definite(12), np.zeros((12, 12))
-    mass_matrix(model.bodies, np.ascontiguousarray(R), added, M)
+    motion = new_work(model).motion._replace(rotation=np.ascontiguousarray(R))
+    mass_matrix(model.bodies, model.headings, motion, added, M)
     turned = R if kinematics is Kinematics.EXACT else [np.eye(3)] * 2
     blocks = [
         block

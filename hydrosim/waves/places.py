@@ -1,0 +1,92 @@
+"""Where waves meet a body, where the scene leaves that to the program.
+
+The waves follow the slow motion of a body that nothing takes back to its place at rest and that
+something may move away from there; else they meet it as it is at rest, which costs less. The choice
+follows from the scene alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.scene import ADAPTIVE, Body, Kinematics, Place, Scene, SecondOrder, WaveForces
+
+BLOCK = 2.0
+"""Time for which one slow path is taken [s], or the nearest multiple of the grid of steps."""
+PLACE, YAW = (0, 1), (5,)
+
+
+def chosen_places(scene: Scene, body: Body) -> WaveForces:
+    """The wave forces of a body with ``position`` and ``headings`` chosen, where automatic; raises
+    InputError where they do not go together."""
+    asked = body.wave_forces
+    chosen = replace(
+        asked,
+        position=_chosen(asked.position, scene, body, PLACE),
+        headings=_chosen(asked.headings, scene, body, YAW),
+    )
+    if {chosen.position, chosen.headings} == {Place.SLOW, Place.INSTANTANEOUS}:
+        if Place.AUTOMATIC not in (asked.position, asked.headings):
+            raise InputError(
+                f"bodies.{body.name}.wave_forces: found position: {asked.position} and headings:"
+                f" {asked.headings}; expected slow or instantaneous for both, or mean for one."
+            )
+        each = {Place.SLOW: Place.INSTANTANEOUS}
+        return replace(
+            chosen,
+            position=each.get(chosen.position, chosen.position),
+            headings=each.get(chosen.headings, chosen.headings),
+        )
+    return chosen
+
+
+def slow_bodies(scene: Scene) -> list[Body]:
+    """The bodies whose slow motion the waves follow."""
+    return [body for body in scene.bodies if follows_slowly(scene, body)]
+
+
+def follows_slowly(scene: Scene, body: Body) -> bool:
+    """Whether the waves follow the slow motion of a body."""
+    chosen = chosen_places(scene, body)
+    loaded = body.hydrodynamics is not None and chosen.first_order and bool(scene.environment.waves)
+    return loaded and Place.SLOW in (chosen.position, chosen.headings)
+
+
+def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Place:
+    if asked != Place.AUTOMATIC:
+        return asked
+    exact = scene.solver.kinematics == Kinematics.EXACT
+    leaves = exact and _free(scene, body, dofs) and (_pushed(scene, body) or _off(body, dofs))
+    return Place.SLOW if leaves else Place.MEAN
+
+
+def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
+    """Whether the body may leave its place at rest in one of the ``dofs``."""
+    held = {dof for e in scene.forces.values() if e.body == body.name for dof in e.holds()}
+    return any(dof in body.dofs and dof not in held for dof in (DOFS[i] for i in dofs))
+
+
+def _pushed(scene: Scene, body: Body) -> bool:
+    """Whether there is something that pushes it all the time, or has done so."""
+    loads = body.wave_forces.second_order != SecondOrder.NONE
+    driven = any(e.supplies for e in scene.forces.values() if e.body == body.name)
+    moving = any(body.velocity[i] for i in (*PLACE, *YAW))
+    return loads or driven or moving or scene.environment.current.speed != 0.0
+
+
+def _off(body: Body, dofs: tuple[int, ...]) -> bool:
+    return any(body.position[i] for i in dofs)
+
+
+def grid_step(scene: Scene) -> float:
+    """Distance of the times that steps end at [s]: those of the records, if the method is adaptive,
+    else that of the steps."""
+    adaptive = scene.solver.method in ADAPTIVE
+    return scene.output_step if adaptive else scene.solver.step
+
+
+def steps_per_block(scene: Scene) -> int:
+    """Steps of that grid for which one slow path is taken."""
+    return max(round(BLOCK / grid_step(scene)), 1)

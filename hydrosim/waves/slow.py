@@ -1,0 +1,204 @@
+"""First-order loads of waves on a body along its slow path: where it drifts, not where it swings.
+
+    F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i)),   as `following`,
+    d = d_k + d'_k (t - t_k),   psi = psi_k + psi'_k (t - t_k),     t_k <= t < t_k + T
+
+d_k, psi_k and their rates are those of a causal filter of surge, sway and yaw at t_k,
+
+    (3 c^2 s + c^3) / (s + c)^3 = 3 z_2 - 2 z_3,   z_1' = c (q - z_1), z_2' = c (z_1 - z_2), ...
+
+which follows a steady drift without a lag and leaves 3 (c / w)^2 of a motion of frequency w; c is a
+quarter of the mean frequency of the sea, so about a fifth of the wave-frequency motions is left.
+Both the filter and what it said at t_k are in the state, so that the loads are a function of time
+and state alone. Within a block they are a table of rows as in `loads`, interpolated alike; X goes
+from its value at the block's first heading to that at its last in a straight line, which is off by
+(psi' T k L / 2)^2 / 8 of a hull of length L. A sum over the waves at each row, once: about a
+hundredth of what a sum at each stage costs.
+"""
+
+from __future__ import annotations
+
+from math import cos, floor, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.jit.kernels import assign, clear, kernel, root, summing
+from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
+from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
+
+TRACKED = (0, 1, 5)
+"""The coordinates that make the place: surge, sway, yaw."""
+PLACE, RATE, BEGIN = 9, 12, 15
+"""Of the states of a body: the filters' nine, place and rate at the begin of the block, and that
+time [s]."""
+NAMES = (
+    *(f"{dof} filter {k}" for dof in ("surge", "sway", "yaw") for k in (1, 2, 3)),
+    *(f"slow {what}" for what in ("surge", "sway", "yaw")),
+    *(f"slow rate of {what}" for what in ("surge", "sway", "yaw")),
+    "begin of block",
+)
+
+
+class Block(NamedTuple):
+    """Scratch: what the states of the bodies were, ``known`` (nb, 7), when their ``rows``
+    (nb, rows, 6) were made from time index ``first`` (nb,) on; of every wave, z and the factor to
+    the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw); of a cell
+    of their table, (2, 2, 6)."""
+
+    known: np.ndarray
+    first: np.ndarray
+    rows: np.ndarray
+    waves: np.ndarray
+    ends: np.ndarray
+    cell: np.ndarray
+
+
+def new_block(p: FollowingLoads) -> Block:
+    """Scratch for these loads, nothing in it being known."""
+    slow = p.body.size if p.slow.any() else 0
+    most = int(np.diff(p.offset)[p.slow].max(initial=0))
+    return Block(
+        np.full((slow, STATES - PLACE), np.nan),
+        np.zeros(slow, dtype=np.int64),
+        np.zeros((slow, p.rows, 6)),
+        np.zeros((4, most)),
+        np.zeros((24, most)),
+        np.zeros((2, 2, 6), complex),
+    )
+
+
+def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float) -> np.ndarray:
+    """States (`STATES` times slow bodies,) at ``time`` of bodies that have always moved steadily,
+    by their coordinates and rates (6 nb,)."""
+    found = []
+    for k in np.flatnonzero(p.slow):
+        at, v = (x[6 * p.body[k] + np.array(TRACKED)] for x in (q, rate))
+        filters = at[:, None] - np.arange(1, 4) * v[:, None] / p.cut[k]
+        found.append([*filters.ravel(), *at, *v, time])
+    return np.array(found).ravel()
+
+
+@kernel
+def slow_rates(y, coordinates, p, dy):
+    """Rates of the filters into ``dy``; what is known of the block does not change."""
+    for k in range(p.body.size):
+        if p.slow[k]:
+            at, c = p.state[k], p.cut[k]
+            for i in range(3):
+                behind = coordinates[6 * p.body[k] + TRACKED[i]]
+                for j in range(at + 3 * i, at + 3 * i + 3):
+                    dy[j] = c * (behind - y[j])
+                    behind = y[j]
+            clear(dy[at + PLACE : at + STATES])
+
+
+@root
+def begin_block(t, y, p):
+    """At time t the next block begins: its place and rate in ``y`` become those of the filters."""
+    for k in range(p.body.size):
+        if p.slow[k]:
+            at, c = p.state[k], p.cut[k]
+            for i in range(3):
+                z1, z2, z3 = y[at + 3 * i], y[at + 3 * i + 1], y[at + 3 * i + 2]
+                y[at + PLACE + i] = 3.0 * z2 - 2.0 * z3
+                y[at + RATE + i] = c * (3.0 * z1 - 5.0 * z2 + 2.0 * z3)
+            y[at + BEGIN] = t
+
+
+@kernel
+def slow_loads(t, y, p, block, force):
+    """Add the loads at time t to ``force`` (6 nb,); ``y`` are the states of all slow bodies."""
+    for k in range(p.body.size):
+        if p.slow[k]:
+            if not _is_known(k, y, p, block):
+                _fill(k, y, p, block)
+            at, x = 6 * p.body[k], t / p.row_step - block.first[k]
+            row, points = rows_at(x, p.rows)
+            for m in range(points):
+                weight = lagrange(x - row, m, points)
+                for j in range(6):
+                    force[at + j] += weight * block.rows[k, row + m, j]
+
+
+@kernel
+def _is_known(k, y, p, block):
+    for i in range(STATES - PLACE):
+        if block.known[k, i] != y[p.state[k] + PLACE + i]:
+            return False
+    return True
+
+
+@root
+def _fill(k, y, p, block):
+    """The rows of body k for the block that its states tell of."""
+    at, begin, start = p.state[k], y[p.state[k] + BEGIN], p.offset[k]
+    assign(block.known[k], y[at + PLACE : at + STATES])
+    block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2
+    loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
+    loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
+    _find_waves(k, block.first[k] * p.row_step, y, p, block)
+    for r in range(p.rows):
+        t, row = (block.first[k] + r) * p.row_step, block.rows[k, r]
+        clear(row)
+        i = start
+        while i < p.offset[k + 1]:
+            last = i + 1
+            while last < p.offset[k + 1] and p.ramp[last] == p.ramp[i]:
+                last += 1
+            grown, part = rise(t, p.ramp[i]), (t - begin) / p.block
+            _add_waves(grown, part, i - start, last - start, block.ends, block.waves, row)
+            i = last
+        _go_on(block.waves, p.offset[k + 1] - start)
+        turn_to_earth(p.rest[k] + _yaw(k, t - begin, y, p), row)
+        for j in range(6):
+            row[j] = row[j] if p.active[k, j] else 0.0
+
+
+@kernel
+def _yaw(k, since, y, p):
+    """Yaw on the slow path of body k, so long ``since`` the block began; 0 if it does not count."""
+    at = p.state[k]
+    if not p.turns[k]:
+        return 0.0
+    return y[at + PLACE + 2] + since * y[at + RATE + 2]
+
+
+@kernel
+def _find_waves(k, t, y, p, block):
+    """z = exp(i (w t - k . d(t))) of every wave at the first row, and its factor to the next."""
+    at = p.state[k]
+    x0, y0, vx, vy = 0.0, 0.0, 0.0, 0.0
+    if p.placed[k]:
+        vx, vy, since = y[at + RATE], y[at + RATE + 1], t - y[at + BEGIN]
+        x0, y0 = y[at + PLACE] + vx * since, y[at + PLACE + 1] + vy * since
+    for i in range(p.offset[k + 1] - p.offset[k]):
+        n = p.offset[k] + i
+        kx, ky = p.wavenumber[n] * cos(p.heading[n]), p.wavenumber[n] * sin(p.heading[n])
+        angle = p.omega[n] * t - kx * x0 - ky * y0
+        turn = (p.omega[n] - kx * vx - ky * vy) * p.row_step
+        block.waves[0, i], block.waves[1, i] = cos(angle), sin(angle)
+        block.waves[2, i], block.waves[3, i] = cos(turn), sin(turn)
+
+
+@summing
+def _add_waves(ramp, part, first, last, ends, waves, row):
+    """Add the loads of the waves from ``first`` to before ``last`` to a row, in heading axes."""
+    c, s = waves[0, first:last], waves[1, first:last]
+    for j in range(6):
+        re0, im0 = ends[2 * j, first:last], ends[2 * j + 1, first:last]
+        re1, im1 = ends[12 + 2 * j, first:last], ends[13 + 2 * j, first:last]
+        one, other = 0.0, 0.0
+        for i in range(c.size):
+            one += c[i] * re0[i] - s[i] * im0[i]
+            other += c[i] * re1[i] - s[i] * im1[i]
+        row[j] += ramp * ((1.0 - part) * one + part * other)
+
+
+@summing
+def _go_on(waves, count):
+    """Turn the waves on to the next row."""
+    c, s = waves[0, :count], waves[1, :count]
+    dc, ds = waves[2, :count], waves[3, :count]
+    for i in range(count):
+        c[i], s[i] = c[i] * dc[i] - s[i] * ds[i], c[i] * ds[i] + s[i] * dc[i]
