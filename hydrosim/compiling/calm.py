@@ -52,7 +52,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     # from 0, wherever the run begins: its loads are then to the bit those of a longer run
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
-    following = following_model(sea, bodies, scene.solver.step / 2, block)
+    following = following_model(sea, bodies, block)
     model = calm.model._replace(waves=loads, following=following)
     state = with_slow_places(scene, model, calm.state)
     compiled = replace(calm, scene=scene, model=model, state=state, sea=tuple(sea))

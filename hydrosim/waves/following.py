@@ -101,14 +101,14 @@ def is_slow(body: WaveBody) -> bool:
 
 
 def following_model(
-    seas: Sequence[Components], bodies: Sequence[WaveBody], dt: float = 0.1, block: float = 1.0
+    seas: Sequence[Components], bodies: Sequence[WaveBody], block: float = 2.0
 ) -> FollowingLoads:
-    """The waves of all ``seas`` on the bodies that they follow, for stages ``dt`` [s] apart; a slow
-    path is taken anew after each ``block`` [s]."""
+    """The waves of all ``seas`` on the bodies that they follow; a slow path is taken anew after
+    each ``block`` [s]."""
     chosen = [body for body in bodies if follows(body)] if seas else []
     parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
-    step = row_step([(part.omega, np.abs(part.elevation)) for part in parts], dt)
+    step = row_step([(part.omega, np.abs(part.elevation)) for part in parts], block)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])

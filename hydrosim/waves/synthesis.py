@@ -16,9 +16,6 @@ _PHASE_STEP = 0.25
 _FINE = 0.125
 """omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
 
-_LONGEST = 20
-"""Stages between two rows at most, where waves are not on a grid."""
-
 _MISSED = 1e-6
 """What interpolation between rows may miss, of the standard deviation."""
 
@@ -76,15 +73,12 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     return Grid(step, period, first, last - first + 1)
 
 
-def row_step(seas: Sequence[tuple[np.ndarray, np.ndarray]], dt: float) -> float:
+def row_step(seas: Sequence[tuple[np.ndarray, np.ndarray]], block: float) -> float:
     """Step of rows for waves of frequency (nw,) [rad/s] and amplitude (nw,) that do not repeat
-    themselves: the longest multiple or part of ``dt`` [s], the distance of the stages, by which
-    interpolation between rows (`loads`) is within `_MISSED` of a sea's standard deviation."""
-    for n in range(_LONGEST, 0, -1):
-        if all(_missed(omega, size, n * dt) < _MISSED for omega, size in seas):
-            return n * dt
-    highest = max(omega.max() for omega, _ in seas)
-    return dt / max(int(np.ceil(highest * dt / _PHASE_STEP)), 1)
+    themselves: the longest part of a ``block`` [s] by which interpolation between rows (`loads`) is
+    within `_MISSED` of a sea's standard deviation."""
+    missed = max((_missed(omega, size, block) for omega, size in seas), default=0.0)
+    return block / max(int(np.ceil((missed / _MISSED) ** (1.0 / 6.0))), 1)
 
 
 def _missed(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:

@@ -115,7 +115,9 @@ def test_all_bodies_of_a_database_are_at_one_place_with_one_radiation() -> None:
     assert f"{text} [0, 0], heading 90 deg, are 2 (high)" in refused(
         changed(scene, heading=np.pi / 2)
     )
-    assert f"{text} [5, 0], heading 0 deg, are 2 (high)" in refused(changed(scene, location=(5.0, 0.0)))
+    assert f"{text} [5, 0], heading 0 deg, are 2 (high)" in refused(
+        changed(scene, location=(5.0, 0.0))
+    )
     alone = replace(scene, bodies=scene.bodies[1:], forces={})
     assert f"{here} 1 (low)" in refused(alone)
     assert "3 (high)" in refused(changed(scene, database_body=3))

@@ -1,0 +1,153 @@
+"""Waves along a slow path: against sums over the waves where the body is, and in runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+from dry_scenes import steady
+from known_box import Box
+from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.scene import (
+    Environment,
+    Jonswap,
+    Place,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    Solver,
+    Start,
+    Stream,
+    Symmetry,
+    WaveForces,
+    WaveTrain,
+)
+from hydrosim.waves import WaveBody, chosen_places, following_model, sea, slow_bodies
+from hydrosim.waves.following import following_loads, new_sums
+from hydrosim.waves.slow import BEGIN, PLACE, RATE, begin_block, first_states, new_block, slow_loads
+
+SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=radians(30), ramp=30.0, repeat_period=900.0)
+TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))
+SHORT = WaveTrain(Jonswap(1.0, 11.0), heading=radians(100), spreading=5.0, repeat_period=900.0)
+WATER = Environment(waves=(SWELL, TONE, SHORT))
+TRACKED = [0, 1, 5]
+
+
+def body(box: Box, place: Place) -> WaveBody:
+    wanted = WaveForces(position=place, headings=place)
+    every = np.ones(6, dtype=bool)
+    return WaveBody(box, (30.0, -12.0), wanted, 0, every, (4.0, 1.0), heading=0.3)
+
+
+@pytest.mark.parametrize("rate", [(0.0, 0.0, 0.0), (0.7, -0.4, 0.004)])
+def test_on_its_path_the_loads_are_those_where_it_is(
+    box: Box, rate: tuple[float, float, float]
+) -> None:
+    """A body that drifts and turns steadily, against the sum over all waves at its place at every
+    time. Rows are within 1e-6 of the sea's deviation; a straight line between transfer functions
+    at the ends of a block of 2 s is off by (psi' T k L / 2)^2 / 8, 4e-5 of the largest."""
+    v = np.zeros(6)
+    v[TRACKED] = rate
+    slow = following_model(sea(WATER), [body(box, Place.SLOW)], 2.0)
+    there = following_model(sea(WATER), [body(box, Place.INSTANTANEOUS)], 2.0)
+    block, sums = new_block(slow), new_sums(there)
+    size, missed = 0.0, 0.0
+    for begin in (0.0, 48.0, 700.0):
+        q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, 0.4]) + v * begin
+        y = first_states(slow, q, v, begin)
+        for t in begin + np.array([0.0, 0.05, 0.61, 1.3, 2.0]):
+            found, expected = np.zeros((2, 6))
+            slow_loads(t, y, slow, block, found)
+            following_loads(t, q + v * (t - begin), there, sums, expected)
+            size = max(size, np.abs(expected[:3]).max())
+            missed = max(missed, np.abs(found - expected)[:3].max())
+    assert missed < (2e-4 if any(rate) else 2e-5) * size
+
+
+def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:
+    """z_k of q = v t is v (t - k / c), so 3 z_2 - 2 z_3 is q and its rate v."""
+    model = following_model(sea(WATER), [body(box, Place.SLOW)], 2.0)
+    v = np.array([0.3, -0.2, 0.0, 0.0, 0.0, 0.01])
+    y = first_states(model, 50.0 * v, v, 0.0)
+    begin_block(50.0, y, model)
+    np.testing.assert_allclose(y[PLACE : PLACE + 3], 50.0 * v[TRACKED], rtol=1e-12)
+    np.testing.assert_allclose(y[RATE : RATE + 3], v[TRACKED], rtol=1e-12)
+    assert y[BEGIN] == 50.0
+
+
+def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:
+    """The free barge that spins in an oblique sea with drift forces."""
+    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
+    loads = WaveForces(second_order=SecondOrder.MEAN_DRIFT, headings=place, position=place)
+    moved = with_body(base, wave_forces=loads, velocity=(0.8, 0.3, 0.0, 0.0, 0.0, 0.005))
+    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    return replace(moved, forces={}, duration=duration, solver=solver, output_step=2.0)
+
+
+def test_a_run_is_of_order_four_and_restarts_to_the_bit() -> None:
+    """Loads are a function of time and state: halving the step shows the integrator's order, and a
+    run that starts from the middle of another goes on as that one did."""
+    scene = replace(drifting(), output_states=True)
+    fine, half, whole = (
+        motion(hs.simulate(replace(scene, solver=replace(scene.solver, step=step))))
+        for step in (0.05, 0.1, 0.2)
+    )
+    for some in (slice(0, 3), slice(3, 6)):  # what moves, what turns
+        errors = [np.abs(q - fine)[:, some].max() for q in (whole, half)]
+        assert np.log2(errors[0] / errors[1]) > 3.8
+    before = hs.simulate(scene)
+    after = hs.simulate(replace(scene, initial=Start(before, 22.0), duration=38.0))
+    np.testing.assert_array_equal(motion(after), motion(before)[11:])
+
+
+def test_a_spinning_body_turns_with_its_scene() -> None:
+    """The whole scene by 123 deg: the slow loads know of no direction of their own."""
+    scene, by = drifting(30.0), radians(123.0)
+    c, s = np.cos(by), np.sin(by)
+    (first,) = scene.bodies
+    v = first.velocity
+    turned = with_body(
+        in_waves(scene, replace(scene.environment.waves[0], heading=radians(60.0) + by)),
+        heading=by,
+        velocity=(c * v[0] - s * v[1], s * v[0] + c * v[1], *v[2:]),
+    )
+    q, there = motion(hs.simulate(scene)), motion(hs.simulate(turned))
+    x, y = there[:, 0].copy(), there[:, 1].copy()
+    there[:, 0], there[:, 1] = c * x + s * y, c * y - s * x
+    assert np.all(np.abs(there - q).max(axis=0) < 1e-9 * np.ptp(q, axis=0))
+
+
+def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
+    """A mooring holds surge and sway, not yaw; without a push nothing drifts; small angles and calm
+    water know of no slow place."""
+
+    def places(scene: Scene) -> tuple[Place, Place]:
+        chosen = chosen_places(scene, scene.bodies[0])
+        return chosen.position, chosen.headings
+
+    moored = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=0.5))
+    moored = with_body(moored, wave_forces=WaveForces())
+    drift = WaveForces(second_order=SecondOrder.NEWMAN)
+    assert places(moored) == (Place.MEAN, Place.MEAN)
+    pushed = with_body(moored, wave_forces=drift)
+    assert places(pushed) == (Place.MEAN, Place.SLOW)
+    assert places(with_body(moored, position=(0, 0, 0, 0, 0, 0.1))) == (Place.MEAN, Place.SLOW)
+    free = replace(pushed, forces={})
+    assert places(free) == (Place.SLOW, Place.SLOW)
+    towed = replace(free, forces={"tug": steady("barge", surge=1e5)})
+    assert places(with_body(towed, wave_forces=WaveForces())) == (Place.SLOW, Place.SLOW)
+    assert not slow_bodies(replace(free, environment=Environment()))
+    streaming = replace(moored.environment, current=Stream(0.5, 0.1))
+    assert places(replace(moored, environment=streaming)) == (Place.MEAN, Place.SLOW)
+    assert hull().heading.size >= 12
+
+
+def test_slow_and_instantaneous_do_not_mix() -> None:
+    scene = drifting()
+    asked = WaveForces(position=Place.SLOW, headings=Place.INSTANTANEOUS)
+    with pytest.raises(hs.InputError, match="expected slow or instantaneous for both"):
+        hs.simulate(with_body(scene, wave_forces=asked))
