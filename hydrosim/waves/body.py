@@ -20,7 +20,8 @@ class WaveBody:
     the body's heading axes; None for a dry body. ``location`` (2,): where the origin of the
     database's frame is at rest, in the earth's x, y [m]; ``centre`` (2,): where in that frame the
     centre of gravity is. ``offset``: index of the body's first DOF among those of the scene.
-    ``active`` (n,): which DOFs are not locked. ``heading``: that of the database's frame at rest [rad].
+    ``active`` (n,): which DOFs are not locked. ``heading``: that of the database's frame at rest
+    [rad].
     """
 
     database: QuadraticFunctions | None
