@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrosim.compiling.meetings import coarse_headings, meetings
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
@@ -25,12 +26,14 @@ OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond 
 @dataclass(frozen=True)
 class Notes:
     """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated;
-    what became of ``symmetry`` in words, and the names of the coordinates that are ``zero`` by it.
+    where waves and current meet the bodies (``meetings``); what became of ``symmetry`` in words,
+    and the names of the coordinates that are ``zero`` by it.
     """
 
     skipped: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     records: tuple[str, ...] = ()
+    meetings: tuple[str, ...] = ()
     symmetry: str = ""
     zero: tuple[str, ...] = ()
 
@@ -52,10 +55,12 @@ def notes_of_sea(
             warnings.extend(_mass_warnings(body, alone[body.name]))
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
+    warnings.extend(coarse_headings(scene, wet, seas))
     return replace(
         notes,
         skipped=tuple(_skipped(scene, model, alone, seas, notes.zero)),
         records=tuple(_records(scene)),
+        meetings=tuple(meetings(scene, wet, model, seas)),
         warnings=(*warnings, *notes.warnings),
     )
 

@@ -63,6 +63,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
                 yield f"  {finding.name}: {figures}, {finding.advice}"
     for line in notes.records:
         yield f"recorded: {line}"
+    for line in notes.meetings:
+        yield line
     for line in notes.skipped:
         yield f"skipped: {line}"
     for line in notes.warnings:

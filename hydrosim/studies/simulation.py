@@ -228,6 +228,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         **started_from(scene),
         HEADINGS: initial_headings(scene) if np.any(compiled.model.headings.stream) else None,
         "records": "\n".join(notes.records) or None,
+        "meetings": "\n".join(notes.meetings) or None,
         **{
             f"{key}_{name}": value
             for wet in compiled.wet
