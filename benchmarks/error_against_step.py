@@ -86,7 +86,8 @@ def _error(run: xr.Dataset, reference: xr.Dataset, where: np.ndarray) -> float:
 
 def _residual(run: xr.Dataset) -> float:
     complete = run.attrs["status"] == "complete"
-    return float(run.attrs["energy_residual_relative"]) if complete else nan
+    residual, scale = np.abs(run.energy_residual).max(), run.energy_wave_absolute[-1]
+    return float(residual / scale) if complete else nan
 
 
 def _slipped(run: xr.Dataset) -> float:

@@ -294,6 +294,9 @@ def _with_solver(s: Sketch, seed: int) -> Case:
     slow = any(body.get("radiation") == "convolution" for body in s.bodies.values())
     most = MOST_STEPS["convolution" if slow else None] * step
     duration = float(round(min(d.between(20.0, 100.0), max(most, 20.0))))
+    waves = s.environment.get("waves", {})
+    if waves.get("ramp", 0.0) > 0.5 * duration:
+        waves["ramp"] = rounded(0.5 * duration)
     solver: Case = {"method": method, "step": step}
     if d.chance(0.15):
         solver["kinematics"] = "linear"

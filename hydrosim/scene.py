@@ -357,6 +357,10 @@ class ForceElement:
         """Of surge, sway and yaw, those in which it takes its body back to its place on earth."""
         return ()
 
+    def may_give(self) -> bool:
+        """Whether it can give energy to the bodies, though it is booked as dissipation."""
+        return False
+
     def others(self) -> Iterator[tuple[str, str | None]]:
         """Keys and names of the other bodies that it acts on."""
         yield from ()
@@ -440,6 +444,30 @@ class Solver:
     symmetry: Symmetry = Symmetry.USE
 
 
+class Question(StrEnum):
+    """What is asked where a value is possible and hardly meant, see `hydrosim.compiling.questions`;
+    those that a scene accepts are not asked."""
+
+    ANGLES = "angles"
+    SPEED = "speed"
+    OVERLAP = "overlap"
+    PLANE = "plane"
+    LINES = "lines"
+    MASS = "mass"
+    INERTIA = "inertia"
+    STABILITY = "stability"
+    PERIODS = "periods"
+    LIFT = "lift"
+    FRICTION = "friction"
+    DAMPING = "damping"
+    WATER = "water"
+    STREAMS = "streams"
+    WAVES = "waves"
+    STEEPNESS = "steepness"
+    RAMP = "ramp"
+    STEP = "step"
+
+
 @dataclass(frozen=True)
 class Start:
     """The state that a run starts from: that of ``run``, a dataset or its file, at ``time`` [s] or
@@ -461,7 +489,8 @@ class Scene:
 
     ``initial`` is the state of another run to start from; ``output_states`` keeps the whole state
     at every output time, so that other runs can start from each, not only from the end.
-    ``wave_probes`` are points x, y [m] by name where the elevation is wanted.
+    ``wave_probes`` are points x, y [m] by name where the elevation is wanted. ``accept`` are the
+    questions that are not asked of it.
     """
 
     title: str
@@ -474,4 +503,5 @@ class Scene:
     output_states: bool = False
     wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     initial: Start | None = None
+    accept: tuple[Question, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)

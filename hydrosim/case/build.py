@@ -31,6 +31,7 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         output_states=data.output.states,
         wave_probes=data.output.wave_probes,
         initial=_start(data.initial, path.parent) if data.initial else None,
+        accept=data.accept,
         source={"case_file": str(path), "case": text},
     )
 

@@ -27,7 +27,16 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
 from hydrosim.dofs import DOFS
-from hydrosim.scene import Kinematics, LinearScenes, Method, Place, SecondOrder, Symmetry, Unstable
+from hydrosim.scene import (
+    Kinematics,
+    LinearScenes,
+    Method,
+    Place,
+    Question,
+    SecondOrder,
+    Symmetry,
+    Unstable,
+)
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
@@ -240,3 +249,4 @@ class CaseFile(Strict):
     solver: Solver = Solver()
     output: Output = Output()
     initial: Start | None = None
+    accept: tuple[Question, ...] = ()

@@ -35,7 +35,7 @@ def lines(run: xr.Dataset) -> Iterator[str]:
         yield from _springs(run)
     for warning in str(a.get("warnings", "")).splitlines():
         yield f"warning   {warning}"
-    yield f"energy    residual {a['energy_residual_relative']:.1e} of the integral of |wave power|"
+    yield f"energy    residual {a['energy_residual_relative']:.1e} of the energy exchanged"
 
 
 def _motions(run: xr.Dataset, body: str) -> Iterator[str]:

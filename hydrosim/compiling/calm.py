@@ -11,6 +11,8 @@ import numpy as np
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes import notes_of_sea
+from hydrosim.compiling.questions import asked
+from hydrosim.compiling.questions.doubt import About
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
@@ -56,7 +58,9 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     model = calm.model._replace(waves=loads, following=following)
     state = with_slow_places(scene, model, calm.state)
     compiled = replace(calm, scene=scene, model=model, state=state, sea=tuple(sea))
-    return replace(compiled, notes=notes_of_sea(scene, calm.wet, model, sea, calm.notes))
+    notes = notes_of_sea(scene, calm.wet, model, sea, calm.notes)
+    about = About(scene, model, state, each_alone(calm.wet), tuple(sea))
+    return replace(compiled, notes=notes.warned(asked(about)))
 
 
 def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:

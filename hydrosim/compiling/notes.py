@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.compiling.meetings import coarse_headings, meetings
 from hydrosim.compiling.wet import WetGroup, each_alone
-from hydrosim.database import HydroDatabase, needed
+from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
@@ -19,7 +19,6 @@ from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import Components, components, energy_outside, separate_headings
 
 Seas = Sequence[Components]
-MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond a database's range
 
 
@@ -52,7 +51,6 @@ def notes_of_sea(
     alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
     for body in scene.bodies:
         if body.name in alone and body.dofs:
-            warnings.extend(_mass_warnings(body, alone[body.name]))
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
     warnings.extend(coarse_headings(scene, wet, seas))
@@ -75,15 +73,6 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
                     f" tolerance {fit.report.tolerance:g}; the error of the nearest is"
                     f" {fit.report.frequency_error:.1e}. Look at `hydrosim db check`."
                 )
-
-
-def _mass_warnings(body: Body, db: HydroDatabase) -> Iterator[str]:
-    displaced = db.water_density * float(needed(db, "volume")[0])
-    if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
-        yield (
-            f"bodies.{body.name}.mass {body.mass:.4g} kg is not the displaced mass of its database,"
-            f" {displaced:.4g} kg; weight and buoyancy are taken to balance."
-        )
 
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:

@@ -40,6 +40,10 @@ class LinearDamping(ForceElement):
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
 
+    def may_give(self) -> bool:
+        """A current drags along."""
+        return self.relative_to_current
+
     def couplings(self) -> Iterator[np.ndarray]:
         if self.damping is not None:
             yield self.damping

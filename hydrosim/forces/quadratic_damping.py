@@ -31,6 +31,10 @@ class QuadraticDamping(ForceElement):
 
     damping: np.ndarray
 
+    def may_give(self) -> bool:
+        """A current drags along."""
+        return True
+
     def couplings(self) -> Iterator[np.ndarray]:
         yield self.damping
 

@@ -40,6 +40,7 @@ from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.radiation import VelocityHistory, input_rates
+from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     fender_names,
     force_names,
@@ -97,7 +98,6 @@ FLAGS = {
     "spring_mode": "slack taut",
     "contact_phase": " ".join(phase.name.lower() for phase in Phase),
 }
-HOLDINGS = ("energy_kinetic", "energy_stored_")  # the other energies are sums over time
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
 
@@ -135,8 +135,7 @@ def to_dataset(
     dataset = dataset.assign(_memory(scene, model, history))
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
-    dataset.attrs["energy_residual_relative"] = _relative_residual(dataset)
-    return dataset
+    return guarded(dataset)
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -348,17 +347,3 @@ def _describe(dataset: xr.Dataset) -> None:
         if name in dataset:
             values = np.arange(len(meanings.split()), dtype=np.int8)
             dataset[name].attrs.update(flag_values=values, flag_meanings=meanings)
-
-
-def _relative_residual(dataset: xr.Dataset) -> float:
-    """Largest residual over the integral of |wave power|, or over the largest energy without
-    waves; of this run, not of what it may have started from."""
-    residual = np.abs(dataset["energy_residual"].values)
-    if residual.size == 0:
-        return 0.0
-    energies = {str(n): e.values for n, e in dataset.items() if str(n).startswith("energy_")}
-    since = {n: e if n.startswith(HOLDINGS) else e - e[0] for n, e in energies.items()}
-    scale = since["energy_wave_absolute"][-1]
-    if scale == 0.0:
-        scale = max(np.abs(e).max() for e in since.values())
-    return float(residual.max() / scale) if scale > 0.0 else 0.0

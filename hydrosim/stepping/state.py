@@ -15,7 +15,7 @@ from hydrosim.integrate import Control, Newton, Tableau, new_newton
 from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work
 
-RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION = range(6)
+RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,

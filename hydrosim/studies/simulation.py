@@ -27,6 +27,7 @@ from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance
 from hydrosim.stepping.state import (
+    BLOWN_UP,
     CAPSIZED,
     CHATTERING,
     EVALUATIONS,
@@ -44,6 +45,7 @@ from hydrosim.stepping.state import (
     State,
     new_run,
 )
+from hydrosim.studies.blow_up import blown_up, fastest
 from hydrosim.studies.resolution import (
     fitting_step,
     moving_names,
@@ -65,6 +67,8 @@ MESSAGES = {
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
     NO_SOLUTION: "the implicit method finds no solution for a step",
+    BLOWN_UP: "the solution blows up: the motions, most of all {where}, hold more than ten times"
+    " the energy that anything can have given them",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 
@@ -100,7 +104,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
-        for time in chunks:
+        for time in _guarded(chunks, compiled, run):
             if progress is not None:
                 progress(time, int(counters[STEPS]))
     except KeyboardInterrupt:
@@ -175,11 +179,31 @@ def _chunks(run: Run) -> Iterator[float]:
         count = int(min(max(count * CHUNK / elapsed, 1), 100 * count)) if count else 1
 
 
+def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
+    """The times of ``chunks``, up to the record at which the run blows up: what comes after is
+    forgotten."""
+    seen, counters, record = 0, run.counters, run.record
+    for time in chunks:
+        count = int(counters[RECORDS])
+        found = blown_up(compiled.scene, run.model, record, seen, count)
+        if found is not None:
+            counters[RECORDS], counters[STATUS] = found + 1, BLOWN_UP
+            yield float(unpack(run.model, record, found + 1)["time"][-1])
+            return
+        seen = count
+        yield time
+
+
 def _failure(compiled: Compiled, run: Run, time: float) -> str:
     """When, what and where: the message of a run that cannot go on, and what it was warned of."""
     scene, model, counters = compiled.scene, compiled.model, run.counters
-    what = MESSAGES[int(counters[STATUS])].format(where=_where(scene, model, run.state))
-    name, size = _largest_force(scene, model, run.record, int(counters[RECORDS]))
+    count = int(counters[RECORDS])
+    if counters[STATUS] == BLOWN_UP:
+        where = fastest(scene, model, run.record, count)
+    else:
+        where = _where(scene, model, run.state)
+    what = MESSAGES[int(counters[STATUS])].format(where=where)
+    name, size = _largest_force(scene, model, run.record, count)
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
         f" {size:.3g} N. {REMEDY}"

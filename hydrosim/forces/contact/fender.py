@@ -76,6 +76,10 @@ class Fender(ForceElement):
     normal: NormalCurve | PrescribedNormal
     friction: Law
 
+    def may_give(self) -> bool:
+        """A prescribed normal force pushes whatever moves."""
+        return isinstance(self.normal, PrescribedNormal)
+
     def others(self) -> Iterator[tuple[str, str | None]]:
         yield "plane.body", self.plane.body
 
@@ -313,6 +317,17 @@ def stored_along_normal(i, modes, contact, p):
 
 
 @kernel
+def left_behind(i, contact, p):
+    """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
+    the curve was free: what is not lost yet of what is booked as lost."""
+    point = p.points[i]
+    if point.prescribed or contact.compression <= 0.0:
+        return 0.0
+    segment = curve.find_segment(point.first, point.last, p.segments, contact.compression)
+    return curve.stored_energy(p.segments[segment], contact.compression)
+
+
+@kernel
 def stored_in_plane(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
     k, point = p.state + STATES * i, p.points[i]
@@ -330,6 +345,8 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         stored[row] += stored_in_plane(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, modes, contact, p)
+        else:
+            stored[row] += left_behind(i, contact, p)
 
 
 @kernel
@@ -345,6 +362,8 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
         row[LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
+        if mode == OPEN:
+            row[LOST] -= left_behind(i, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)
         row[COMPRESSION], row[NORMAL_FORCE] = c.compression, load.N
         for j in range(3):

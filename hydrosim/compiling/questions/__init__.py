@@ -1,0 +1,59 @@
+"""What a colleague would ask of a scene: values that are possible, and hardly meant.
+
+A question is a function, one or more to a `scene.Question`, from what is asked about to its doubts;
+`QUESTIONS` has them all. A doubt is a warning that names the key, what was found and what is usual;
+where nothing can float it is a refusal. Whoever means it writes the name under ``accept`` in the
+case file, and is not asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from hydrosim.compiling.questions import bodies, elements, starts, waters
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.errors import InputError
+from hydrosim.scene import Question
+
+QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
+    Question.ANGLES: starts.angles,
+    Question.SPEED: starts.speed,
+    Question.OVERLAP: starts.overlap,
+    Question.PLANE: starts.plane,
+    Question.LINES: starts.lines,
+    Question.MASS: bodies.mass,
+    Question.INERTIA: bodies.inertia,
+    Question.STABILITY: bodies.stability,
+    Question.PERIODS: bodies.periods,
+    Question.LIFT: bodies.lift,
+    Question.FRICTION: elements.friction,
+    Question.DAMPING: elements.damping,
+    Question.WATER: waters.water,
+    Question.STREAMS: waters.streams,
+    Question.WAVES: waters.waves,
+    Question.STEEPNESS: waters.steepness,
+    Question.RAMP: waters.ramp,
+    Question.STEP: waters.step,
+}
+
+
+def asked(about: About) -> list[str]:
+    """All doubts about a scene but those that are accepted, in words. Raises InputError where
+    nothing can float."""
+    found = [
+        (doubt, question)
+        for question, ask in QUESTIONS.items()
+        if question not in about.scene.accept
+        for doubt in ask(about)
+    ]
+    refused = [_said(doubt, question) for doubt, question in found if doubt.refused]
+    if refused:
+        raise InputError("\n".join(refused))
+    return [_said(doubt, question) for doubt, question in found]
+
+
+def _said(doubt: Doubt, question: Question) -> str:
+    return (
+        f"{doubt.key}: found {doubt.found}; {doubt.usual}. {doubt.advice}"
+        f"{' ' if doubt.advice else ''}If it is meant so, accept: [{question}]."
+    )

@@ -1,0 +1,51 @@
+"""What questions are asked about, and what they give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from hydrosim.database import HydroDatabase
+from hydrosim.rigid import Motion, place_bodies
+from hydrosim.scene import Body, Scene
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.state import State
+from hydrosim.waves import Components
+
+
+class Doubt(NamedTuple):
+    """What was ``found`` at a ``key`` of the case, what would be ``usual``, and ``advice``, whole
+    sentences; ``refused`` where nothing can float."""
+
+    key: str
+    found: str
+    usual: str
+    advice: str = ""
+    refused: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class About:
+    """A scene as compiled, the ``databases`` of its wet bodies by name, each one's own part, and
+    its ``sea`` as drawn."""
+
+    scene: Scene
+    model: Model
+    state: State
+    databases: Mapping[str, HydroDatabase]
+    sea: tuple[Components, ...]
+
+    def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
+        """Wet bodies that may move: index, body, database."""
+        for i, body in enumerate(self.scene.bodies):
+            if body.name in self.databases and body.dofs:
+                yield i, body, self.databases[body.name]
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Where all bodies are at the start."""
+        n, motion, y = self.model.bodies.active.size, new_work(self.model).motion, self.state.y
+        place_bodies(y[:n], y[n : 2 * n], self.model.bodies, motion)
+        return motion

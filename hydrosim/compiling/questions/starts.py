@@ -1,0 +1,125 @@
+"""Questions about the start: angles, speeds, what overlaps, what is on the wrong side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.forces import Fender, NormalCurve, Plane, Spring
+from hydrosim.scene import GivenComponents
+
+TURN = 2.0 * np.pi * (1.0 + 1e-9)
+TILT = np.radians(30.0)  # of a body afloat, whose hydrostatics are linear
+FASTEST = 15.0  # m/s
+DEEPEST = 1.0  # m of compression at the start
+STRETCHED = 0.2  # of a line's length
+
+
+def angles(about: About) -> Iterator[Doubt]:
+    """More than a turn: degrees that are read as radians."""
+    for key, angle in _angles(about):
+        if abs(angle) > TURN:
+            found = f"{angle:g} rad, which is {np.degrees(angle):.5g} deg"
+            advice = f'A number is in radians; degrees are "{angle:g} deg".'
+            yield Doubt(key, found, "an angle is usually within one turn", advice)
+    for _, body, _ in about.wet():
+        for name, angle in zip(("roll", "pitch"), body.position[3:5], strict=True):
+            if TILT < abs(angle) <= TURN:
+                found = f"a {name} of {np.degrees(angle):.3g} deg"
+                usual = "usual is less than 30 deg, for hydrostatics are linear"
+                yield Doubt(f"bodies.{body.name}.initial.position", found, usual)
+
+
+def _angles(about: About) -> Iterator[tuple[str, float]]:
+    """All angles of a scene with their keys."""
+    environment = about.scene.environment
+    for body in about.scene.bodies:
+        for angle in body.position[3:]:
+            yield f"bodies.{body.name}.initial.position", angle
+    for train in environment.waves:
+        given = train.spectrum.heading if isinstance(train.spectrum, GivenComponents) else ()
+        for angle in (train.heading, *given):
+            yield "environment.waves.heading", angle
+    yield "environment.current.heading", environment.current.heading
+    yield "environment.wind.heading", environment.wind.heading
+
+
+def speed(about: About) -> Iterator[Doubt]:
+    """Bodies that fly off."""
+    for body in about.scene.bodies:
+        fastest = max(map(abs, body.velocity[:3]))
+        if fastest > FASTEST:
+            key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
+            yield Doubt(key, f"{fastest:g} m/s", usual)
+
+
+def overlap(about: About) -> Iterator[Doubt]:
+    """Points that are deep in their planes at the start."""
+    for name, fender, deep in _fenders(about):
+        worst = int(np.argmax(deep))
+        if isinstance(fender.normal, NormalCurve) and deep[worst] > DEEPEST:
+            found = f"point {worst + 1} {deep[worst]:.3g} m inside its plane at the start"
+            usual = f"usual is a gap, or up to {DEEPEST:g} m"
+            advice = "Look at points (body frame, from the centre of gravity) and plane.point."
+            yield Doubt(f"forces.{name}", found, usual, advice)
+
+
+def plane(about: About) -> Iterator[Doubt]:
+    """Planes whose body is behind them."""
+    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
+    for name, fender, deep in _fenders(about):
+        here = _centre(about, index[fender.body])
+        behind = _inside(about, index, fender.plane, here)
+        if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
+            found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
+            usual = f"usual is that the normal points to the side of {fender.body}"
+            advice = "Is plane.normal reversed? It points to the free side."
+            yield Doubt(f"forces.{name}.plane", found, usual, advice)
+
+
+def lines(about: About) -> Iterator[Doubt]:
+    """Lines that are far too short."""
+    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
+    for name, line in about.scene.forces.items():
+        if not isinstance(line, Spring):
+            continue
+        anchor = np.array(line.anchor)
+        if line.anchor_body is not None:
+            anchor = _place(about, index[line.anchor_body], anchor)
+        span = anchor - _place(about, index[line.body], np.array(line.point))
+        longer = float(np.linalg.norm(span)) - line.length
+        if longer > max(STRETCHED * line.length, float(line.extension[-1])):
+            found = f"{line.length:g} m, and {longer:.3g} m more between its ends at the start"
+            yield Doubt(f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} more")
+
+
+def _fenders(about: About) -> Iterator[tuple[str, Fender, np.ndarray]]:
+    """Fenders with the compressions (n,) of their points at the start."""
+    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
+    for name, fender in about.scene.forces.items():
+        if isinstance(fender, Fender):
+            b = index[fender.body]
+            places = [_place(about, b, point) for point in np.asarray(fender.points)]
+            deep = [_inside(about, index, fender.plane, place) for place in places]
+            yield name, fender, np.array(deep)
+
+
+def _inside(about: About, index: dict[str, int], plane: Plane, place: np.ndarray) -> float:
+    """How far a ``place`` is behind a plane [m]."""
+    normal, point = np.array(plane.normal, float), np.array(plane.point, float)
+    if plane.body is not None:
+        b = index[plane.body]
+        normal, point = about.motion.rotation[b] @ normal, _place(about, b, point)
+    return float(normal @ (point - place) / np.linalg.norm(normal))
+
+
+def _centre(about: About, b: int) -> np.ndarray:
+    """Where a body's centre of gravity is at the start."""
+    return about.model.bodies.each["origin"][b] + about.motion.coordinates[6 * b : 6 * b + 3]
+
+
+def _place(about: About, b: int, point: np.ndarray) -> np.ndarray:
+    """Where a point of a body is at the start."""
+    return _centre(about, b) + about.motion.rotation[b] @ point

@@ -1,0 +1,119 @@
+"""Questions about the environment, and about steps for its waves.
+
+Steepness: in random seas 2 pi Hs / (g Tz^2) is at most 1/10 (DNV-RP-C205, 3.5.4), with the mean
+zero-crossing period Tz of what is drawn; a regular wave breaks at a height of 0.142 tanh(k d) of
+its length (Miche 1944).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.linear.linearity import propagated
+from hydrosim.scene import ADAPTIVE
+from hydrosim.waves import Components
+
+DENSITIES, GRAVITIES = (990.0, 1035.0), (9.75, 9.85)  # kg/m^3, m/s^2
+CURRENT, WIND = 5.0, 70.0  # m/s
+HIGHEST, PERIODS = 20.0, (1.0, 30.0)  # m; s
+STEEPEST, MICHE = 0.1, 0.142
+STEPS = 10.0  # of a method to the period of the waves, at least
+
+
+def water(about: About) -> Iterator[Doubt]:
+    """Another liquid, another planet."""
+    environment, (low, high) = about.scene.environment, DENSITIES
+    if not any(about.wet()):
+        return
+    if not low <= environment.water_density <= high:
+        found, usual = f"{environment.water_density:g} kg/m^3", f"usual is {low:g} to {high:g}"
+        yield Doubt("environment.water_density", found, usual)
+    low, high = GRAVITIES
+    if not low <= environment.gravity <= high:
+        found, usual = f"{environment.gravity:g} m/s^2", f"usual is {low:g} to {high:g}"
+        yield Doubt("environment.gravity", found, usual)
+
+
+def streams(about: About) -> Iterator[Doubt]:
+    """Currents like wind, winds beyond any storm."""
+    environment = about.scene.environment
+    for name, stream, limit in (
+        ("current", environment.current, CURRENT),
+        ("wind", environment.wind, WIND),
+    ):
+        if stream.speed > limit:
+            usual, advice = f"usual is up to {limit:g} m/s", "Is it in knots?"
+            yield Doubt(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
+
+
+def waves(about: About) -> Iterator[Doubt]:
+    """Seas higher, shorter or longer than seas are."""
+    for sea in about.sea:
+        height, peak = _height(sea), _peak_period(sea)
+        if height > HIGHEST:
+            usual = f"usual is up to {HIGHEST:g} m"
+            yield Doubt("environment.waves", f"a height of {height:.3g} m", usual)
+        if not PERIODS[0] <= peak <= PERIODS[1]:
+            usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
+            yield Doubt("environment.waves", f"a period of {peak:.3g} s", usual)
+
+
+def steepness(about: About) -> Iterator[Doubt]:
+    """Waves that would have broken."""
+    environment = about.scene.environment
+    for sea in about.sea:
+        height, period = _height(sea), _crossing_period(sea)
+        if sea.omega.size == 1:
+            k = float(sea.wavenumber[0])
+            steep, limit = height * k / (2.0 * np.pi), MICHE * np.tanh(k * environment.water_depth)
+            what = f"waves of {height:.3g} m"
+        else:
+            steep = 2.0 * np.pi * height / (environment.gravity * period**2)
+            limit, what = STEEPEST, f"a significant height of {height:.3g} m"
+        if steep > limit:
+            found = f"{what} at a mean period of {period:.3g} s, {steep:.2g} of their length"
+            usual = f"waves break beyond {limit:.2g}"
+            yield Doubt("environment.waves", found, usual, "Linear waves are not what is there.")
+
+
+def ramp(about: About) -> Iterator[Doubt]:
+    """Seas that do not grow up in the run."""
+    scene = about.scene
+    end = scene.duration + (scene.initial.time or np.inf if scene.initial else 0.0)
+    for sea in about.sea:
+        if sea.ramp > end:
+            found, usual = f"{sea.ramp:g} s", f"usual is a part of the run, which ends at {end:g} s"
+            yield Doubt("environment.waves.ramp", found, usual, "The sea is never full.")
+
+
+def step(about: About) -> Iterator[Doubt]:
+    """Steps too large for the waves."""
+    solver = about.scene.solver
+    free = solver.method in ADAPTIVE or propagated(about.scene, about.model)
+    for sea in () if free else about.sea:
+        period = _peak_period(sea)
+        if solver.step > period / STEPS:
+            usual = f"usual is up to a tenth of the waves' period, {period:.3g} s"
+            yield Doubt("solver.step", f"{solver.step:g} s", usual)
+
+
+def _height(sea: Components) -> float:
+    """Height of a regular wave, significant height of others [m]."""
+    if sea.omega.size == 1:
+        return 2.0 * float(sea.amplitude[0])
+    return 4.0 * float(np.sqrt(np.sum(sea.amplitude**2) / 2.0))
+
+
+def _crossing_period(sea: Components) -> float:
+    """Mean zero-crossing period 2 pi sqrt(m0 / m2) [s]."""
+    energy = sea.amplitude**2
+    return float(2.0 * np.pi * np.sqrt(energy.sum() / np.sum(energy * sea.omega**2)))
+
+
+def _peak_period(sea: Components) -> float:
+    """Period [s] of the mean frequency by the fourth power of the amplitudes, near the peak."""
+    weight = sea.amplitude**4
+    return float(2.0 * np.pi * weight.sum() / np.sum(weight * sea.omega))

@@ -1,0 +1,57 @@
+"""Whether the motions of a run hold more energy than anything can have given them.
+
+What bodies hold at a time, kinetic and stored, is at most what they held at the start and what was
+put in since: the work of waves, applied forces and streams, and what a prescribed normal force or a
+damper in a current gave. A solution that is far beyond that is one of the numbers alone. Friction
+and dampers that give energy, and steps that make it, are found here, long before numbers overflow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.dofs import DOFS
+from hydrosim.forces.layout import RADIATION, ROWS
+from hydrosim.results.names import supplies
+from hydrosim.results.output import unpack
+from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.record import Record
+
+FAR = 10.0  # times what can be there
+LEAST = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less has no source worth a look
+
+
+def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int) -> int | None:
+    """The first record, from ``first`` to ``count``, at which a run is `FAR` beyond its supply."""
+    if count <= first:
+        return None
+    values = unpack(model, record, count)
+    held = values["kinetic"] + values["stored"].sum(axis=1)
+    done = values["y"][:, model.energy :][:, : model.rows]
+    since = done[first:] - done[0]
+    given = np.zeros(count - first)
+    for row in range(model.rows):
+        if supplies(scene, row):
+            given += np.maximum(since[:, row], 0.0)
+        elif _may_give(scene, row):
+            given += np.maximum(-since[:, row], 0.0)
+    least = LEAST * sum(body.mass for body in scene.bodies)
+    beyond = np.flatnonzero(held[first:] > FAR * (abs(held[0]) + given) + least)
+    return first + int(beyond[0]) if beyond.size else None
+
+
+def fastest(scene: Scene, model: Model, record: Record, count: int) -> str:
+    """The degree of freedom that holds most kinetic energy at the last record, as of a body by
+    itself: "heave of body barge"."""
+    v = unpack(model, record, count)["velocity"][-1].reshape(-1, 6)
+    inertia = [[body.mass] * 3 + list(np.diag(body.inertia)) for body in scene.bodies]
+    body, dof = divmod(int(np.argmax(np.array(inertia) * v**2)), 6)
+    return f"{DOFS[dof]} of body {scene.bodies[body].name}"
+
+
+def _may_give(scene: Scene, row: int) -> bool:
+    """Whether a row of dissipation may be negative; memory gives back what it had at the start."""
+    if row < len(ROWS):
+        return row == RADIATION and scene.initial is not None
+    return list(scene.forces.values())[row - len(ROWS)].may_give()

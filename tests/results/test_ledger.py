@@ -1,0 +1,116 @@
+"""The ledger as a guard: what rk4 loses by its own formula, what hides and what does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import block, moving, scene
+
+import hydrosim as hs
+from hydrosim.errors import SimulationError
+from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
+from hydrosim.results.ledger import CLOSED, gap, guarded
+from hydrosim.scene import Scene
+
+MASS, OMEGA = 2e4, 1.5
+
+
+def oscillator(step: float, steps: int, every: int = 1, force: float = 0.0) -> Scene:
+    """A block on a spring, 1 m from rest or, under a force at its own frequency, at rest."""
+    body = block(MASS, ("surge",), position=moving(surge=0.0 if force else 1.0))
+    spring = LinearMooring("block", np.diag([MASS * OMEGA**2, 0, 0, 0, 0, 0]))
+    forces = {"spring": spring}
+    if force:
+        push = Harmonic(force, 2.0 * np.pi / OMEGA)
+        forces["push"] = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push})  # type: ignore
+    return scene(body, forces, steps * step, every * step, step=step)
+
+
+def energy_factor(z: float) -> float:
+    """|R(i z)|^2 of rk4, whose stability function is the exponential series to order 4."""
+    return abs(1 + 1j * z - z**2 / 2 - 1j * z**3 / 6 + z**4 / 24) ** 2
+
+
+@pytest.mark.parametrize("z", [0.3, 0.6, 1.0])
+def test_what_is_missing_is_what_rk4_loses(z: float) -> None:
+    steps = 400
+    run = hs.simulate(oscillator(z / OMEGA, steps))
+    held = 0.5 * MASS * OMEGA**2
+    left = held * energy_factor(z) ** np.arange(steps + 1)
+    np.testing.assert_allclose(run.energy_residual, left - held, atol=1e-9 * held)
+    exchanged = np.abs(np.diff(run.energy_kinetic)).sum() + float(run.energy_kinetic.max())
+    assert gap(run).relative >= (held - left[-1]) / exchanged * (1.0 - 1e-7)
+    assert ("energy ledger is open" in str(run.attrs.get("warnings"))) == (z > 0.3)
+
+
+def ledger(kinetic: np.ndarray, residual: np.ndarray, **more: np.ndarray) -> xr.Dataset:
+    """A run that has only energies."""
+    energies = {"energy_kinetic": kinetic, "energy_residual": residual, **more}
+    data = {name: ("time", np.asarray(e, float)) for name, e in energies.items()}
+    time = np.arange(kinetic.size, dtype=float)
+    return xr.Dataset(data, {"time": time}, {"solver_method": "rk4"})
+
+
+def swings(size: np.ndarray) -> np.ndarray:
+    """Kinetic energies that go up and down by ``size``."""
+    return size * (np.arange(size.size) % 2)
+
+
+def test_a_great_impact_hides_nothing_that_comes_after_it() -> None:
+    size = np.where(np.arange(1601) < 10, 1e8, 1.0)
+    residual = np.where(np.arange(1601) > 1500, 1.0, 0.0)
+    found = gap(ledger(swings(size), residual))
+    assert found.begin <= 1501 <= found.end + 1
+    assert found.relative == pytest.approx(1.0 / 101.0, rel=0.05)
+
+
+def test_what_a_slow_load_lifts_is_no_exchange() -> None:
+    still, held = np.ones(801), np.linspace(0.0, 1e9, 801)
+    residual = 1e-3 * np.arange(801)
+    extra = {"energy_stored_hydrostatic": held, "energy_work_lift": held}
+    apart = gap(ledger(swings(still), residual)).relative
+    rounding = 1e-11 * 1e9
+    assert gap(ledger(swings(still), residual, **extra)).relative == pytest.approx(
+        apart - rounding / 800.0, rel=0.2
+    )
+
+
+def test_roundings_and_quiet_stretches_are_no_gap() -> None:
+    size = np.where(np.arange(1601) < 1000, 1.0, 1e-8)
+    residual = np.where(np.arange(1601) > 1500, 1e-9, 0.0)
+    assert gap(ledger(swings(size), residual)).relative < CLOSED
+    big = {"energy_stored_it": np.full(1601, 1e6)}
+    assert gap(ledger(swings(size), 0.9e-5 * (size < 1.0), **big)).relative == 0.0
+
+
+def test_friction_that_gives_is_said() -> None:
+    lost = np.minimum(np.arange(801.0), 500.0)
+    run = ledger(swings(np.ones(801)), np.zeros(801))
+    run["fender_dissipated"] = (("time", "fender"), lost[:, None])
+    run = run.assign_coords(fender=["bumper 1"])
+    assert "warnings" not in guarded(run).attrs
+    run["fender_dissipated"] = (("time", "fender"), (lost - 5.0 * (lost == 500.0))[:, None])
+    assert "friction of bumper 1 gives energy, 4 J until 500 s" in guarded(run).attrs["warnings"]
+
+
+def test_a_run_that_blows_up_ends_where_it_begins() -> None:
+    z = 3.0  # beyond rk4's limit, 2.83
+    with pytest.raises(
+        SimulationError, match=r"the solution blows up: .* surge of body block"
+    ) as e:
+        hs.simulate(oscillator(z / OMEGA, 1000))
+    held, least = 0.5 * MASS * OMEGA**2, 1e-3 * MASS
+    energy = held * energy_factor(z) ** np.arange(100)
+    first = int(np.argmax(energy > 10.0 * held + least))
+    run = e.value.dataset
+    assert run.attrs["status"] == "failed"
+    assert run.time.size == first + 1
+    assert run.time[-1] == pytest.approx(first * z / OMEGA)
+
+
+def test_resonance_is_no_blow_up() -> None:
+    run = hs.simulate(oscillator(0.05, 4000, 10, force=1e3))
+    assert run.attrs["status"] == "complete"
+    assert float(run.energy_kinetic.max()) > 1e3 * float(run.energy_kinetic[5])
+    assert "warnings" not in run.attrs
