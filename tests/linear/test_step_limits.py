@@ -1,0 +1,31 @@
+"""The limit said before a run is where runs diverge: a few scenes of `benchmarks.step_limits`."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.step_limits import (
+    PLACES,
+    diverges,
+    predicted,
+    put,
+    random_scene,
+    refused,
+    with_radiation,
+)
+from hydrosim.scene import ConvolutionRadiation
+
+
+@pytest.mark.parametrize("convolved", [False, True])
+@pytest.mark.parametrize("seed", [0, 16])
+def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
+    """Seven fenders of which a contact node sets the limit, and five of which a friction slope
+    does: 5 % below it no run diverges and none is refused, 5 % above it one does."""
+    scene = random_scene(seed)
+    if convolved:
+        scene = with_radiation(scene, ConvolutionRadiation())
+    step = predicted(scene)
+    placed = [put(scene, place) for place in PLACES]
+    assert not any(diverges(each, 0.95 * step) for each in placed)
+    assert any(diverges(each, 1.05 * step) for each in placed)
+    assert not refused(scene)
