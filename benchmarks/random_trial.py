@@ -95,7 +95,7 @@ def _finer(case: Case) -> Case:
     finer = deepcopy(case)
     solver = finer["solver"]
     solver["step"] /= FINER
-    if solver["method"] == "dopri5":
+    if solver["method"] in ("dopri5", "esdirk4"):
         given = {"relative": 1e-6, "position": 1e-6, "angle": 1e-8} | solver.get("tolerance", {})
         solver["tolerance"] = {key: max(x / TIGHTER, 1e-12) for key, x in given.items()}
     return finer

@@ -94,7 +94,7 @@ class Method(StrEnum):
     ESDIRK4 = "esdirk4"
 
 
-ADAPTIVE = frozenset({Method.DOPRI5})
+ADAPTIVE = frozenset({Method.DOPRI5, Method.ESDIRK4})
 """Methods that choose their own steps."""
 
 
@@ -410,7 +410,8 @@ class Turns:
 @dataclass(frozen=True)
 class Tolerance:
     """Error per step that an adaptive method keeps to: ``relative`` and absolute, of ``position``
-    [m] and ``angle`` [rad]; of velocities per second; contact stretches count as positions."""
+    [m] and ``angle`` [rad]; of velocities per second. Of the stretch of a contact node it is the
+    ``relative`` part of that which breaks away under a usual load, if that is less."""
 
     relative: float = 1e-6
     position: float = 1e-6
@@ -428,7 +429,7 @@ class Unstable(StrEnum):
 class Solver:
     """Integration method and ``step`` [s]; ``events`` false is for comparison only.
 
-    An adaptive method (dopri5) begins with ``step`` and keeps the error of each step below
+    An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
     ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
     stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own mirror image has
     no sway, roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.compiling.symmetry`.

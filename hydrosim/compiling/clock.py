@@ -46,7 +46,8 @@ def compile_clock(compiled: Compiled) -> Clock:
 
 def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     """Absolute tolerance of every state (ny,): radiation states by what a velocity of the tolerance
-    would make of them in the long run; slip distances and energies do not count."""
+    would make of them in the long run, stretches of nodes by the force that they make of friction;
+    slip distances, headings that stay in a step and energies do not count."""
     tolerance = scene.solver.tolerance
     n, states = model.bodies.active.size, model.states
     absolute = np.full(model.size, np.inf)
@@ -64,6 +65,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     known = np.full(STATES - filters.size, np.inf)
     absolute[model.slow : model.energy] = np.tile([*filters, *known], slow)
     fenders = model.elements.fenders
-    for i in range(fenders.points.size):
-        absolute[fenders.state + fender.STATES * i :][: fender.FELT] = tolerance.position
+    for i, reach in enumerate(fenders.points["reach"]):
+        stretch = min(tolerance.position, tolerance.relative * reach) if reach else np.inf
+        absolute[fenders.state + fender.STATES * i :][: fender.FELT] = stretch
     return absolute

@@ -29,11 +29,13 @@ from hydrosim.stepping.state import (
     KNOWN,
     LATE,
     NOW,
+    RUNNING,
     SLOPE,
     SOME,
     SPARE,
     STAGE,
     START_MARGINS,
+    STATUS,
     TRIAL,
 )
 from hydrosim.stepping.stepper import slope, step
@@ -134,6 +136,8 @@ def _land(t, h, run):
     while True:  # halves the bracket in the end, so that it does end
         tries += 1
         step(t, x * h, run)
+        if run.counters[STATUS] != RUNNING:
+            return x * h
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:

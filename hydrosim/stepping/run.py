@@ -26,20 +26,25 @@ from hydrosim.stepping.state import (
     CHATTERING,
     END,
     END_SLOPE,
+    EVALUATIONS,
     EVENTS,
+    EVENTS_THEN,
     LAST_ERROR,
     NEXT_STEP,
-    NO_SOLUTION,
     NOT_FINITE,
+    POINT,
+    REACHED,
     RECORDS,
     REJECTED,
     RUNNING,
+    SINCE,
     SLOPE,
     START_MARGINS,
     START_SLOPE,
     STATUS,
     STEP_TOO_SMALL,
     STEPS,
+    STEPS_THEN,
     UNKNOWN,
 )
 from hydrosim.stepping.stepper import slope, step
@@ -48,39 +53,45 @@ from hydrosim.waves.slow import BEGIN, begin_block
 PITCH = 4  # among a body's six coordinates
 STEEPEST = 1.48  # rad (85 deg): beyond it the angles' rates lose their meaning
 PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SHORTEST = 1e-3  # part of a step that is tried where an implicit method finds no solution
+SHORTEST = 1e-12  # s, or of the time: no step of an adaptive method is shorter
 PIECES = 200  # events in one step, per contact point or spring, after which it is called chattering
+CRAWL = 200_000  # steps in the time of one, after which none is small enough
 
 
 @root
-def advance(first, count, run):
-    """Go from grid point ``first`` over up to ``count`` more; stops early where
-    ``counters[STATUS]`` says why.
+def advance(evaluations, run):
+    """Go on until the right hand side has been evaluated so many times more, and the step is taken;
+    ends early with the run, or where ``counters[STATUS]`` says why.
 
     ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
-    return _advance(first, count, ref(run))
+    return _advance(evaluations, ref(run))
 
 
 @kernel
-def _advance(first, count, run):
+def _advance(evaluations, run):
     """The loop of `advance`, with a reference."""
-    clock, counters = run.clock, run.counters
-    t = grid_time(first, clock)
+    clock, counters, pace = run.clock, run.counters, run.scratch.pace
+    enough = counters[EVALUATIONS] + evaluations
     if counters[RECORDS] == 0:
+        t = grid_time(0, clock)
+        pace[REACHED] = pace[SINCE] = t
         _take_up_block(t, run)
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
-    for n in range(first + 1, min(first + count, clock.points) + 1):
-        t = _cross(t, grid_time(n, clock), run)
-        if counters[STATUS] != RUNNING:
-            return t
+    while counters[POINT] < clock.points and counters[EVALUATIONS] < enough:
+        goal = grid_time(counters[POINT] + 1, clock)
+        _cross(goal, enough, run)
+        if counters[STATUS] != RUNNING or pace[REACHED] < goal:
+            break
+        counters[POINT] += 1
+        n = counters[POINT]
         if clock.block > 0 and (clock.first + n) % clock.block == 0:
-            _next_block(t, run)
+            _next_block(goal, run)
         if n % clock.every == 0 or n == clock.points:
-            keep(t, run)
-    return t
+            keep(goal, run)
+    return pace[REACHED]
 
 
 @kernel
@@ -109,37 +120,45 @@ def grid_time(n, clock):
 
 
 @kernel
-def _cross(t, goal, run):
-    """Go to the time ``goal``, piece by piece; returns the time reached."""
+def _cross(goal, enough, run):
+    """Go to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock, state, scratch, counters = run.clock, run.state, run.scratch, run.counters
-    limit = PIECES * (1 + state.modes.shape[0])
-    ended, part = 0, 1.0  # of a step, where the stages of the whole have no solution
-    while t < goal and ended <= limit and counters[STATUS] == RUNNING:
+    t = scratch.pace[REACHED]
+    while t < goal and counters[EVALUATIONS] < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         stop = min(stop, t + _pace(t, stop - t, run))
-        stop = stop if part == 1.0 else t + part * (stop - t)
         accepted, reached, left = _try(t, stop, run)
-        if counters[STATUS] == NO_SOLUTION and part > SHORTEST:
-            counters[STATUS], part = RUNNING, 0.5 * part
         if not accepted:
             counters[REJECTED] += 1
             continue
-        t, part = reached, min(2.0 * part, 1.0)
+        t = reached
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
         _renew(left, run)
         if left:
-            ended += 1
+            counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
             switch_modes(t, run)
         elif run.work.constraints.force.size > 0:
             still(state.y, state.modes, run.model, run.work)
         check(state.y, run.model.bodies, counters)
         remember(t, run)
-    if ended > limit:
+        _watch(t, run)
+    scratch.pace[REACHED] = t
+
+
+@kernel
+def _watch(t, run):
+    """Stop a run that does not come on: in the time of one step of the solver too many modes have
+    ended, or too many steps were taken."""
+    counters, pace = run.counters, run.scratch.pace
+    if t - pace[SINCE] > run.clock.solver_step:
+        pace[SINCE], counters[EVENTS_THEN] = t, counters[EVENTS]
+        counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
+    if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
         counters[STATUS] = CHATTERING
-    counters[EVENTS] += ended
-    return t
+    if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
+        counters[STATUS] = STEP_TOO_SMALL
 
 
 @kernel
@@ -154,7 +173,10 @@ def _try(t, stop, run):
     left = False
     if counters[STATUS] == RUNNING:
         stop, left = cut(t, stop, clock.events, run)
-    return counters[STATUS] == RUNNING, stop, left
+    accepted = counters[STATUS] == RUNNING
+    if not accepted:
+        _shorten(t, 0.5 * (stop - t), run)
+    return accepted, stop, left
 
 
 @kernel
@@ -172,20 +194,31 @@ def _pace(t, h, run):
 @kernel
 def _accepted(t, h, run):
     """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
-    is stopped."""
-    method, scratch, pace = run.method, run.scratch, run.scratch.pace
-    y, end = run.state.y, scratch.states[END]
-    error = error_norm(h, method, scratch.k, y, end, run.clock.control)
+    is stopped. Stages that have no solution are an error without bound."""
+    method, scratch, pace, counters = run.method, run.scratch, run.scratch.pace, run.counters
+    y, end, error = run.state.y, scratch.states[END], np.inf
+    if counters[STATUS] == RUNNING:
+        error = error_norm(h, method, scratch.k, y, end, run.clock.control)
     factor, planned = step_factor(error, pace[LAST_ERROR], method.order), pace[NEXT_STEP]
-    pace[NEXT_STEP] = factor * h
     if error <= 1.0:
+        pace[NEXT_STEP] = factor * h
         if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a slower pace
             pace[NEXT_STEP] = max(factor * h, planned)
         pace[LAST_ERROR] = error
         return True
-    if pace[NEXT_STEP] < 1e-12 * max(abs(t), 1.0):
-        run.counters[STATUS] = STEP_TOO_SMALL
+    _shorten(t, factor * h, run)
     return False
+
+
+@kernel
+def _shorten(t, h, run):
+    """Go on with a step of ``h``, unless that is nothing beside the time."""
+    counters = run.counters
+    run.scratch.pace[NEXT_STEP] = h
+    if h > SHORTEST * max(abs(t), 1.0):
+        counters[STATUS] = RUNNING
+    elif counters[STATUS] == RUNNING:
+        counters[STATUS] = STEP_TOO_SMALL
 
 
 @kernel

@@ -16,7 +16,9 @@ from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
-STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, COUNTERS = range(7)
+STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, POINT, EVENTS_THEN, STEPS_THEN = range(9)
+COUNTERS = 9
+"""Of `Run.counters`: ``POINT`` is the grid point reached, the last two belong to `SINCE`."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,
 and one to spare."""
@@ -30,8 +32,9 @@ START_SLOPE, END_SLOPE, START_MARGINS = range(3)
 end of the step, ``margins[BEFORE]`` those at the current state."""
 UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
 """Of ``known[START_MARGINS]``."""
-NEXT_STEP, LAST_ERROR = range(2)
-"""Of `Scratch.pace`."""
+NEXT_STEP, LAST_ERROR, REACHED, SINCE = range(4)
+"""Of `Scratch.pace`: the time reached, and the time from which on events and steps are counted to
+see whether a run comes on."""
 
 
 class State(NamedTuple):
@@ -76,9 +79,9 @@ class Record(NamedTuple):
 
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
-    whether rows of modes are ``watched`` (2, rows), the next adaptive step and the error of the
-    last as ``pace`` (2,), what is ``known`` (3,) already, the ``headings`` (nf, 2) of slip at the
-    start of the step."""
+    whether rows of modes are ``watched`` (2, rows), the next adaptive step, the error of the last
+    and where the run is as ``pace`` (4,), what is ``known`` (3,) already, the ``headings`` (nf, 2)
+    of slip at the start of the step."""
 
     k: np.ndarray
     states: np.ndarray
@@ -115,7 +118,7 @@ def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
-        np.array([step, 1.0]),
+        np.array([step, 1.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((model.elements.fenders.points.size, 2)),
         new_newton(unknown, ny),

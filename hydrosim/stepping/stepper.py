@@ -42,6 +42,8 @@ def step(t, h, run):
             slope(at, stage, run, k[i])
         else:
             _solve_stage(i, at, weight, run)
+            if run.counters[STATUS] == NO_SOLUTION:
+                return
     advance_state(method, h, y, k, scratch.states[END])
 
 

@@ -34,6 +34,7 @@ from hydrosim.stepping.state import (
     EVENTS,
     NO_SOLUTION,
     NOT_FINITE,
+    POINT,
     RECORDS,
     REJECTED,
     RUNNING,
@@ -58,19 +59,28 @@ from hydrosim.studies.stages import complete
 if TYPE_CHECKING:
     from hydrosim.case import Case
 
-UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "stable at any step"}
+UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "so does it, implicit"}
 """Methods that no step is too large for, and why."""
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
-    STEP_TOO_SMALL: "no step is small enough for solver.tolerance",
+    STEP_TOO_SMALL: "no step is small enough for solver.tolerance (200,000 were taken in the time"
+    " of one solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
     BLOWN_UP: "the solution blows up: the motions, most of all {where}, hold more than ten times"
     " the energy that anything can have given them",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
+REMEDIES = {
+    CHATTERING: "Try a smaller solver.step, solver.method: esdirk4, which is stable at any step, or"
+    " check the stiffness and damping of that element.",
+    STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
+    " solver.tolerance, or check the stiffness and damping of that element.",
+    NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
+}
+"""Where another one is better than `REMEDY`."""
 
 Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
@@ -168,15 +178,15 @@ def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> 
 
 
 def _chunks(run: Run) -> Iterator[float]:
-    """Advance to the end in chunks of about 0.1 s of wall time; yields the time reached, first of
-    all that of the start."""
-    first, count = 0, 0
-    while first < run.clock.points and not run.counters[STATUS]:
-        begin = perf_counter()
-        yield advance(first, count, run)
-        elapsed = max(perf_counter() - begin, 1e-6)
-        first += count
-        count = int(min(max(count * CHUNK / elapsed, 1), 100 * count)) if count else 1
+    """Advance to the end in chunks of about 0.1 s of wall time, however short the steps are, so
+    that an interrupt is served; yields the time reached, first of all that of the start."""
+    counters, evaluations = run.counters, 1
+    yield advance(0, run)
+    while counters[POINT] < run.clock.points and not counters[STATUS]:
+        begin, before = perf_counter(), int(counters[EVALUATIONS])
+        yield advance(evaluations, run)
+        pace = (counters[EVALUATIONS] - before) / max(perf_counter() - begin, 1e-6)
+        evaluations = int(min(max(CHUNK * pace, 1), 100 * evaluations))
 
 
 def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
@@ -206,7 +216,7 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     name, size = _largest_force(scene, model, run.record, count)
     message = (
         f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
-        f" {size:.3g} N. {REMEDY}"
+        f" {size:.3g} N. {REMEDIES.get(int(counters[STATUS]), REMEDY)}"
     )
     return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
 

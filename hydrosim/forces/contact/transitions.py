@@ -3,7 +3,9 @@
 A mode holds while its margins are positive:
 
     contact   min(k delta, N), its opposite when open      k: the curve's steepest slope; if N is
-                                                           prescribed, N less 1e-12 of its largest
+                                                           prescribed, N less 1e-12 of its largest,
+                                                           or less 1e-9 of that when open, so that
+                                                           an N which touches zero lets go once
     friction  of the friction law                          in contact
     segment   distance to the nearer corner of the curve   in contact
     rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load
@@ -41,6 +43,7 @@ from hydrosim.forces.modes import (
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 
+REGAINED = 1e3  # of the least prescribed N at which contact ends: then it begins again
 LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
 FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until it is settled
 
@@ -57,12 +60,13 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
         c, k, mode = geometry.touch(point, bodies, motion), p.state + STATES * i, modes[row]
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == OPEN:
-            out[m + CONTACT_MARGIN] = -_contact_margin(t, point, _find_segment(point, c, p), c, p)
+            segment = _find_segment(point, c, p)
+            out[m + CONTACT_MARGIN] = -_contact_margin(t, OPEN, point, segment, c, p)
             continue
         load, s, v = pressure(i, t, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
         grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
-        out[m + CONTACT_MARGIN] = _contact_margin(t, point, mode[SEGMENT], c, p)
+        out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
         out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], c.compression)
         if point.reference > 0.0:
@@ -71,11 +75,11 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
 
 
 @kernel
-def _contact_margin(t, point, segment, contact, p):
+def _contact_margin(t, mode, point, segment, contact, p):
     """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact."""
     N = pressed(t, point, p.segments[segment], 0, contact, p).N
-    if point.prescribed:
-        return N - point.least  # not N: a force that ends at exactly zero and stays there ends
+    if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
+        return N - (REGAINED * point.least if mode == OPEN else point.least)
     return min(point.steepest * contact.compression, N)
 
 
@@ -211,6 +215,6 @@ def settle(t, y, modes, motion, bodies, p):
         point, mode = p.points[i], modes[p.mode + i]
         mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
         c = geometry.touch(point, bodies, motion)
-        if _contact_margin(t, point, _find_segment(point, c, p), c, p) > 0.0:
+        if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) > 0.0:
             _close(i, t, y, modes, c, p)
             y[p.state + STATES * i + DISSIPATED] = 0.0  # what is stored at the start was there

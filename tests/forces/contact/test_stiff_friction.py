@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,10 +18,11 @@ from hydrosim.forces import (
     FrictionSlope,
     Harmonic,
     LinearMooring,
+    NormalCurve,
     PrescribedNormal,
     constant,
 )
-from hydrosim.scene import Method, Scene
+from hydrosim.scene import Method, Scene, Tolerance
 
 Figure = Callable[[str, float], None]
 MASS, GRIP, PUSH, PERIOD = 1.945e8, 2e5, 4e5, 100.0
@@ -84,3 +86,55 @@ def test_stiff_steel_settles(stiffness: float, figure: Figure) -> None:
     rest = np.abs(heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
     figure(f"off its rest at {stiffness:g}", rest)
     assert rest < 1e-6
+
+
+LEGS = np.array([[x, y, -5.0] for x in (20.0, -20.0) for y in (15.0, -15.0)])
+
+
+def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
+    """A topside of 20,000 t that falls 0.3 m on its four legs, one after the other."""
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+    place = moving(heave=5.3, pitch=0.002, roll=0.001)
+    forces = {
+        "weight": steady(heave=-9.81 * 2e7),
+        "legs": Fender("block", LEGS, FLOOR, curve, Frictionless()),
+    }
+    body = block(2e7, ("heave", "pitch", "roll"), position=place)
+    return scene(body, forces, 5.0, 0.1, **solver)
+
+
+@pytest.mark.parametrize("method", [Method.DOPRI5, Method.ESDIRK4])
+def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: Figure) -> None:
+    """Legs of 1e11 N/m ring with 140 rad/s; neither method is told. Against dopri5 at 1e-11."""
+    tight = Tolerance(1e-11, 1e-11, 1e-13)
+    exact = hs.simulate(dropped(1e11, 1e8, method=Method.DOPRI5, tolerance=tight))
+    for step in (0.1, 0.01):
+        run = hs.simulate(dropped(1e11, 1e8, method=method, step=step))
+        apart = np.abs(run.position - exact.position).max("time")
+        span = exact.position.max("time") - exact.position.min("time")
+        error = float((apart / span.where(span > 0.0)).max())
+        figure(f"error over the range, first step {step:g} s", error)
+        assert error < 1e-3
+        assert run.solver_events == exact.solver_events
+
+
+def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
+    """K2 is 300 times that of the base case: the node breaks away at a stretch of 1e-5 m, and is
+    tolerated by the friction that its error makes, not in metres. Both methods see the same."""
+    stiff = {"forces.interface.friction.stiffness": 1.7e11, "duration": 560}
+    base = hs.load_case("cases/reverse_float_over/base.yaml", stiff).scene()
+    runs = []
+    for method, tolerance in (
+        (Method.DOPRI5, Tolerance()),
+        (Method.ESDIRK4, Tolerance()),
+        (Method.ESDIRK4, Tolerance(1e-8, 1e-8, 1e-10)),
+    ):
+        solver = replace(base.solver, method=method, tolerance=tolerance)
+        runs.append(hs.simulate(replace(base, solver=solver)))
+    fine = runs.pop()
+    for run in runs:
+        error = np.abs(surge(run) - surge(fine)).max() / np.ptp(surge(fine))
+        figure(f"error over the range of {run.solver_method}", error)
+        assert run.solver_events == fine.solver_events
+        assert error < 1e-4
+    assert fine.solver_events == 6

@@ -1,0 +1,108 @@
+"""An interrupt is served within what takes long, and what there is is kept."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
+from moored_barge import ROOT
+
+import hydrosim as hs
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.model import METHODS
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    FrictionSlope,
+    Harmonic,
+    LinearMooring,
+    PrescribedNormal,
+    StickSlip,
+    constant,
+)
+from hydrosim.scene import Method, Scene
+from hydrosim.stepping.record import new_record
+from hydrosim.stepping.run import advance
+from hydrosim.stepping.state import EVALUATIONS, EVENTS, POINT, Run, new_run
+
+SLOW = """
+import hydrosim as hs
+case = hs.load_case("cases/friction_block/held.yaml", {
+    "forces.floor.friction": {"law": "friction_slope", "coefficient": 0.2, "slope": "1e14 N*s/m"},
+    "solver": {"method": "dopri5"}, "duration": "1e6 s", "output.step": "1000 s"})
+run = hs.simulate(case, lambda time, steps: print("at", time, flush=True))
+print(run.status, run.time.size, run.solver_steps > 0)
+"""
+
+
+def test_steps_far_shorter_than_those_of_the_records() -> None:
+    """A thousand seconds in steps of microseconds are one record: ten minutes and more."""
+    run = subprocess.Popen(
+        [sys.executable, "-c", SLOW], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    )
+    assert run.stdout is not None
+    while float(run.stdout.readline().split()[1]) == 0.0:  # until it takes steps
+        pass
+    run.send_signal(signal.SIGINT)
+    told = run.communicate(timeout=120)[0]
+    assert told.splitlines()[-1] == "interrupted 1 True"
+    assert run.returncode == 0
+
+
+def creeping(damping: float, law: FrictionSlope, method: Method) -> Scene:
+    """A block that a damper holds back, or a floor with friction."""
+    normal = PrescribedNormal(constant(1e6))
+    forces = {
+        "push": steady(surge=1e5),
+        "damper": LinearMooring("block", np.zeros((6, 6)), np.diag([damping, 0, 0, 0, 0, 0])),
+        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+    }
+    return scene(block(1e8, ("surge",)), forces, 100.0, 1.0, method=method)
+
+
+@pytest.mark.parametrize(
+    ("damping", "slope", "found"),
+    [(1e15, 1e6, "no step is small enough"), (0.0, 1e15, "changes its mode endlessly")],
+)
+def test_steps_that_would_never_end(damping: float, slope: float, found: str) -> None:
+    """Explicit steps could be 3e-7 s at most; that is said in seconds, with what can do it."""
+    law = FrictionSlope(0.2, slope)
+    with pytest.raises(hs.SimulationError, match=rf"{found}.*solver\.method: esdirk4") as caught:
+        hs.simulate(creeping(damping, law, Method.DOPRI5))
+    assert caught.value.dataset.attrs["status"] == "failed"
+    run = hs.simulate(creeping(damping, law, Method.ESDIRK4))
+    assert run.attrs["status"] == "complete"
+    assert float(run.velocity[-1, 0, 0]) == pytest.approx(1e5 / (damping + slope), rel=1e-5)
+
+
+@pytest.mark.parametrize("method", Method)
+def test_kernels_return_after_a_piece(method: Method) -> None:
+    """However a run is cut into calls of the kernels, its numbers are the same; and a call goes on
+    for one step and its search for an event, no more."""
+    law, length = StickSlip(0.3, 0.2, 1e6, 1e5), Harmonic(1e5, 0.9, 0.0)
+    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": length})
+    forces = {"push": push, "weight": steady(heave=-2e5), "floor": on_floor(1e7, law)}
+    body = block(2e4, ("surge", "heave"), position=moving(heave=0.05))
+    compiled = compile_scene(scene(body, forces, 3.0, 0.2, method=method, step=0.02))
+    whole, cut = (_new(compiled) for _ in range(2))
+    advance(10**9, whole)
+    advance(0, cut)
+    while cut.counters[POINT] < cut.clock.points:
+        before = int(cut.counters[EVALUATIONS])
+        advance(1, cut)
+        assert cut.counters[EVALUATIONS] - before < 20_000
+    assert whole.counters[EVENTS] > 5
+    assert np.array_equal(whole.record.channels, cut.record.channels)
+    assert np.array_equal(whole.counters, cut.counters)
+
+
+def _new(compiled: Compiled) -> Run:
+    clock, method = compile_clock(compiled), METHODS[compiled.scene.solver.method]
+    record = new_record(compiled.model, clock)
+    return new_run(clock, compiled.model, method, compiled.first_state(), record)
