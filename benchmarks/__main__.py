@@ -16,7 +16,7 @@ QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "memory", "synthesis", "many_runs"),
-    *("reading", "validation"),
+    *("reading", "validation", "extremes"),
 )
 
 

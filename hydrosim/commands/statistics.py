@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -10,20 +11,26 @@ import typer
 from hydrosim.commands.options import result_path
 from hydrosim.commands.terminal import show
 
+SHORTEST = 0.1  # of the record: what extremes can be asked for
+
 
 def statistics(
     run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
     start: Annotated[
         float, typer.Option("--from", metavar="SECONDS", help="Leave out what is before.")
     ] = 0.0,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Of the extremes; else that of the record."),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Result file.")
     ] = None,
 ) -> None:
-    """Means, periods and extremes of motions with their confidence, spectra, crawl by phase."""
+    """Means, periods, extremes with two kinds of intervals, spectra, crawl by phase."""
     from hydrosim.errors import InputError
     from hydrosim.results.output import read, write
-    from hydrosim.results.statistics import lines
+    from hydrosim.results.sentences import lines
     from hydrosim.results.statistics import statistics as of_run
 
     path = result_path(output, run_file.with_stem(f"{run_file.stem}_statistics"))
@@ -33,6 +40,12 @@ def statistics(
         raise InputError(
             f"--from: found {start:g} s; expected a time well before the end of the run, {end:g} s."
         )
-    found = of_run(run, start)
+    least = SHORTEST * (end - max(start, float(run.time[0])))
+    if duration is not None and not least <= duration < inf:
+        raise InputError(
+            f"--duration: found {duration:g} s; expected a tenth of the record, {least:g} s, or"
+            " more: of a shorter time the record itself holds many."
+        )
+    found = of_run(run, start, duration)
     write(found, path)
     show(*lines(found), f"result    {path}")

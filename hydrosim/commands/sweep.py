@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from hydrosim.studies.sweep import Study
 
-SHOWN = 5  # failures that are told
+SHOWN = 5  # failures, and combinations of parameters, that are told
 err = Console(stderr=True)
 
 
@@ -37,7 +38,7 @@ def sweep(
     study = load_study(study_file)
     with announced(err), _with_progress(study, path, workers) as runs:
         status = runs.status.values.tolist()
-        show(*_lines(runs), f"result    {path}")
+        show(*_lines(runs, study.labels), f"result    {path}")
     if {"interrupted", "not run"} & {*status}:
         raise typer.Exit(130)
     if "failed" in status:
@@ -63,7 +64,7 @@ def _with_progress(study: Study, path: Path, workers: int | None) -> xr.Dataset:
         return run_study(study, path, workers, lambda done, _: bar.update(task, completed=done))
 
 
-def _lines(runs: xr.Dataset) -> list[str]:
+def _lines(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:
     """How many runs came to which end, and why some failed; the largest deviations of all."""
     status = runs.status.values.tolist()
     counts = {name: status.count(name) for name in dict.fromkeys(status)}
@@ -73,22 +74,21 @@ def _lines(runs: xr.Dataset) -> list[str]:
     lines += [f"run {k}: {messages[k]}" for k in failed[:SHOWN]]
     if len(failed) > SHOWN:
         lines.append(f"and {len(failed) - SHOWN} more, see status_message")
-    return [*lines, *_extremes(runs)] if "complete" in counts else lines
+    return [*lines, *_extremes(runs, labels)] if "complete" in counts else lines
 
 
-def _extremes(runs: xr.Dataset) -> list[str]:
-    """Of each motion the smallest and the largest value of all runs, and the median of both."""
-    found = []
-    motion = runs.motion.load()
-    for body in runs.body.values:
-        for dof in runs.dof.values:
-            of = motion.sel(body=body, dof=dof)
-            if float(of.sel(statistic="std").max()) > 0.0:
-                turns = str(dof) in ("roll", "pitch", "yaw")
-                scale, unit = (180.0 / 3.141592653589793, "deg") if turns else (1.0, "m")
-                low, high = (scale * of.sel(statistic=name) for name in ("smallest", "largest"))
-                found.append(
-                    f"{body} {dof}: {float(low.min()):.3f} to {float(high.max()):.3f} {unit},"
-                    f" of the median run {float(low.median()):.3f} to {float(high.median()):.3f}"
-                )
+def _extremes(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:
+    """Of the runs of each combination of parameters, what motions they come to."""
+    from hydrosim.results.sentences import RUNS, lines_of_runs
+
+    rows = list(zip(*labels.values(), strict=True)) if labels else [()] * runs.sizes["run"]
+    each = list(dict.fromkeys(rows))
+    found = [f"intervals hold 90 % ({RUNS} runs or more), over seeds by Gumbel's law"]
+    for row in each[:SHOWN]:
+        of = [k for k, other in enumerate(rows) if other == row]
+        name = ", ".join(f"{key} {value}" for key, value in zip(labels, row, strict=True))
+        found += [f"{name or 'all'}: {len(of)} runs"] if len(each) > 1 else []
+        found += lines_of_runs(runs.isel(run=of))
+    if len(each) > SHOWN:
+        found.append(f"and {len(each) - SHOWN} more combinations, see motion in the file")
     return found

@@ -2,7 +2,8 @@
 
 The recorded series is fitted as gain * ours(t - lag) + offset; what of that explains the difference
 is named: a wrong sign or unit by its gain, then gain, lag and offset, each if the fit without it is
-clearly worse. Where waves of the same spectrum do not correlate it is another realisation.
+clearly worse. Where waves of the same spectrum do not correlate it is another realisation; where
+they are a small part of what correlates otherwise, that is said of the waves alone.
 """
 
 from __future__ import annotations
@@ -58,11 +59,19 @@ def diagnose(
         return _constant(pair, found, varies(ours))
     if found.relative < EQUAL:
         return f"equal within {100.0 * found.relative:.2g} % of the std"
-    if _other_waves(time, pair, edges, most):
+    other = _other_waves(time, pair, edges, most)
+    if other and abs(fitted.correlation) < UNLIKE:
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < ALIKE:
-        return f"other (correlation {fitted.correlation:.2f}){_where(found)}"
-    return ", ".join(_named(time, pair, found, fitted, most))
+        said = f"other (correlation {fitted.correlation:.2f}){_where(found)}"
+    else:
+        said = ", ".join(_named(time, pair, found, fitted, most))
+    return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
+
+
+def _share(found: Figures) -> str:
+    """How much of what was recorded is in the wave band."""
+    return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
 
 
 def _constant(pair: Pair, found: Figures, ours: float) -> str:

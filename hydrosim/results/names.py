@@ -52,6 +52,16 @@ def fender_names(scene: Scene) -> list[str]:
     return _units(scene, Fender)
 
 
+def contact_groups(scene: Scene) -> list[str]:
+    """Name of the element of each contact point."""
+    return [
+        name
+        for name, element in scene.forces.items()
+        if isinstance(element, Fender)
+        for _ in element.unit_names(name)
+    ]
+
+
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
     return _units(scene, Spring)

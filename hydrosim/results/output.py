@@ -42,6 +42,7 @@ from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
+    contact_groups,
     fender_names,
     force_names,
     memory_names,
@@ -49,7 +50,7 @@ from hydrosim.results.names import (
     state_names,
     supplies,
 )
-from hydrosim.results.phases import Phase, contact_phases
+from hydrosim.results.phases import Phase, group_phases
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import channels
@@ -75,7 +76,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
     "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
     "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
-    "contact_phase": ("phase of the operation", "1", "none"),
+    "contact_phase": ("phase of the operation by the contacts of a group", "1", "none"),
     "spring_tension": ("tension", "N", "from the point to the anchor"),
     "spring_length": ("distance from the point to the anchor", "m", "none"),
     "spring_mode": ("slack (no tension) or taut", "1", "none"),
@@ -124,9 +125,8 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    data.update(
-        _fenders(time, values["fenders"], own_modes(fender, model.elements.fenders, modes), points)
-    )
+    own = own_modes(fender, model.elements.fenders, modes)
+    data.update(_fenders(time, values["fenders"], own, points, contact_groups(scene)))
     data.update(_springs(values["springs"], own_modes(spring, model.elements.springs, modes)))
     data.update(_probes(scene, sea, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
@@ -239,7 +239,11 @@ def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
 
 
 def _fenders(
-    time: np.ndarray, contact: np.ndarray, modes: np.ndarray, points: np.ndarray
+    time: np.ndarray,
+    contact: np.ndarray,
+    modes: np.ndarray,
+    points: np.ndarray,
+    groups: Sequence[str],
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     if modes.shape[1] == 0:
         return {}
@@ -248,7 +252,7 @@ def _fenders(
         "fender_compression": (POINT[:2], contact[:, :, COMPRESSION]),
         "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, NORMAL_FORCE])),
         "fender_mode": (POINT[:2], modes[:, :, MODE].astype(np.int8)),
-        "contact_phase": (POINT[:1], contact_phases(time, modes[:, :, MODE])),
+        "contact_phase": (("time", "contact_group"), group_phases(time, modes[:, :, MODE], groups)),
         "fender_friction": (POINT, contact[:, :, FRICTION:NODE]),
         "fender_node": (POINT, contact[:, :, NODE:LOST]),
         "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
@@ -318,7 +322,7 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
-        **({"fender": ("fender", names)} if (names := fender_names(scene)) else {}),
+        **_fender_coordinates(scene),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
         **(_probe_places(scene) if scene.wave_probes else {}),
     }
@@ -331,6 +335,19 @@ def _probe_places(scene: Scene) -> dict[str, object]:
         "probe": ("probe", list(scene.wave_probes)),
         "probe_x": ("probe", x, place),
         "probe_y": ("probe", y, place),
+    }
+
+
+def _fender_coordinates(scene: Scene) -> dict[str, object]:
+    """Names of contact points, the element that each belongs to, and those elements."""
+    groups = contact_groups(scene)
+    if not groups:
+        return {}
+    said = {"long_name": "element of contact points, whose phases are told together"}
+    return {
+        "fender": ("fender", fender_names(scene)),
+        "fender_group": ("fender", groups, said),
+        "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
     }
 
 

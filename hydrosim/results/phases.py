@@ -1,6 +1,9 @@
 """The phases of an operation that begins free and ends held by friction, from the contact history.
 
-    moored           until the first contact of any fender
+Contacts of one element are a group, whose phases are told apart from those of others: a fender that
+is always in contact hides no operation at another one.
+
+    moored           until the first contact of any fender of the group
     initial contact  until there is always a fender in contact
     compressed       until the fenders stick nearly all the time
     stuck            to the end
@@ -11,6 +14,7 @@ its fenders' time in stick. A run that ends before a phase does not have it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -43,6 +47,14 @@ def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:
     phase[max(first, closed) :] = Phase.COMPRESSED
     phase[max(first, stuck) :] = Phase.STUCK
     return phase
+
+
+def group_phases(time: np.ndarray, modes: np.ndarray, groups: Sequence[str]) -> np.ndarray:
+    """Phases (nt, ng) of each group of contacts in the order of their names, for contact ``modes``
+    (nt, nf), each of one of the ``groups`` (nf,)."""
+    names = np.array(groups)
+    each = [contact_phases(time, modes[:, names == name]) for name in dict.fromkeys(groups)]
+    return np.stack(each, axis=1)
 
 
 def _last(condition: np.ndarray) -> int:

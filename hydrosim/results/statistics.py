@@ -1,94 +1,175 @@
-"""Statistics of a run: moments, periods, extremes, spectra, and what friction did.
+"""Statistics of a run: moments, periods, extremes and spectra, and what contact did.
 
-Extremes are maxima between upcrossings of the mean. A Weibull distribution is fitted to those above
-their median (two parameters, least squares on its probability paper); from it follow the most
-probable largest of the run and, by Gumbel's law of largest values, its 90 % interval (Ochi 1990,
-chapter 4, Applied Probability and Stochastic Processes).
+Extremes are in `hydrosim.results.extremes`: of each channel the most probable smallest and largest
+value with a confidence interval, and a prediction interval of the smallest and largest of another
+such run. Where there are none, for a channel is not stationary or too short, its basis says why.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 from scipy import signal
 
+from hydrosim.results.contact import contact_statistics
+from hydrosim.results.extremes import (
+    CHANGES,
+    LAWS,
+    Basis,
+    Extremes,
+    extremes,
+    none,
+    trivial,
+)
+from hydrosim.results.gumbel import INTERVAL
 from hydrosim.results.phases import Phase
+from hydrosim.results.series import lowest_frequency, upcrossings
 
-NAMES = ("mean", "std", "significant", "period", "maximum", "lower", "upper", "smallest", "largest")
-INTERVAL = 0.9  # probability of the largest value's interval
-ALIKE = 1e-6  # maxima that differ by less are one, as those of a regular wave
-FEWEST = 20  # maxima, to fit their distribution to
+ENDS = ("first_mean", "last_mean", "first_std", "last_std")
+NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest")
+SIDES = ("smallest", "largest")
+FIGURES = Extremes._fields[:-1]
+A_WHILE = 0.05  # of the record, in a phase
+PART = 0.2  # of a record: its first and its last part
 SEGMENTS = 8  # of a run, whose spectra are averaged
-CRAWL = 60.0  # s: mean of the place at the ends of a phase
+EVEN = 1e-6  # of a step
 MOTION = ("body", "dof")
+CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
+    "motion": ("position", MOTION, "m, rad or s"),
+    "wave": ("wave_elevation", (), "m or s"),
+    "fender_force": ("fender_normal_force", ("fender",), "N or s"),
+    "spring_force": ("spring_tension", ("spring",), "N or s"),
+}
 
 
-def statistics(run: xr.Dataset, start: float = 0.0) -> xr.Dataset:
-    """Statistics of motions and of the wave from ``start`` [s] on, by ``statistic``, and their
-    spectra; and of each fender, the time in each mode, slip, and crawl by phase, of the whole run.
-    """
-    late = run.sel(time=slice(start, None))
+def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = None) -> xr.Dataset:
+    """Statistics of motions, of the wave, of fenders and springs from ``start`` [s] on, by
+    ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
+    and, of the whole run, of each fender the time in each mode and slip, and of each group of them
+    crawl by phase."""
+    late = _even(run.sel(time=slice(start, None)))
     step = float(np.diff(late.time.values[:2])[0])
-    motions = late.position.transpose("body", "dof", "time")
-    figures = [[_figures(x, step) for x in body] for body in motions.values]
-    frequency, spectrum = _spectrum(motions.values, step)
-    found = {
-        "motion": ((*MOTION, "statistic"), np.array(figures), _said("motion", "m, rad or s")),
-        "motion_spectrum": (
-            (*MOTION, "frequency"),
-            spectrum,
-            _said("one-sided spectral density", "m^2 s/rad, rad s"),
+    length = step * late.time.size
+    growing = float(late.time[0]) < float(run.attrs.get("wave_ramp", 0.0))
+    slowest = _lowest_of_waves(late.wave_elevation.values, step)
+    found: dict[str, xr.DataArray] = {}
+    for name, (variable, dims, unit) in CHANNELS.items():
+        if variable in late:
+            series = late[variable].transpose(*dims, "time")
+            found |= _of_channels(name, series, (step, exposure, slowest), growing, unit)
+    if _has_phases(late):
+        found = _without_laws(found)
+    frequency, spectrum = _spectrum(late.position.transpose(*MOTION, "time").values, step)
+    omega = xr.DataArray(frequency, dims="frequency", attrs=_said("angular frequency", "rad/s"))
+    found["motion_spectrum"] = xr.DataArray(
+        spectrum,
+        {"frequency": omega},
+        (*MOTION, "frequency"),
+        attrs=_said("one-sided spectral density", "m^2 s/rad, rad s"),
+    )
+    attributes = {
+        "title": run.attrs["title"],
+        "start": start,
+        "exposure": length if exposure is None else exposure,
+        "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
+    }
+    dataset = xr.Dataset(found, attrs=attributes)
+    return dataset.assign(contact_statistics(run)) if "fender" in run.dims else dataset
+
+
+def _of_channels(
+    name: str,
+    series: xr.DataArray,
+    how: tuple[float, float | None, float],
+    growing: bool,
+    unit: str,
+) -> dict[str, xr.DataArray]:
+    """Figures, extremes and their basis of all channels of a variable, along its dimensions; the
+    arguments of `extremes` besides; ``growing`` are the waves."""
+    dims, size = series.dims[:-1], series.shape[:-1]
+    channels = series.values.reshape(-1, series.sizes["time"])
+    figures = [_figures(x, how[0]) for x in channels]
+    sides = [_judged(x, how, growing) for x in channels]
+    values = [[side[:-1] for side in both] for both in sides]
+    basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
+    at = {dim: series[dim] for dim in dims}
+    both, each = {"side": list(SIDES)}, {"extreme": list(FIGURES)}
+    return {
+        name: xr.DataArray(
+            np.reshape(figures, (*size, -1)),
+            {**at, "statistic": list(NAMES)},
+            (*dims, "statistic"),
+            attrs=_said(name.replace("_", " "), unit),
         ),
-        "wave": ("statistic", _figures(late.wave_elevation.values, step), _said("wave", "m or s")),
+        f"{name}_extreme": xr.DataArray(
+            np.reshape(values, (*size, len(SIDES), -1)),
+            {**at, **both, **each},
+            (*dims, "side", "extreme"),
+            attrs={
+                **_said("most probable extreme and interval, prediction interval", unit),
+                "interval_probability": INTERVAL,
+            },
+        ),
+        f"{name}_basis": xr.DataArray(
+            basis.reshape(*size, -1), {**at, **both}, (*dims, "side"), attrs=_flags()
+        ),
     }
-    coords = {
-        "body": run.body.values,
-        "dof": run.dof.values,
-        "statistic": list(NAMES),
-        "frequency": ("frequency", frequency, _said("angular frequency", "rad/s")),
-    }
-    dataset = xr.Dataset(found, coords=coords, attrs={"title": run.attrs["title"], "start": start})
-    return dataset.assign(_fenders(run)) if "fender" in run.dims else dataset
 
 
-def _figures(x: np.ndarray, step: float) -> np.ndarray:
+def _figures(x: np.ndarray, step: float) -> list[float]:
     """The values of `NAMES`: significant is four standard deviations, a double amplitude; period
-    the mean between upcrossings of the mean; maximum, lower and upper the most probable largest
-    deviation from the mean and its interval; NaN what there are too few waves for."""
+    the mean between upcrossings of the mean, NaN if there are fewer than two."""
     mean, std = x.mean(), x.std()
-    crossings = _upcrossings(x - mean)
-    period = np.nan
+    crossings, period = upcrossings(x - mean), np.nan
     if crossings.size > 1:
         period = step * (crossings[-1] - crossings[0]) / (crossings.size - 1)
-    extremes = np.array([np.nan] * 3)
-    if crossings.size > FEWEST and std > 0.0:
-        edges = np.ceil(crossings).astype(int)
-        extremes = largest(np.maximum.reduceat(x - mean, edges)[:-1])
-    return np.array([mean, std, 4.0 * std, period, *extremes, x.min(), x.max()])
+    size = max(int(PART * x.size), 1)
+    parts = x[:size], x[-size:]
+    ends = *(part.mean() for part in parts), *(part.std() for part in parts)
+    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max()))]
 
 
-def _upcrossings(x: np.ndarray) -> np.ndarray:
-    """Where x rises through zero, in steps, by linear interpolation."""
-    before = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
-    return np.asarray(before + x[before] / (x[before] - x[before + 1]))
+def _judged(
+    x: np.ndarray, how: tuple[float, float | None, float], growing: bool
+) -> tuple[Extremes, Extremes]:
+    """The extremes, of which there are none while the waves grow."""
+    if growing and trivial(x) is not Basis.CONSTANT:
+        return none(Basis.WAVES_GROW), none(Basis.WAVES_GROW)
+    return extremes(x, *how)
 
 
-def largest(maxima: np.ndarray) -> np.ndarray:
-    """Most probable largest of as many ``maxima`` (n,) as there are, and the ends of its interval,
-    (3,), from a Weibull fit to the upper half."""
-    ordered, n = np.sort(maxima), maxima.size
-    if ordered[-1] - ordered[n // 2] <= ALIKE * ordered[-1]:
-        return np.full(3, ordered[-1])
-    above = 1.0 - (np.arange(1, n + 1) - 0.5) / n
-    upper = slice(n // 2, None)
-    x, y = np.log(ordered[upper]), np.log(-np.log(above[upper]))
-    shape, offset = np.polyfit(x, y, 1)
-    scale = np.exp(-offset / shape)
-    # exceeded once in n; Gumbel's law of the largest about it
-    quantiles = np.array([1.0, *(-np.log([(1 - INTERVAL) / 2, (1 + INTERVAL) / 2]))]) / n
-    return np.asarray(scale * (-np.log(quantiles)) ** (1.0 / shape))
+def _has_phases(run: xr.Dataset) -> bool:
+    """True if a group of contacts is in one phase for a while and then in another."""
+    if "contact_phase" not in run:
+        return False
+    phases = run.contact_phase.transpose("contact_group", "time").values
+    shares = np.array([(phases == one).mean(axis=1) for one in Phase])
+    return bool(np.any((shares > A_WHILE).sum(axis=0) > 1))
+
+
+def _without_laws(found: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:
+    """What bodies and contacts do in an operation has no law, if any of it changes over the time:
+    phases alone may be a long time without a contact."""
+    names = [name for name in CHANNELS if name != "wave" and name in found]
+    if not any(np.isin(found[f"{name}_basis"], CHANGES).any() for name in names):
+        return found
+    for name in names:
+        basis, extreme = found[f"{name}_basis"], found[f"{name}_extreme"]
+        by_law = basis.isin(LAWS)
+        found[f"{name}_extreme"] = extreme.where(~by_law)
+        found[f"{name}_basis"] = basis.where(~by_law, np.int8(Basis.OPERATION))
+    return found
+
+
+def _even(run: xr.Dataset) -> xr.Dataset:
+    """Without the end of a run that is not a whole step after the record before it."""
+    steps = np.diff(run.time.values.astype(float))
+    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > EVEN * steps[0]
+    return run.isel(time=slice(None, -1)) if odd else run
+
+
+def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
+    return lowest_frequency(elevation, step) if np.ptp(elevation) > 0.0 else 0.0
 
 
 def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -98,72 +179,13 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     return 2.0 * np.pi * frequency, density / (2.0 * np.pi)
 
 
-def _fenders(run: xr.Dataset) -> dict[str, xr.DataArray]:
-    modes, phase = run.fender_mode, run.contact_phase.values
-    names = modes.attrs["flag_meanings"].split()
-    share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
-    slipped = run.fender_slip_distance.isel(time=-1, drop=True)
-    each = list(Phase)
-    crawl = np.array([_moved(run, phase == one) for one in each])
-    time = np.array([np.mean(phase == one) * np.ptp(run.time.values) for one in each])
-    coords = {"phase": [one.name.lower().replace("_", " ") for one in each]}
+def _flags() -> dict[str, object]:
     return {
-        "fender_share": xr.DataArray(
-            share,
-            {"mode": names, "fender": run.fender},
-            ("mode", "fender"),
-            attrs=_said("share of the time", "1"),
-        ),
-        "fender_slipped": slipped.assign_attrs(_said("distance slipped", "m")),
-        "phase_duration": xr.DataArray(time, coords, "phase", attrs=_said("duration", "s")),
-        "phase_crawl": xr.DataArray(
-            crawl,
-            {**coords, "body": run.body, "axis": ["x", "y"]},
-            ("phase", "body", "axis"),
-            attrs=_said("slow displacement from beginning to end", "m"),
-        ),
+        "long_name": "what extremes are by, or why there are none",
+        "flag_values": np.array(list(Basis), dtype=np.int8),
+        "flag_meanings": " ".join(basis.name.lower() for basis in Basis),
     }
-
-
-def _moved(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
-    """Displacement (nb, 2) in x and y of the mean place from beginning to end of a phase."""
-    place = run.position.transpose("time", "body", "dof").values[:, :, :2]
-    if not during.any():
-        return np.zeros(place.shape[1:])
-    at = np.flatnonzero(during)[[0, -1]]
-    width = max(round(0.5 * CRAWL / float(np.diff(run.time.values[:2])[0])), 1)
-    ends = [place[max(k - width, 0) : k + width + 1].mean(axis=0) for k in at]
-    return np.asarray(ends[1] - ends[0])
 
 
 def _said(what: str, unit: str) -> dict[str, str]:
     return {"long_name": what, "units": unit}
-
-
-def lines(found: xr.Dataset) -> Iterator[str]:
-    """The statistics as text, a line for each motion and fender."""
-    for body in found.body.values:
-        for dof in found.dof.values:
-            of = found.motion.sel(body=body, dof=dof)
-            if float(of.sel(statistic="std")) > 0.0:
-                yield f"{body} {dof}: {_text(of, str(dof) in ('roll', 'pitch', 'yaw'))}"
-    if "phase_crawl" not in found:
-        return
-    for phase in found.phase.values:
-        seconds = float(found.phase_duration.sel(phase=phase))
-        for body in found.body.values:
-            x, y = found.phase_crawl.sel(phase=phase, body=body).values
-            yield f"{phase}: {seconds:.0f} s, {body} crawls {x:+.3f} m in x, {y:+.3f} m in y"
-
-
-def _text(of: xr.DataArray, turns: bool) -> str:
-    scale, unit = (180.0 / np.pi, "deg") if turns else (1.0, "m")
-    at = {name: float(of.sel(statistic=name)) for name in NAMES}
-    text = (
-        f"mean {scale * at['mean']:.3f}, significant {scale * at['significant']:.3f} {unit},"
-        f" period {at['period']:.2f} s"
-    )
-    if np.isnan(at["maximum"]):
-        return text
-    low, high = scale * at["lower"], scale * at["upper"]
-    return f"{text}, most probable maximum {scale * at['maximum']:.3f} ({low:.3f} to {high:.3f})"

@@ -280,12 +280,17 @@ def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
     end.attrs.update(long_name="displacement and angles at the end of the run")
     figures = statistics(run, start).assign(end_position=end)
     if "fender" in run.dims:
-        touching = (run.fender_mode != 0).any("fender").values
-        first = run.time.values[touching.argmax()] if touching.any() else np.nan
-        said = {"units": "s", "long_name": "time of the first contact of a fender"}
-        figures["first_contact"] = xr.DataArray(first, attrs=said)
+        figures["first_contact"] = _first_contact(run)
     counts = {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
     return xr.merge([run[variables], figures.assign(counts)], join="outer", compat="equals")
+
+
+def _first_contact(run: xr.Dataset) -> xr.DataArray:
+    """When each group of contacts touches first, NaN if it does not."""
+    phase = run.contact_phase.transpose("contact_group", "time").values
+    first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
+    said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
+    return xr.DataArray(first, {"contact_group": run.contact_group}, ("contact_group",), attrs=said)
 
 
 class _Shared:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def against(tmp_path: Path) -> Against:
         if channels is not None or "time" in options:
             given = {"time": options.pop("time", {}), "channels": channels}
             mapping = MappingFile.model_validate(given)
-        return compare(RUN, read_recording(path), mapping, **options)
+        return compare(options.pop("run", RUN), read_recording(path), mapping, **options)
 
     return against
 
@@ -137,6 +138,25 @@ def test_precision_of_fixed_decimals() -> None:
     assert precision_of(printed) == pytest.approx(5e-4)
     assert precision_of(RUN.wave_elevation.values) < 1e-15
     assert precision_of(np.full(20, 12.0)) < 1e-14
+
+
+@pytest.mark.parametrize("size", [0.1, 0.4])
+def test_other_waves_on_a_like_drift_are_said_of_the_waves_alone(
+    against: Against, size: float
+) -> None:
+    """A slow motion that is the same, with waves of another seed on it: a correlation of
+    1 / (1 + size^2) of the whole, and none of the waves."""
+    slow = np.sqrt(2.0) * np.sin(2 * np.pi * TIME / 120.0)
+    wave, other = (size * sea(TIME, seed) / np.std(sea(TIME, seed)) for seed in (3, 4))
+    run = RUN.copy(deep=True)
+    run.position.loc[{"dof": "surge"}] = (slow + wave)[:, None]
+    (result,) = against({"surge [m]": slow + other}, run=run).results.values()
+    assert result.fit.correlation == pytest.approx(1.0 / (1.0 + size**2), abs=0.03)
+    assert result.verdict.startswith("apart by")
+    share = 100.0 * size / np.sqrt(1.0 + size**2)
+    said = re.search(r"; its waves, (\S+) % of the std, are another realisation$", result.verdict)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(share, rel=0.1)
 
 
 class TestTimes:

@@ -14,6 +14,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.forces.contact.frictionless import Frictionless
+from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.forces.signal import Table
 from hydrosim.results.output import write
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
@@ -28,6 +31,7 @@ EXPECTED = {
     **dict.fromkeys(("fender_compression", "fender_normal_force"), ("time", "fender")),
     **dict.fromkeys(("fender_mode", "fender_slip_distance"), ("time", "fender")),
     **dict.fromkeys(("fender_friction", "fender_node"), ("time", "fender", "axis")),
+    "contact_phase": ("time", "contact_group"),
     **dict.fromkeys(("energy_kinetic", "energy_stored_hydrostatic"), ("time",)),
     **dict.fromkeys(("energy_stored_mooring", "energy_stored_interface"), ("time",)),
     **dict.fromkeys(("energy_dissipated_radiation", "energy_dissipated_mooring"), ("time",)),
@@ -99,6 +103,23 @@ def test_modes_are_flags(base_run: xr.Dataset) -> None:
     assert_array_equal(mode.attrs["flag_values"], [0, 1, 2])
     assert mode.attrs["flag_meanings"] == "open stick slip"
     assert set(np.unique(mode)) == {0, 1, 2}
+
+
+def test_phases_are_those_of_each_element() -> None:
+    """A fender of constant force, in contact throughout, hides nothing of the interface."""
+    scene = in_contact(20.0)
+    interface = scene.forces["interface"]
+    pressed = PrescribedNormal(Table(np.array([0.0]), np.array([1e3])))
+    alongside = replace(interface, normal=pressed, friction=Frictionless())
+    lifted = replace(interface, plane=replace(interface.plane, point=np.array([0.0, 0.0, 9.0])))
+    forces = {**scene.forces, "interface": lifted, "alongside": alongside}
+    run = hs.simulate(replace(scene, forces=forces))
+    assert list(run.contact_group.values) == ["interface", "alongside"]
+    assert list(run.fender_group.values) == ["interface"] * 4 + ["alongside"] * 4
+    names = run.contact_phase.attrs["flag_meanings"].split()
+    interface_phase, alongside_phase = run.contact_phase.values.T
+    assert set(interface_phase) == {names.index("moored")}
+    assert set(alongside_phase) == {names.index("compressed")}
 
 
 def test_contact_points_are_where_the_deck_is(base_run: xr.Dataset) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.forces.modes import OPEN, SLIP, STICK
-from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases
+from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases
 
 
 def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:
@@ -51,3 +51,20 @@ def test_no_contact_and_no_fenders() -> None:
 def test_slip_ends_being_stuck() -> None:
     time, modes = history((10.0, OPEN, OPEN), (300.0, STICK, STICK), (90.0, SLIP, SLIP))
     assert Phase.STUCK not in begins(time, contact_phases(time, modes))
+
+
+def test_a_fender_that_is_always_in_contact_hides_no_operation() -> None:
+    """A ship alongside, pressed on for ever; the interface goes through all phases."""
+    time, modes = history((100.0, OPEN, SLIP), (60.0, SLIP, SLIP), (200.0, STICK, SLIP))
+    each = group_phases(time, modes, ["interface", "alongside"])
+    assert each.shape == (time.size, 2)
+    assert set(begins(time, each[:, 0])) == {Phase.MOORED, Phase.COMPRESSED, Phase.STUCK}
+    assert begins(time, each[:, 0])[Phase.COMPRESSED] == 100.0
+    assert set(begins(time, each[:, 1])) == {Phase.COMPRESSED}
+    assert set(begins(time, contact_phases(time, modes))) == {Phase.COMPRESSED}
+
+
+def test_contacts_of_one_element_are_one_group() -> None:
+    time, modes = history((50.0, OPEN, SLIP), (50.0, SLIP, SLIP))
+    (each,) = group_phases(time, modes, ["interface", "interface"]).T
+    np.testing.assert_array_equal(each, contact_phases(time, modes))

@@ -1,38 +1,63 @@
-"""Statistics of records whose figures are known."""
+"""Statistics of records whose figures are known; what is said of those that have no extremes."""
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from random_records import KINDS
 
 from hydrosim.dofs import DOFS
+from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.results.extremes import Basis
 from hydrosim.results.phases import contact_phases
-from hydrosim.results.statistics import FEWEST, largest, lines, statistics
+from hydrosim.results.sentences import RUNS, lines, lines_of_runs
+from hydrosim.results.statistics import statistics
 
 TIME = np.arange(0.0, 2000.0, 0.5)
 
 
-def record(**motions: np.ndarray) -> xr.Dataset:
-    """A run with these motions and nothing else."""
-    position = np.zeros((TIME.size, 1, 6))
+def record(time: np.ndarray = TIME, ramp: float = 0.0, **motions: np.ndarray) -> xr.Dataset:
+    """A run with these motions, in waves of like frequencies, and nothing else."""
+    position = np.zeros((time.size, 1, 6))
     for dof, x in motions.items():
         position[:, 0, DOFS.index(dof)] = x
     return xr.Dataset(
         {
             "position": (("time", "body", "dof"), position),
-            "wave_elevation": ("time", np.cos(TIME)),
+            "wave_elevation": ("time", waves(99, time)),
         },
-        coords={"time": TIME, "body": ["barge"], "dof": list(DOFS)},
-        attrs={"title": "known"},
+        coords={"time": time, "body": ["barge"], "dof": list(DOFS)},
+        attrs={"title": "known", "wave_ramp": ramp},
     )
+
+
+def with_contact(run: xr.Dataset, modes: np.ndarray, force: np.ndarray) -> xr.Dataset:
+    """The run with one fender in these modes."""
+    time = run.time.values
+    return run.assign(
+        fender_mode=(("time", "fender"), modes[:, None], {"flag_meanings": "open stick slip"}),
+        fender_slip_distance=(("time", "fender"), 0.01 * np.cumsum(modes == SLIP)[:, None]),
+        fender_normal_force=(("time", "fender"), force[:, None]),
+        contact_phase=(("time", "contact_group"), contact_phases(time, modes[:, None])[:, None]),
+    ).assign_coords(fender=["interface 1"], contact_group=["interface"])
+
+
+def waves(seed: int = 1, time: np.ndarray = TIME) -> np.ndarray:
+    """So much of a record of a Gaussian wave motion."""
+    return KINDS["Gaussian wave motion"].draw(np.random.default_rng(seed))[: time.size]
 
 
 def of(run: xr.Dataset, dof: str, **options: Any) -> dict[str, float]:
     found = statistics(run, **options).motion.sel(body="barge", dof=dof)
     return {str(name): float(found.sel(statistic=name)) for name in found.statistic.values}
+
+
+def basis(found: xr.Dataset, dof: str, side: str = "largest") -> Basis:
+    return Basis(int(found.motion_basis.sel(body="barge", dof=dof, side=side)))
 
 
 def test_sine() -> None:
@@ -52,40 +77,124 @@ def test_what_is_before_the_start_does_not_count() -> None:
     assert of(record(surge=x), "surge")["largest"] == 100.0
 
 
-def test_too_few_waves_have_no_extremes() -> None:
-    x = np.sin(2 * np.pi * TIME / (2000.0 / (FEWEST - 1)))
-    assert np.isnan(of(record(sway=x), "sway")["maximum"])
-    assert np.isnan(of(record(), "sway")["period"])
+def test_a_regular_motion_has_its_amplitude_for_extremes() -> None:
+    found = statistics(record(heave=3.0 + 2.0 * np.sin(2 * np.pi * TIME / 20.0)))
+    assert basis(found, "heave") == Basis.REGULAR
+    extreme = found.motion_extreme.sel(body="barge", dof="heave")
+    np.testing.assert_allclose(extreme.sel(side="largest"), 5.0)
+    np.testing.assert_allclose(extreme.sel(side="smallest"), 1.0)
 
 
-def test_largest_of_a_known_distribution() -> None:
-    """Of Weibull distributed maxima the largest lies in its interval as often as it says: 90 % of
-    400 samples, within four standard errors, 6 %; and its median is close to Gumbel's."""
-    random, count = np.random.default_rng(11), 300
-    inside, centre = [], []
-    for _ in range(400):
-        maxima = 1.7 * random.weibull(2.0, count)
-        middle, low, high = largest(maxima)
-        inside.append(low <= (1.7 * random.weibull(2.0, count)).max() <= high)
-        centre.append(middle)
-    assert np.mean(inside) == pytest.approx(0.9, abs=0.06)
-    # the fit's own scatter is 5 %; the mean of 400 is good to a hundredth
-    assert np.mean(centre) == pytest.approx(1.7 * np.sqrt(np.log(count)), rel=0.02)
+class TestWithoutExtremes:
+    """Each is told for what it is, with no number and no "nan"."""
+
+    @staticmethod
+    def said(run: xr.Dataset, **options: Any) -> str:
+        text = "\n".join(lines(statistics(run, **options)))
+        assert "nan" not in text
+        return text
+
+    def test_few_waves(self) -> None:
+        x = np.sin(2 * np.pi * TIME / 200.0)
+        assert basis(statistics(record(sway=x)), "sway") == Basis.TOO_SHORT
+        assert "too short" in self.said(record(sway=x))
+
+    def test_no_period(self) -> None:
+        assert "no period (it does not cross its mean twice)" in self.said(record(surge=TIME))
+
+    def test_constant_channels_are_not_printed(self) -> None:
+        found = statistics(record(surge=waves(), sway=0.0 * TIME + 3.0))
+        assert basis(found, "sway") == basis(found, "yaw") == Basis.CONSTANT
+        assert "sway" not in "\n".join(lines(found))
+
+    def test_one_peak(self) -> None:
+        self.said(record(heave=np.exp(-(((TIME - 1000.0) / 5.0) ** 2))))
+
+    def test_growing_waves(self) -> None:
+        run = record(heave=waves() * np.minimum(TIME / 200.0, 1.0), ramp=200.0)
+        assert basis(statistics(run), "heave") == Basis.WAVES_GROW
+        assert "the waves grow until 200 s: begin there (--from 200)" in self.said(run)
+        assert basis(statistics(run, 200.0), "heave") == Basis.GAUSSIAN
+
+    def test_a_run_that_ends_while_the_waves_grow(self) -> None:
+        self.said(record(heave=waves() * TIME / 2000.0, ramp=5000.0))
+
+    def test_a_lift(self) -> None:
+        text = self.said(record(heave=0.1 * waves() + TIME / 2000.0))
+        found = re.search(r"its mean goes from (\S+) to (\S+) m", text)
+        assert found is not None
+        assert (float(found[1]), float(found[2])) == pytest.approx((0.1, 0.9), abs=0.03)
+
+    def test_waves_that_grow_over_the_whole_record(self) -> None:
+        text = self.said(record(heave=waves() * (1.0 + 2.0 * TIME / 2000.0)))
+        assert "its standard deviation goes from" in text
+
+    def test_an_operation(self) -> None:
+        """Pitch itself is stationary; but contact begins at half the time, and heave is lifted."""
+        touching = TIME > 1000.0
+        moving = {"pitch": waves(), "heave": waves(2) + 4.0 * touching}
+        run = with_contact(record(**moving), np.where(touching, STICK, OPEN), 1e6 * touching)
+        assert basis(statistics(record(**moving)), "pitch") == Basis.GAUSSIAN
+        assert basis(statistics(run), "pitch") == Basis.OPERATION
+        assert np.isnan(statistics(run).motion_extreme.sel(dof="pitch")).all()
+        assert "contact goes through phases" in self.said(run)
+
+    def test_a_fender_that_is_touched_late_is_no_operation(self) -> None:
+        """If nothing changes: contact is rare, and that is said of its force."""
+        x = waves()
+        force = np.maximum(x - np.sort(x)[-20], 0.0)
+        force[: TIME.size // 3] = 0.0
+        run = with_contact(record(pitch=x), np.where(force > 0.0, SLIP, OPEN), force)
+        found = statistics(run)
+        assert basis(found, "pitch") == Basis.GAUSSIAN
+        assert found.fender_force_basis.sel(side="largest") in (Basis.RARE, Basis.TOO_SHORT)
+        self.said(run)
+
+    def test_not_finite(self) -> None:
+        x = waves().copy()
+        x[-1] = np.nan
+        assert basis(statistics(record(heave=x)), "heave") == Basis.NOT_FINITE
+        assert "it is not finite" in "\n".join(lines(statistics(record(heave=x))))
+
+    @pytest.mark.parametrize("count", [4, 5, 30, 200])
+    def test_short_records(self, count: int) -> None:
+        time = TIME[:count]
+        self.said(record(time, heave=waves(time=time), pitch=np.sin(time)))
+
+    def test_all_zero(self) -> None:
+        assert len(list(lines(statistics(record())))) == 1
 
 
-def test_narrow_band_has_rayleighs_extremes() -> None:
-    """The most probable largest is std sqrt(2 ln N) (Longuet-Higgins 1952), within the scatter of a
-    fit to a hundred waves, over 40 seeds."""
-    ratio = []
-    for seed in range(40):
-        random = np.random.default_rng(seed)
-        omega = 0.3 + 0.05 * random.random(300)
-        phase = 2 * np.pi * random.random(300)
-        x = np.cos(np.outer(TIME, omega) + phase).sum(axis=1)
-        found = of(record(heave=x), "heave")
-        waves = TIME[-1] / found["period"]
-        ratio.append(found["maximum"] / (found["std"] * np.sqrt(2 * np.log(waves))))
-    assert np.mean(ratio) == pytest.approx(1.0, abs=0.05)
+def test_whole_seconds_and_a_last_record_off_the_grid() -> None:
+    """Times may be whole numbers; the end of a run is recorded wherever it is."""
+    time = np.arange(3000)
+    run = record(time, heave=waves(time=time))
+    assert basis(statistics(run), "heave") == Basis.GAUSSIAN
+    odd = run.assign_coords(time=np.append(time[:-1], time[-2] + 0.3))
+    assert statistics(odd).attrs["exposure"] == 2999.0
+    assert of(odd, "heave")["period"] == pytest.approx(of(run, "heave")["period"], rel=1e-3)
+
+
+def test_smallest_is_the_largest_mirrored() -> None:
+    x = KINDS["slow drift, damping 0.2"].draw(np.random.default_rng(4))
+    time = np.arange(x.size, dtype=float)
+    up, down = (statistics(record(time, surge=sign * x)) for sign in (1.0, -1.0))
+    a = up.motion_extreme.sel(body="barge", dof="surge", side="largest").values
+    b = down.motion_extreme.sel(body="barge", dof="surge", side="smallest").values
+    np.testing.assert_allclose(a[[0, 2, 1, 4, 3]], -b)
+
+
+def test_a_longer_exposure_has_larger_extremes() -> None:
+    """Of a Gaussian process sigma sqrt(2 ln n) goes with n."""
+    run = record(heave=waves())
+    once, tenfold = (
+        statistics(run, exposure=t).motion_extreme.sel(body="barge", dof="heave", side="largest")
+        for t in (2000.0, 20000.0)
+    )
+    figures = of(run, "heave")
+    mpm = np.array([float(each.sel(extreme="mpm")) for each in (once, tenfold)])
+    level = (mpm - figures["mean"]) / figures["std"]
+    assert level[1] ** 2 - level[0] ** 2 == pytest.approx(2 * np.log(10.0), rel=1e-6)
 
 
 def test_spectrum_holds_the_variance() -> None:
@@ -101,21 +210,28 @@ def test_crawl_by_phase() -> None:
     """A body that creeps 0.5 m while its fenders knock, and none after; the place at the ends of a
     phase is a mean over a minute."""
     place = np.interp(TIME, [600.0, 1000.0], [0.0, -0.5]) + 0.1 * np.sin(2 * np.pi * TIME / 8.0)
-    modes = np.full((TIME.size, 1), 0, dtype=np.int8)
-    modes[(TIME >= 600.0) & (TIME % 8.0 < 4.0), 0] = 2
-    modes[TIME >= 1000.0] = 1
-    run = record(surge=place).assign(
-        fender_mode=(("time", "fender"), modes, {"flag_meanings": "open stick slip"}),
-        fender_slip_distance=(("time", "fender"), np.cumsum(modes == 2, axis=0) * 0.01),
-        contact_phase=("time", contact_phases(TIME, modes)),
-    )
-    run = run.assign_coords(fender=["interface"])
-    found = statistics(run)
-    crawl = found.phase_crawl.sel(body="barge", axis="x")
+    modes = np.full(TIME.size, OPEN, dtype=np.int8)
+    modes[(TIME >= 600.0) & (TIME % 8.0 < 4.0)] = SLIP
+    modes[TIME >= 1000.0] = STICK
+    found = statistics(with_contact(record(surge=place), modes, 1e6 * (modes != OPEN)))
+    crawl = found.phase_crawl.sel(contact_group="interface", body="barge", axis="x")
     assert float(crawl.sel(phase="moored")) == pytest.approx(0.0, abs=0.03)
     assert float(crawl.sel(phase="initial contact")) == pytest.approx(-0.5, abs=0.04)
     assert float(crawl.sel(phase="stuck")) == pytest.approx(0.0, abs=0.03)
-    assert float(found.fender_share.sel(fender="interface").sum()) == pytest.approx(1.0)
+    assert float(found.fender_share.sel(fender="interface 1").sum()) == pytest.approx(1.0)
     assert float(found.phase_duration.sum()) == pytest.approx(TIME[-1], rel=1e-3)
     text = list(lines(found))
-    assert any(line.startswith("initial contact: ") for line in text)
+    assert any(line.startswith("interface initial contact: ") for line in text)
+
+
+def test_runs_by_gumbels_law() -> None:
+    """Over seeds: intervals as of a fit to their largest values; failed runs do not count."""
+    figures = [statistics(record(heave=waves(seed))) for seed in range(RUNS)]
+    failed = figures[0] * np.nan
+    runs = xr.concat([*figures, failed], "run")
+    text = list(lines_of_runs(runs))
+    high = runs.motion.sel(body="barge", dof="heave", statistic="largest").values[:-1]
+    assert text[0].startswith("barge heave: ")
+    assert f"to {high.max():.3f} m" in text[0]
+    assert re.match(r"  largest of a run: most probable \S+ \(\S+ to \S+\), of another", text[2])
+    assert len(list(lines_of_runs(runs.isel(run=[0, 1])))) == 1

@@ -63,7 +63,7 @@ def test_each_run_is_a_single_run_to_the_bit(singles: list[xr.Dataset]) -> None:
         assert np.array_equal(run.phase_crawl.sel(axis=["x", "y"]), expected.phase_crawl)
         assert np.array_equal(run.end_position, single.position[-1])
         touching = single.time[(single.fender_mode > 0).any("fender").values]
-        assert float(run.first_contact) == float(touching[0])
+        assert run.first_contact.item() == float(touching[0])
         for name in ("solver_steps", "solver_events", "energy_residual_relative"):
             assert float(run[name]) == single.attrs[name]
         assert str(run.warnings.values) == single.attrs.get("warnings", "")

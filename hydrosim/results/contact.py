@@ -1,0 +1,59 @@
+"""What contact and friction did in a run: time in each mode, slip, crawl by phase."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.results.phases import Phase
+
+CRAWL = 60.0  # s: mean of the place at the ends of a phase
+
+
+def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Of each fender the share of the time in each mode, and slip; of each group of fenders the
+    time in each phase, and how far each body crawls in it."""
+    modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
+    names = modes.attrs["flag_meanings"].split()
+    share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
+    each = list(Phase)
+    crawl = [[_moved(run, of == one) for one in each] for of in phase]
+    span = np.ptp(run.time.values)
+    time = np.array([[np.mean(of == one) * span for one in each] for of in phase])
+    phases = {
+        "contact_group": run.contact_group,
+        "phase": [one.name.lower().replace("_", " ") for one in each],
+    }
+    return {
+        "fender_share": xr.DataArray(
+            share,
+            {"mode": names, "fender": run.fender},
+            ("mode", "fender"),
+            attrs=_said("share of the time", "1"),
+        ),
+        "fender_slipped": run.fender_slip_distance.isel(time=-1, drop=True).assign_attrs(
+            _said("distance slipped", "m")
+        ),
+        "phase_duration": xr.DataArray(time, phases, tuple(phases), attrs=_said("duration", "s")),
+        "phase_crawl": xr.DataArray(
+            np.array(crawl),
+            {**phases, "body": run.body, "axis": ["x", "y"]},
+            (*phases, "body", "axis"),
+            attrs=_said("slow displacement from beginning to end", "m"),
+        ),
+    }
+
+
+def _moved(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
+    """Displacement (nb, 2) in x and y of the mean place from beginning to end of a phase."""
+    place = run.position.transpose("time", "body", "dof").values[:, :, :2]
+    if not during.any():
+        return np.zeros(place.shape[1:])
+    at = np.flatnonzero(during)[[0, -1]]
+    width = max(round(0.5 * CRAWL / float(np.diff(run.time.values[:2])[0])), 1)
+    ends = [place[max(k - width, 0) : k + width + 1].mean(axis=0) for k in at]
+    return np.asarray(ends[1] - ends[0])
+
+
+def _said(what: str, unit: str) -> dict[str, str]:
+    return {"long_name": what, "units": unit}

@@ -1,0 +1,164 @@
+"""The largest value of a record: the most probable one, and between which values it will lie.
+
+The most probable maximum of a time is the value that is exceeded once on average in it, below which
+the largest is with the probability exp(-1). A record is taken for Gaussian, clipped where it often
+stays at its smallest value (a contact that opens), unless
+
+* its third or fourth moment says otherwise and matters for the largest value, or
+* it is slow: more than `SLOW` of its variance is below the frequencies of the waves. Slow drift is
+  quadratic in the waves, its tail nearly exponential (Naess 1986, Applied Ocean Research 8), and it
+  has too few cycles to show its moments.
+
+Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.results.gaussian import Gaussian, fit_gaussian
+from hydrosim.results.gumbel import SLIDE, Gumbel, fit_record, sliding
+from hydrosim.results.series import memories, share_below, upcrossings
+from hydrosim.results.stationarity import changes
+
+MEMORIES = 4  # in a window, at least
+LEAST, MOST = 8, 100  # windows
+GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter ones hold too few waves for Gumbel's law
+SLOW, SLOW_CLIPPED = 0.05, 0.5  # of the variance; clipping makes slow parts itself
+CLIPPED = 0.005  # of the time: what is at the smallest value for longer is clipped there
+ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a regular wave
+PERIODIC = 0.05  # of the mean period: the same of periods
+UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
+FEWEST = 20  # waves
+ROUNDING = 1e-12  # of the largest value
+
+
+class Basis(IntEnum):
+    """What extremes are by; from `REGULAR` on, why there are none."""
+
+    GAUSSIAN = 0
+    CLIPPED_GAUSSIAN = 1
+    GUMBEL = 2
+    REGULAR = 3
+    CONSTANT = 4
+    CLIPPED = 5
+    TOO_SHORT = 6
+    RARE = 7
+    MEAN_CHANGES = 8
+    STD_CHANGES = 9
+    WAVES_GROW = 10
+    OPERATION = 11
+    ALONE = 12
+    NOT_FINITE = 13
+
+
+LAWS = (Basis.GAUSSIAN, Basis.CLIPPED_GAUSSIAN, Basis.GUMBEL)
+CHANGES = (Basis.MEAN_CHANGES, Basis.STD_CHANGES)
+
+
+class Extremes(NamedTuple):
+    """Most probable maximum with its confidence interval; prediction interval of the largest; NaN
+    where the ``basis`` says that there are none."""
+
+    mpm: float
+    mpm_lower: float
+    mpm_upper: float
+    predicted_lower: float
+    predicted_upper: float
+    basis: Basis
+
+    def scaled(self, factor: float, offset: float = 0.0) -> Extremes:
+        """Of offset + factor x: of its smallest value, if the factor is negative."""
+        order = [0, 1, 2, 3, 4] if factor > 0.0 else [0, 2, 1, 4, 3]
+        return _of(offset + factor * np.array(self[:-1])[order], self.basis)
+
+
+class _Record(NamedTuple):
+    """What is the same of the largest and the smallest value: how many ``memories`` a record is
+    long, and which ``share`` of its variance is slow; an exposure of ``ratio`` times its length."""
+
+    memories: float
+    share: float
+    ratio: float
+
+
+def extremes(
+    x: np.ndarray, step: float, exposure: float | None = None, slowest: float = 0.0
+) -> tuple[Extremes, Extremes]:
+    """Of the smallest and of the largest value in an ``exposure`` [s], by default the length of the
+    record x (nt,) in ``step`` [s]; the waves have no energy below ``slowest`` [rad/s]."""
+    said = trivial(x)
+    if said is not None:
+        return none(said), none(said)
+    middle, size = float(np.median(x)), float(np.ptp(x))
+    z = (x - middle) / size
+    long = memories(z)
+    changing = changes(z, long)
+    if any(changing):
+        said = Basis.MEAN_CHANGES if changing[0] else Basis.STD_CHANGES
+        return none(said), none(said)
+    ratio = 1.0 if exposure is None else exposure / (step * x.size)
+    record = _Record(long, share_below(z, step, slowest), ratio)
+    least, largest = _of_largest(-z, record).scaled(-1.0), _of_largest(z, record)
+    return least.scaled(size, middle), largest.scaled(size, middle)
+
+
+def none(basis: Basis) -> Extremes:
+    """No extremes, and why."""
+    return _of([np.nan] * 5, basis)
+
+
+def trivial(x: np.ndarray) -> Basis | None:
+    """Why a record x (nt,) has no extremes that need be looked for."""
+    if not np.isfinite(x).all():
+        return Basis.NOT_FINITE
+    if not np.ptp(x) > ROUNDING * np.abs(x).max():
+        return Basis.CONSTANT
+    return Basis.TOO_SHORT if upcrossings(x - x.mean()).size <= FEWEST else None
+
+
+def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
+    if _regular(x):
+        return _of([x.max()] * 5, Basis.REGULAR)
+    if np.mean(x == x.max()) > CLIPPED:
+        return none(Basis.CLIPPED)
+    windows = min(int(record.memories / MEMORIES), x.size // (2 * SLIDE), MOST)
+    if windows < LEAST:
+        return none(Basis.TOO_SHORT)
+    count = max(count for count in GUMBEL if count <= windows)
+    clipped = bool(np.mean(x == x.min()) > CLIPPED)
+    if clipped and sliding(x, windows).min() == x.min():
+        return none(Basis.RARE)
+    if not np.ptp(sliding(x, count)) > 0.0:
+        return none(Basis.CLIPPED)
+    slow = record.share > (SLOW_CLIPPED if clipped else SLOW)
+    fit = None if slow else fit_gaussian(x, record.memories, windows)
+    if fit is None or fit.doubtful() or fit.unlikely(x.max()):
+        law = fit_record(x, count)
+        if law.exceedances(x.max(), count) < UNLIKELY:
+            return none(Basis.ALONE)
+        return _by(law, record.ratio * count, Basis.GUMBEL)
+    return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
+
+
+def _regular(x: np.ndarray) -> bool:
+    """True if the largest values and the periods of all waves are alike."""
+    crossings = upcrossings(x - x.mean())
+    periods, first = np.diff(crossings), np.ceil(crossings).astype(int)
+    maxima = np.maximum.reduceat(x, first)[:-1]
+    alike = np.ptp(maxima) <= ALIKE * np.ptp(x)
+    return bool(alike and np.ptp(periods) <= PERIODIC * periods.mean())
+
+
+def _by(law: Gaussian | Gumbel, ratio: float, basis: Basis) -> Extremes:
+    return _of([law.expected(ratio), *law.confidence(ratio), *law.prediction(ratio)], basis)
+
+
+def _of(values: Sequence[float] | np.ndarray, basis: Basis) -> Extremes:
+    mpm, *ends = map(float, values)
+    low, high, least, most = ends
+    return Extremes(mpm, low, high, least, most, basis)

@@ -1,0 +1,159 @@
+"""A record as a Gaussian process m + s z(t), clipped at its smallest value if it often stays there.
+
+m and s have the greatest likelihood of the values (Tobin 1958, Econometrica 26: what is clipped
+counts with the probability of being below); they are mean and standard deviation where nothing is
+clipped. The largest of a time is below m + s u with the probability
+
+    P = exp(-n exp(-u^2 / 2)),     and m + s u is exceeded once on average at u = sqrt(2 ln n),
+
+n being the number of independent waves, fewer than upcrossings in a narrow band: n has the greatest
+likelihood of the largest z of each of many windows.
+
+Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments: of a
+value He_k(z), of a clipped one -phi(z0) He_(k-1)(z0) / Phi(z0). The parameters are off by the
+inverse information times the mean scores, which says what a fit is worth, and whether the third and
+fourth moments, zero of a Gaussian process, would move the extremes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.hermite_e import hermevander
+from scipy.special import log_ndtr, ndtr, ndtri
+from scipy.stats import t as student
+
+from hydrosim.results.gumbel import ENDS, sliding
+from hydrosim.results.series import scatter
+
+ORDER = 4
+ROUNDS, CLOSE = 50, 1e-10  # of the search for m and s
+EDGE, NODES = 8.0, 801  # of integrals over z
+FAR = 1e-3  # probability that the largest of a Gaussian record is doubted, on each side
+DOUBT = 0.01  # probability that a Gaussian record is doubted, for each moment
+
+
+class Gaussian(NamedTuple):
+    """A fit to a record: ``mean``, ``std``; the mean ``scores`` (4,), draws (4, k) of their
+    ``scatter``, the ``information`` (4, 4); independent ``waves``, counted by ``windows``."""
+
+    mean: float
+    std: float
+    scores: np.ndarray
+    scatter: np.ndarray
+    information: np.ndarray
+    waves: float
+    windows: int
+
+    def expected(self, ratio: float) -> float:
+        """The value that is exceeded once on average in ``ratio`` times the length."""
+        return self.mean + self.std * self._level(ratio, np.exp(-1.0))
+
+    def confidence(self, ratio: float) -> np.ndarray:
+        """Interval (2,) that holds the true `expected` value."""
+        u = self._level(ratio, np.exp(-1.0))
+        return self.mean + self.std * u + self._error(u) * np.array([-1.0, 1.0])
+
+    def prediction(self, ratio: float) -> np.ndarray:
+        """Interval (2,) that holds the largest value in ``ratio`` times the length: what the
+        largest scatters and what the fit is off, added in squares."""
+        middle, *ends = (self._level(ratio, p) for p in (0.5, *ENDS))
+        apart = [np.hypot(self.std * (u - middle), self._error(u)) for u in ends]
+        return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
+
+    def doubtful(self) -> bool:
+        """True if the third or fourth moment is not that of a Gaussian record, and would move the
+        largest value."""
+        u = self._level(1.0, np.exp(-1.0))
+        usual = self._weights(u, 2)
+        odds = student.ppf(1.0 - 0.5 * DOUBT, self.scatter.shape[1])
+        for order in range(3, ORDER + 1):
+            moved = self._weights(u, order) - usual
+            if abs(moved @ self.scores) > odds * _size(moved @ self.scatter):
+                return True
+        return False
+
+    def unlikely(self, largest: float) -> bool:
+        """True if the largest value is so far from what is expected that it would be as rare as a
+        record that is doubted."""
+        u = (largest - self.mean) / self.std
+        exceeded = self.waves * np.exp(-0.5 * max(u, 0.0) ** 2)
+        return bool(exceeded < FAR or exceeded > -np.log(FAR))
+
+    def _level(self, ratio: float, probability: float) -> float:
+        """u below which the largest is with a probability."""
+        return float(np.sqrt(2.0 * max(np.log(self.waves * ratio / -np.log(probability)), 0.0)))
+
+    def _error(self, u: float) -> float:
+        """Half of the interval that holds m + s u."""
+        moments = _size(self._weights(u, 2) @ self.scatter)
+        waves = 1.0 / (u * np.sqrt(self.windows)) if u > 0.0 else 0.0
+        odds = float(student.ppf(ENDS[1], self.scatter.shape[1]))
+        return odds * self.std * float(np.hypot(moments, waves))
+
+    def _weights(self, u: float, order: int) -> np.ndarray:
+        """How the value at u moves with the mean scores (4,), if so many parameters are free."""
+        shape = hermevander(u, ORDER - 1)[0, :order]
+        found = np.zeros(ORDER)
+        found[:order] = np.linalg.solve(self.information[:order, :order], shape)
+        return found
+
+
+def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | None:
+    """The fit to a record x (nt,) that is so many times as long as its memory; None if there is
+    none. What is at the smallest value is clipped, if that is more than one."""
+    floor = x.min()
+    clipped = x == floor
+    if clipped.sum() == 1:
+        floor, clipped = -np.inf, np.zeros(x.size, dtype=bool)
+    mean, std = _begin(x, clipped)
+    for _ in range(ROUNDS):
+        edge = (floor - mean) / std
+        scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
+        step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
+        if np.abs(step).max() < CLOSE:
+            peaks = sliding((x - mean) / std, windows)
+            waves = windows / float(np.exp(-0.5 * peaks**2).mean())
+            draws = scatter(scores, independent)
+            return Gaussian(mean, std, scores.mean(axis=1), draws, information, waves, windows)
+        mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))
+    return None
+
+
+def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
+    """Mean and standard deviation by two quantiles of what is not clipped."""
+    if not clipped.any():
+        return float(x.mean()), float(x.std())
+    probability = np.array([clipped.mean(), 0.5 * (1.0 + clipped.mean())])
+    values, z = np.quantile(x, probability), ndtri(probability)
+    std = float(np.ptp(values) / np.ptp(z))
+    return float(values[0] - std * z[0]), std
+
+
+def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
+    """Scores (4, nt) of values z (nt,), of which some are ``clipped`` at the edge."""
+    scores = np.ascontiguousarray(hermevander(z, ORDER)[:, 1:].T)
+    scores[:, clipped] = _of_clipped(edge)[:, None]
+    return scores
+
+
+def _of_clipped(edge: float) -> np.ndarray:
+    """Scores (4,) of what is clipped at the edge."""
+    if np.isinf(edge):
+        return np.zeros(ORDER)
+    hazard = np.exp(-0.5 * edge**2 - log_ndtr(edge)) / np.sqrt(2.0 * np.pi)
+    return np.asarray(-hazard * hermevander(edge, ORDER - 1)[0])
+
+
+def _information(edge: float) -> np.ndarray:
+    """Mean products (4, 4) of the scores."""
+    z = np.linspace(max(edge, -EDGE), EDGE, NODES)
+    weight = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) * (z[1] - z[0])
+    weight[[0, -1]] *= 0.5
+    scores, below = hermevander(z, ORDER)[:, 1:], _of_clipped(edge)
+    return np.asarray((scores.T * weight) @ scores + ndtr(edge) * np.outer(below, below))
+
+
+def _size(draws: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(draws**2)))

@@ -1,0 +1,70 @@
+"""What an evenly spaced series is like: waves, memory, slow parts, scatter of its means."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SMOOTHED = 4  # neighbours in the spectrum
+BINS = 1024  # of a series whose slow parts are asked for
+LEAST, MOST = 12, 48  # coefficients
+
+
+def upcrossings(x: np.ndarray) -> np.ndarray:
+    """Where x rises through zero, in steps, by linear interpolation."""
+    before = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    return np.asarray(before + x[before] / (x[before] - x[before + 1]))
+
+
+def memories(x: np.ndarray) -> float:
+    """How many times as long as its memory a record x (nt,) is, the memory being the integral of
+    the squared autocorrelation: the variance is known to sqrt(2 / memories) of itself."""
+    power = spectrum(x)
+    width = power.size // SMOOTHED * SMOOTHED
+    smooth = power[:width].reshape(-1, SMOOTHED).mean(axis=1)
+    # the mean square of a periodogram is twice that of what it scatters about
+    return float(2.0 * (1.0 + 1.0 / SMOOTHED) * smooth.sum() ** 2 * SMOOTHED / (smooth**2).sum())
+
+
+def share_below(x: np.ndarray, step: float, frequency: float) -> float:
+    """Share of the variance of x (nt,) below a ``frequency`` [rad/s]."""
+    power = spectrum(x)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(x.size, step)[1:]
+    return float(power[omega < frequency].sum() / power.sum())
+
+
+def lowest_frequency(x: np.ndarray, step: float, share: float = 0.01) -> float:
+    """The frequency [rad/s] below which a ``share`` of the variance of x (nt,) is."""
+    power = np.cumsum(spectrum(x))
+    at = int(np.searchsorted(power, share * power[-1]))
+    return float(2.0 * np.pi * np.fft.rfftfreq(x.size, step)[1:][at])
+
+
+def spectrum(x: np.ndarray) -> np.ndarray:
+    """Squared Fourier coefficients of x (nt,), its mean left out, tapered at both ends."""
+    taper = np.sin(np.pi * (np.arange(x.size) + 0.5) / x.size)
+    return np.asarray(np.abs(np.fft.rfft(taper * (x - x.mean()))[1:]) ** 2)
+
+
+def scatter(series: np.ndarray, independent: float) -> np.ndarray:
+    """Draws (..., count) of what the mean of each series (..., nt) is off, which is so many times
+    as long as its memory: as many cosine coefficients as are slow against it (Lazarus et al. 2018,
+    Journal of Business and Economic Statistics 36)."""
+    return slow_parts(series, int(independent ** (2.0 / 3.0) / 3.0))
+
+
+def slow_parts(series: np.ndarray, count: int) -> np.ndarray:
+    """The lowest cosine coefficients (..., count) of each series (..., nt), of `LEAST` to `MOST`:
+    of one that is stationary they are independent, and scatter as its mean does (Mueller 2007,
+    Journal of Econometrics 141)."""
+    sums = binned(series, BINS)
+    bins = sums.shape[-1]
+    count = int(np.clip(count, LEAST, max(min(MOST, bins // 2), 1)))
+    waves = np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
+    return np.asarray(np.sqrt(2.0) * sums @ waves.T / series.shape[-1])
+
+
+def binned(series: np.ndarray, bins: int) -> np.ndarray:
+    """Sums of each series (..., nt) over so many stretches of equal length, or over each value if
+    there are fewer."""
+    bins = min(bins, series.shape[-1])
+    return np.add.reduceat(series, np.arange(bins) * series.shape[-1] // bins, axis=-1)
