@@ -74,7 +74,7 @@ def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = Non
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
     dataset = xr.Dataset(found, attrs=attributes)
-    return dataset.assign(contact_statistics(run)) if "fender" in run.dims else dataset
+    return dataset.assign(contact_statistics(run)) if "contact_group" in run.dims else dataset
 
 
 def _of_channels(
@@ -140,7 +140,7 @@ def _judged(
 
 def _has_phases(run: xr.Dataset) -> bool:
     """True if a group of contacts is in one phase for a while and then in another."""
-    if "contact_phase" not in run:
+    if "contact_group" not in run.dims:
         return False
     phases = run.contact_phase.transpose("contact_group", "time").values
     shares = np.array([(phases == one).mean(axis=1) for one in Phase])

@@ -1,0 +1,53 @@
+"""`hydrosim statistics` on the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from command_line import Command, command
+from recorded_runs import made_run
+
+from hydrosim.results.output import write
+
+
+@pytest.fixture
+def statistics(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """`hydrosim statistics` in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return command(monkeypatch, capsys, "statistics")
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """Ten minutes of a made-up barge, as a file of a run that knows no groups of contacts."""
+    path = tmp_path / "made.nc"
+    write(made_run(), path)
+    return path
+
+
+def test_every_channel_has_its_lines(statistics: Command, run: Path) -> None:
+    result = statistics(run)
+    assert result.code == 0
+    assert "extremes of 600.2 s, with 90 % intervals" in result.out
+    assert "barge heave: mean" in result.out
+    assert "interface 1: mean" in result.out
+    assert "nan" not in result.out
+    with xr.open_dataset(run.with_stem("made_statistics")) as found:
+        assert found.motion_extreme.dims == ("body", "dof", "side", "extreme")
+        assert found.motion_extreme.attrs["interval_probability"] == 0.9
+        meanings = found.motion_basis.attrs["flag_meanings"].split()
+        assert len(meanings) == found.motion_basis.attrs["flag_values"].size
+
+
+@pytest.mark.parametrize("duration", [5.0, float("nan"), float("inf"), -1.0])
+def test_a_duration_that_is_no_use_is_refused(
+    statistics: Command, run: Path, duration: float
+) -> None:
+    result = statistics(run, "--duration", duration)
+    assert result.code == 2
+    assert "--duration: found" in result.err
+    assert "expected a tenth of the record, 60 s, or more" in result.err
