@@ -25,12 +25,11 @@ from typing import Any, NamedTuple
 import psutil
 
 from benchmarks.random_cases import random_case, text_of
-from benchmarks.random_trial import WITHIN, Convergence, Outcome, compared, tried
+from benchmarks.random_trial import OPEN, WITHIN, Convergence, Outcome, compared, tried
 from benchmarks.report import Row, markdown
 
 LIMITS = {"try": 30.0, "compare": 300.0}  # s of CPU time that a scene may take
 PATIENCE = 10.0  # times as long a scene may take if it compiles or fits something first
-OPEN = 1e-4  # of the exchanged energy: what an unwarned run may have lost
 SEEDS = 1_000_000  # scenes of a seed
 KINDS = ("complete", "failed", "refused", "crash", "hang")
 BLOCKED = Outcome("hang")

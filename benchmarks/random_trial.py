@@ -19,6 +19,7 @@ from hydrosim.errors import HydrosimError, InputError
 
 FINER = 4.0  # the step of a run over that of the run that it is compared with
 TIGHTER = 1024.0  # the same of tolerances: FINER to the order 5
+OPEN = 1e-4  # of the exchanged energy: what an unwarned run may have lost
 WITHIN = 1e-3  # of the range of a motion: what agrees
 LEAST = 1e-6  # m or rad: a smaller range is none
 NEARBY = 1e-9  # m: how far two runs begin apart, to see how they part
