@@ -200,7 +200,7 @@ def _float_body(s: Sketch, hull: Hull, number: int, at: Place, radiation: Any) -
     d, name = s.draw, f"hull{number}"
     tilt = (d.between(-1.0, 1.0) for _ in range(2))
     small = [d.between(-0.3, 0.3), d.between(-0.3, 0.3), d.between(-0.3, 0.3)]
-    angles = [rounded(0.03 * angle) for angle in tilt]
+    angles = [rounded(angle * 0.3 / hull.length) for angle in tilt]
     body: Case = {
         "hydrodynamics": str(DATABASES / hull.file),
         "mass": hull.mass,

@@ -11,7 +11,7 @@ What a slow load lifts or a spring holds is large and says nothing; it does not 
 into overlapping stretches, and the worst of them, or the run as a whole, is the relative residual:
 one great impact hides nothing that comes before or after it. In a stretch quieter than usual the
 scale is the geometric mean of its exchange and that of a usual one, because errors of motion go
-with the root of their energy. Roundings of large energies are left out.
+with the root of their energy. Roundings of large energies are left out, as is what hardly moves.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import xarray as xr
 CLOSED = 1e-4  # of the exchanged energy: a residual beyond is warned of
 STRETCHES = 16  # of a run, half overlapping
 FEWEST = 8  # output times in a stretch
+LEAST = 1e-6  # J/kg of all bodies that may move, as at 1.4 mm/s: less is hardly motion
 ROUNDING = 1e-11  # of the largest energy: integrals of many steps
 ADAPTIVE_REMEDY = "Try a smaller solver.tolerance"
 REMEDY = "Try a smaller solver.step"
@@ -40,8 +41,8 @@ class Gap(NamedTuple):
     relative: float
 
 
-def gap(run: xr.Dataset) -> Gap:
-    """The worst gap in the ledger of a run."""
+def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
+    """The worst gap in the ledger of a run; ``least`` [J] counts as exchanged in any stretch."""
     time, residual = run.time.values, run.energy_residual.values
     if time.size < 2:
         return Gap(0.0, 0.0, 0.0, 0.0)
@@ -52,15 +53,15 @@ def gap(run: xr.Dataset) -> Gap:
     usual, found = float(np.median(each)), []
     for (i, j), own in zip(parts, each, strict=True):
         missing = max(float(np.ptp(residual[i : j + 1])) - rounding, 0.0)
-        scale = np.sqrt(own * max(own, usual))
+        scale = max(np.sqrt(own * max(own, usual)), least)
         found.append(Gap(time[i], time[j], missing, float(missing / scale) if missing else 0.0))
     return max(found, key=lambda gap: gap.relative)
 
 
-def guarded(run: xr.Dataset) -> xr.Dataset:
-    """The run with its relative residual among its attributes, and with warnings if its ledger is
-    open or its friction gives energy."""
-    worst = gap(run)
+def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:
+    """The run of bodies of this ``mass`` [kg] with its relative residual among its attributes, and
+    with warnings if its ledger is open or its friction gives energy."""
+    worst = gap(run, LEAST * mass)
     said = [str(run.attrs["warnings"])] if "warnings" in run.attrs else []
     said += [*_open(run, worst), *_giving(run)]
     added = {"warnings": "\n".join(said)} if said else {}

@@ -135,7 +135,7 @@ def to_dataset(
     dataset = dataset.assign(_memory(scene, model, history))
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
-    return guarded(dataset)
+    return guarded(dataset, sum(body.mass for body in scene.bodies if body.dofs))
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:

@@ -84,6 +84,13 @@ def test_roundings_and_quiet_stretches_are_no_gap() -> None:
     assert gap(ledger(swings(size), 0.9e-5 * (size < 1.0), **big)).relative == 0.0
 
 
+def test_what_hardly_moves_is_no_gap() -> None:
+    """10 s inside a ramp: a thousandth of what is exchanged is missing, and that is nothing."""
+    run = ledger(swings(1e-6 * np.ones(801)), 1e-6 * np.arange(801) * 1e-3)
+    assert "warnings" in guarded(run).attrs
+    assert "warnings" not in guarded(run, mass=1e6).attrs
+
+
 def test_friction_that_gives_is_said() -> None:
     lost = np.minimum(np.arange(801.0), 500.0)
     run = ledger(swings(np.ones(801)), np.zeros(801))
