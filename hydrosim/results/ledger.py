@@ -61,7 +61,8 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
 def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:
     """The run of bodies of this ``mass`` [kg] with its relative residual among its attributes, and
     with warnings if its ledger is open or its friction gives energy."""
-    worst = gap(run, LEAST * mass)
+    with np.errstate(over="ignore", invalid="ignore"):  # of a run that has failed
+        worst = gap(run, LEAST * mass)
     said = [str(run.attrs["warnings"])] if "warnings" in run.attrs else []
     said += [*_open(run, worst), *_giving(run)]
     added = {"warnings": "\n".join(said)} if said else {}

@@ -27,8 +27,10 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     if count <= first:
         return None
     values = unpack(model, record, count)
-    held = values["kinetic"] + values["stored"].sum(axis=1)
-    done = values["y"][:, model.energy :][:, : model.rows]
+    kinetic, stored, y = (values[name] for name in ("kinetic", "stored", "y"))
+    with np.errstate(over="ignore", invalid="ignore"):
+        held = kinetic[first:] + stored[first:].sum(axis=1)
+    done = y[:, model.energy : model.energy + model.rows]
     since = done[first:] - done[0]
     given = np.zeros(count - first)
     for row in range(model.rows):
@@ -37,7 +39,8 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
         elif _may_give(scene, row):
             given += np.maximum(-since[:, row], 0.0)
     least = LEAST * sum(body.mass for body in scene.bodies)
-    beyond = np.flatnonzero(held[first:] > FAR * (abs(held[0]) + given) + least)
+    had = abs(kinetic[0] + stored[0].sum())
+    beyond = np.flatnonzero(held > FAR * (had + given) + least)
     return first + int(beyond[0]) if beyond.size else None
 
 
@@ -46,7 +49,7 @@ def fastest(scene: Scene, model: Model, record: Record, count: int) -> str:
     itself: "heave of body barge"."""
     v = unpack(model, record, count)["velocity"][-1].reshape(-1, 6)
     inertia = [[body.mass] * 3 + list(np.diag(body.inertia)) for body in scene.bodies]
-    body, dof = divmod(int(np.argmax(np.array(inertia) * v**2)), 6)
+    body, dof = divmod(int(np.argmax(np.sqrt(inertia) * np.abs(v))), 6)
     return f"{DOFS[dof]} of body {scene.bodies[body].name}"
 
 
