@@ -109,6 +109,16 @@ def linearise(
     return Linear(J, states, model.bodies.active, inertia(model, state.y[: 2 * n]))
 
 
+def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
+    """S (6 nb, n) at coordinates ``q`` (n,): velocities v = S q', generalised loads S^T F."""
+    motion = new_work(model).motion
+    columns = []
+    for rates in np.eye(q.size):
+        place_bodies(q, rates, model.bodies, motion)
+        columns.append(motion.velocity.copy())
+    return np.reshape(columns, (q.size, -1)).T
+
+
 def inertia(model: Model, motion: np.ndarray) -> np.ndarray:
     """Inertia (n, n) of the free coordinates, added mass included, at ``motion`` (2 n,): these and
     their rates."""

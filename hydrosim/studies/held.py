@@ -49,7 +49,8 @@ def contact_remarks(
         f"pressed at rest, {which} hold by friction: springs and dampers along the plane. The place"
         " at rest is that without friction."
     )
-    waves = [(w.omega, about.motions(w)) for w in compiled.sea]
+    active = about.linear.active
+    waves = [(w.omega, about.motions(w)[:, active] @ about.map.T) for w in compiled.sea]
     if not waves:
         return
     omega = np.concatenate([w for w, _ in waves])

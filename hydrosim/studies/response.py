@@ -17,13 +17,15 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
+from scipy import linalg
 
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup, with_states
+from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
-from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.linearise import Linear, linearise, velocity_map
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.radiation import TOLERANCE
 from hydrosim.results.names import fender_names
@@ -47,12 +49,15 @@ class Radiation(StrEnum):
 class Responder:
     """A scene made linear about a state, and its ``bodies`` in waves.
 
-    ``linear`` has everything but, if they are the ``databases``', added mass and damping.
+    ``linear`` has everything but, if they are the ``databases``', added mass and damping. ``map`` S
+    (6 nb, n) is that of velocities, v = S q', and loads, S^T F. Added mass and damping are in axes
+    that are turned by the headings of the ``bodies``.
     """
 
     linear: Linear
     bodies: Sequence[WaveBody]
     environment: Environment
+    map: np.ndarray
     added_mass_infinite: np.ndarray
     databases: Sequence[WetGroup] = ()
 
@@ -69,7 +74,7 @@ class Responder:
         loads, active = first_order(waves, self.bodies).amplitude, self.linear.active
         found = np.zeros(loads.shape, dtype=complex)
         D = self.dynamic_stiffness(waves.omega)
-        found[:, active] = np.linalg.solve(D, loads[:, active, None])[:, :, 0]
+        found[:, active] = np.linalg.solve(D, (loads @ self.map)[:, :, None])[:, :, 0]
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
 
@@ -84,8 +89,9 @@ class Responder:
             db = wet.database
             A, B = (_at(omega, db.frequency, x) for x in (db.added_mass, db.radiation_damping))
             radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
-        active = self.linear.active
-        return np.asarray(D + radiated[:, active[:, None], active])
+        turned = linalg.block_diag(*(about_z(b.heading) for b in self.bodies for _ in range(2)))
+        along = turned.T @ self.map
+        return np.asarray(D + along.T @ radiated @ along)
 
     def modes(self) -> list[NaturalMode]:
         """The natural modes, with the same added mass and damping."""
@@ -113,12 +119,22 @@ def responder(
     about = compiled.state if state is None else _of_model(model, state)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, fender_names(scene))
-    linear = linearise(model, about, time=time)
-    bodies = wave_bodies(
-        replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet
-    )
+    linear, n = linearise(model, about, time=time), model.bodies.active.size
+    met = wave_bodies(replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet)
+    place = model.bodies.locked.copy()
+    place[model.bodies.active] = about.y[:n]
+    bodies = [_moved(body, at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
-    return Responder(linear, bodies, scene.environment, model.added_mass, groups)
+    S = velocity_map(model, about.y[:n])
+    return Responder(linear, bodies, scene.environment, S, model.added_mass, groups)
+
+
+def _moved(body: WaveBody, at: np.ndarray) -> WaveBody:
+    """The body in waves where its displacements (6,) put it: moved, and turned by its yaw about its
+    centre of gravity."""
+    heading = body.heading + at[5]
+    frame = np.array(body.place()) + at[:2] - (about_z(heading) @ (*body.centre[:2], 0.0))[:2]
+    return replace(body, heading=heading, location=tuple(frame))
 
 
 def _met_at_rest(body: Body) -> Body:

@@ -185,3 +185,23 @@ def test_waves_that_follow_a_body_meet_it_at_rest() -> None:
     np.testing.assert_array_equal(*found)
     assert np.abs(found[0]).max() > 0.0
     assert scene_of("free_floating").solver.kinematics == Kinematics.EXACT
+
+
+@pytest.mark.parametrize("radiation", Radiation)
+@pytest.mark.parametrize("by", ["heading", "yaw"])
+def test_responses_turn_with_the_barge(radiation: Radiation, by: str) -> None:
+    """A free barge turned by 40 deg, by its heading or its yaw, in waves turned as far: surge and
+    sway along turned axes, all angles as they were, about the body's own axes."""
+    turn, omega = np.radians(40.0), np.array([0.4, 0.7])
+    free = with_body(
+        replace(in_waves(scene_of("free_floating")), forces={}),
+        wave_forces=WaveForces(True, SecondOrder.NONE),
+        centre_of_gravity=(0.0, 0.0, -4.9),
+    )
+    place = {"heading": turn} if by == "heading" else {"position": (0, 0, 0, 0, 0, turn)}
+    still, turned = free, with_body(free, **place)
+    expected = responder(still, radiation=radiation).raos(0.5, omega)
+    found = responder(turned, radiation=radiation).raos(0.5 + turn, omega)
+    c, s = np.cos(turn), np.sin(turn)
+    expected[:, :2] = expected[:, :2] @ np.array([[c, s], [-s, c]])
+    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
