@@ -46,6 +46,7 @@ from hydrosim.stepping.state import (
     State,
     new_run,
 )
+from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, fastest
 from hydrosim.studies.resolution import (
     fitting_step,
@@ -134,8 +135,9 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     }
     count, history = int(counters[RECORDS]), run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
-    attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
+    warnings += noticed(compiled, dataset)
+    dataset.attrs.update({"warnings": "\n".join(warnings)} if warnings else {})
     if message:
         raise SimulationError(message, dataset)
     return dataset

@@ -1,0 +1,165 @@
+"""What a run turned out to be that its assumptions did not foresee: bodies far from where waves met
+them, coupled bodies that moved apart, angles that are not small.
+
+`noticed` reads the motions of a run; it changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.database import HydroDatabase
+from hydrosim.dofs import about_z
+from hydrosim.scene import Body, Kinematics, Place, SecondOrder
+from hydrosim.waves import Components, chosen_places
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
+PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift
+APART, TURNED = 0.1, np.radians(3.0)
+"""Of the distance of coupled bodies, and between their headings, that may be unsaid."""
+SMALL = 0.1  # rad: sin and cos are right to 0.2 and 0.5 % there
+SAMPLES = 200  # waves of equal energy that stand for a sea
+PERIODS = 3.0  # of the waves: what is slower is slow
+
+
+def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+    """What to warn of after a ``run`` of the compiled scene, in words with figures."""
+    scene, seas = compiled.scene, compiled.sea
+    exact = scene.solver.kinematics == Kinematics.EXACT
+    if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
+        return
+    if not exact:
+        yield from _large_angles(run)
+    alone = each_alone(compiled.wet)
+    for body in scene.bodies if exact and seas else ():
+        if body.name in alone and body.wave_forces.first_order:
+            chosen = chosen_places(scene, body)
+            slow = _slow(run, body.name, seas)
+            if chosen.position == Place.MEAN:
+                yield from _drifted(body, run, slow, seas)
+            yield from _turned(body, chosen.headings, run, slow, seas, alone[body.name])
+    for group in compiled.wet if exact else ():
+        yield from _coupled(group, run)
+
+
+def _large_angles(run: xr.Dataset) -> Iterator[str]:
+    angles = np.abs(run.position.values[:, :, 3:])
+    if angles.max() > SMALL:
+        _, b, j = np.unravel_index(angles.argmax(), angles.shape)
+        yield (
+            f"solver.kinematics: linear is for small angles, and {run.dof.values[3 + j]} of"
+            f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less than"
+            f" {np.degrees(SMALL):.2g} deg. Choose exact."
+        )
+
+
+def _slow(run: xr.Dataset, name: str, seas: Sequence[Components]) -> np.ndarray:
+    """Surge, sway and yaw (nt, 3) without what is as fast as the waves: running means."""
+    q = run.position.sel(body=name).values[:, [0, 1, 5]]
+    omega, _, _ = _sampled(seas)
+    step = float(np.median(np.diff(run.time.values)))
+    width = min(max(round(PERIODS * 2.0 * np.pi / float(omega.mean()) / step), 1), len(q))
+    sums = np.cumsum(np.vstack([np.zeros((1, 3)), q]), axis=0)
+    means = (sums[width:] - sums[:-width]) / width
+    before = (len(q) - len(means)) // 2
+    return np.pad(means, ((before, len(q) - len(means) - before), (0, 0)), mode="edge")
+
+
+def _drifted(
+    body: Body, run: xr.Dataset, slow: np.ndarray, seas: Sequence[Components]
+) -> Iterator[str]:
+    """A body that was far from its place at rest while waves met it there."""
+    _, heading, k = _sampled(seas)
+    along = slow[:, :1] * np.cos(heading) + slow[:, 1:2] * np.sin(heading)
+    phase = np.sqrt(np.mean(np.square(k * along), axis=1))
+    at = int(phase.argmax())
+    if phase[at] > PHASE:
+        yield (
+            f"bodies.{body.name}: waves met it as at rest, and at {run.time.values[at]:.4g} s it"
+            f" was {np.hypot(*slow[at, :2]):.3g} m away, {phase[at]:.2g} rad of the waves' phase;"
+            f" expected less than {PHASE:g} rad. Set wave_forces.position: slow."
+        )
+
+
+def _turned(
+    body: Body,
+    headings: Place,
+    run: xr.Dataset,
+    slow: np.ndarray,
+    seas: Sequence[Components],
+    db: HydroDatabase,
+) -> Iterator[str]:
+    """A body that was turned from the heading at which waves met it."""
+    omega, heading, _ = _sampled(seas)
+    at = int(np.abs(slow[:, 2]).argmax())
+    yaw, to = float(slow[at, 2]), heading - body.heading
+    there = (
+        f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
+        " loads are others by"
+    )
+    if yaw == 0.0:
+        return
+    if headings == Place.MEAN:
+        here, turned = (excitation_at(db, to - x, omega) for x in (0.0, yaw))
+        change = _change(here, turned, yaw)
+        if change > CHANGED:
+            yield (
+                f"bodies.{body.name}: waves met it at its heading at rest, and {there}"
+                f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
+            )
+    if body.wave_forces.second_order != SecondOrder.NONE and db.mean_drift is not None:
+        here, turned = (mean_drift_at(db, to - x, omega).mean(axis=0)[None] for x in (0.0, yaw))
+        change = _change(here, turned, yaw)
+        if change > CHANGED:
+            yield (
+                f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
+                f" {there} {change:.0%}; expected less than {CHANGED:.0%}. Give bodies."
+                f"{body.name}.heading as it lies on average, or a mooring that holds yaw."
+            )
+
+
+def _change(here: np.ndarray, turned: np.ndarray, yaw: float) -> float:
+    """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``."""
+    moved = (turned.reshape(-1, 2, 3) @ about_z(yaw).T).reshape(here.shape)
+    change, size = (
+        np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
+        for x in (moved - here, here)
+    )
+    return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
+
+
+def _sampled(seas: Sequence[Components]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequency, heading and wave number of `SAMPLES` waves of equal energy."""
+    omega, heading, k, amplitude = (
+        np.concatenate([getattr(waves, name) for waves in seas])
+        for name in ("omega", "heading", "wavenumber", "amplitude")
+    )
+    energy = np.cumsum(amplitude**2)
+    wanted = energy[-1] * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    at = np.searchsorted(energy, wanted)
+    return omega[at], heading[at], k[at]
+
+
+def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+    """Bodies of one database that have moved from the places for which their waves were coupled."""
+    q = run.position.sel(body=group.names).values
+    places = run.reference_position.sel(body=group.names).values[:, :2]
+    for one, other in combinations(range(len(group.bodies)), 2):
+        away = np.hypot(*(q[:, one, :2] - q[:, other, :2]).T)
+        turned = np.abs(q[:, one, 5] - q[:, other, 5])
+        distance = float(np.hypot(*(places[one] - places[other])))
+        if away.max() > APART * distance or turned.max() > TURNED:
+            yield (
+                f"bodies.{group.names[one]}, {group.names[other]}: their waves are coupled as at"
+                f" rest, {distance:.4g} m apart and parallel, and they came {away.max():.3g} m and"
+                f" {np.degrees(turned.max()):.3g} deg away from that; expected less than"
+                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. What one does to the"
+                " other is uncertain by as much; compute a database for the places that they take."
+            )
