@@ -135,9 +135,10 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     }
     count, history = int(counters[RECORDS]), run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
+    attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
-    warnings += noticed(compiled, dataset)
-    dataset.attrs.update({"warnings": "\n".join(warnings)} if warnings else {})
+    if said := [*str(dataset.attrs.get("warnings", "")).splitlines(), *noticed(compiled, dataset)]:
+        dataset.attrs["warnings"] = "\n".join(said)
     if message:
         raise SimulationError(message, dataset)
     return dataset
