@@ -1,0 +1,113 @@
+"""What a run says of bodies that were not where their loads are for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import moving
+from moored_barge import ROOT, SEA, in_waves, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.forces import CurrentLoad
+from hydrosim.scene import (
+    Environment,
+    Kinematics,
+    Place,
+    RadiationModel,
+    Scene,
+    SecondOrder,
+    Stream,
+    WaveForces,
+    WaveTrain,
+)
+
+SWELL = replace(SEA, peak_period=15.0)  # its loads are known between headings 15 deg apart
+
+
+def abeam(place: Place, **changes: object) -> Scene:
+    """The barge without its mooring, in waves abeam."""
+    scene = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=radians(90.0), ramp=20.0))
+    loads = WaveForces(headings=place, position=place)
+    return replace(with_body(scene, wave_forces=loads, **changes), forces={}, duration=100.0)
+
+
+def said(run: xr.Dataset) -> str:
+    return str(run.attrs.get("warnings", ""))
+
+
+def test_a_yaw_that_changes_the_loads() -> None:
+    """10 deg of yaw turn the loads of waves abeam by 17 % and more; followed, nothing is said."""
+    turned = moving(yaw=radians(10.0))
+    met = said(hs.simulate(abeam(Place.MEAN, position=turned)))
+    assert "waves met it at its heading at rest" in met
+    assert "Set wave_forces.headings: slow" in met
+    assert "heading at rest" not in said(hs.simulate(abeam(Place.SLOW, position=turned)))
+    assert said(hs.simulate(abeam(Place.MEAN))) == ""
+
+
+def test_second_order_loads_are_those_of_the_heading_at_rest() -> None:
+    scene = abeam(Place.SLOW, position=moving(yaw=radians(40.0)))
+    (body,) = scene.bodies
+    loads = replace(body.wave_forces, second_order=SecondOrder.MEAN_DRIFT)
+    assert "second-order loads are those" in said(hs.simulate(with_body(scene, wave_forces=loads)))
+
+
+def test_a_drift_through_the_waves() -> None:
+    """0.4 m/s across waves of 15 s, 350 m long, is half a radian after 70 s."""
+    scene = abeam(Place.MEAN, velocity=moving(sway=0.4), radiation=RadiationModel.NONE)
+    met = said(hs.simulate(scene))
+    assert "of the waves' phase" in met
+    assert "Set wave_forces.position: slow" in met
+
+
+def test_coupled_bodies_that_come_apart() -> None:
+    """Two barges that share a database, one of which drifts off."""
+    (barge,) = scene_of("free_floating").bodies
+    one, other = (
+        replace(
+            barge,
+            name=name,
+            hydrodynamics=ROOT / "hydro_db" / "two_barges.nc",
+            database_body=k,
+            centre_of_gravity=(0.0, y, 0.0),
+            mass=1.23e6,
+            inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
+            radiation=RadiationModel.NONE,
+            velocity=moving(surge=u),
+        )
+        for name, k, y, u in (("port", 1, 7.0, 0.2), ("starboard", 2, -7.0, 0.0))
+    )
+    scene = replace(abeam(Place.MEAN), bodies=(one, other), duration=20.0)
+    scene = replace(scene, environment=Environment())
+    assert "their waves are coupled as at rest, 14 m apart" in said(hs.simulate(scene))
+    still = replace(scene, bodies=(replace(one, velocity=(0.0,) * 6), other))
+    assert "coupled" not in said(hs.simulate(still))
+
+
+@pytest.mark.parametrize(("roll", "warned"), [(8.0, True), (4.0, False)])
+def test_angles_that_are_not_small(roll: float, warned: bool) -> None:
+    scene = abeam(Place.MEAN, position=moving(roll=radians(roll)))
+    small = replace(scene, solver=replace(scene.solver, kinematics=Kinematics.LINEAR))
+    calm = replace(small, environment=Environment())
+    assert ("solver.kinematics: linear is for small angles" in said(hs.simulate(calm))) == warned
+
+
+def test_munks_moment_beside_coefficients_is_said() -> None:
+    """With the figure to take from the coefficients: (A_surge - A_sway) / 2 of sin(2 a)."""
+    load = CurrentLoad(
+        "barge",
+        point=(0.0, 0.0, 0.0),
+        headings=np.radians([0.0, 90.0, 180.0, 270.0]),
+        **{name: np.array([0.0, 1.0, 0.0, -1.0]) for name in ("surge", "sway", "yaw")},
+    )
+    scene = replace(abeam(Place.MEAN), environment=Environment(current=Stream(1.0, 0.3)))
+    compiled = hs.compile_scene(replace(scene, forces={"current": load}))
+    A = compiled.model.added_mass
+    (line,) = (text for text in compiled.notes.meetings if "Munk" in text)
+    assert f"{0.5 * (A[0, 0] - A[1, 1]):.3g} sin(2 a)" in line
+    bare = hs.compile_scene(scene)
+    assert all("coefficients" not in text for text in bare.notes.meetings)
