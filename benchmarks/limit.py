@@ -115,7 +115,7 @@ def inertia_of(model: Model) -> np.ndarray:
     """Mass and added mass (6 nb, 6 nb) at rest."""
     work, n = new_work(model), model.bodies.active.size
     place_bodies(np.zeros(n), np.zeros(n), model.bodies, work.motion)
-    mass_matrix(model.bodies, work.motion.rotation, model.added_mass, work.mass)
+    mass_matrix(model.bodies, model.headings, work.motion, model.added_mass, work.mass)
     return work.mass
 
 

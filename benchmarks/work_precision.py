@@ -2,7 +2,8 @@
 
 Heave of the sphere in its sea, small angles, so that all solve the same equation: all methods over
 their steps or tolerances, the propagation without steps, and the numpy and scipy of
-`sphere_with_numpy`. Surge of the base case, its first 700 s, by the methods. Errors are the largest
+`sphere_with_numpy`. Surge of the base case, its first 700 s, by the methods, with the contact that
+it has and with nodes that are a hundred times as stiff. Errors are the largest
 ones over the range of the motion, against a run at a fine step of the same equation; CPU times are
 those of the time loop, or of the solver; of the propagation, which has none, all told.
 """
@@ -27,6 +28,7 @@ from benchmarks.report import Answer, Row
 from benchmarks.sphere import sphere
 from benchmarks.timing import Timed, interleaved, time_all, time_loop, timed
 from hydrosim import SimulationError
+from hydrosim.forces import Fender, StickSlip
 from hydrosim.scene import (
     ConvolutionRadiation,
     Kinematics,
@@ -44,17 +46,18 @@ STEPS = {
     Method.RK2: (0.05, 0.025, 0.0125, 0.00625),
     Method.HEUN: (0.05, 0.025, 0.0125, 0.00625),
     Method.RK4: (0.2, 3 / 16, 1 / 6, 0.1, 0.05, 0.025, 0.0125),
-    Method.ESDIRK4: (0.25, 0.125, 0.0625, 0.03125),
 }
 """Of the sphere [s], below the stable limits."""
 BASE_STEPS = {
     Method.RK2: (0.1, 0.05, 0.025, 0.0125),
     Method.HEUN: (0.1, 0.05, 0.025, 0.0125),
     Method.RK4: (0.1, 0.05, 0.025, 0.0125),
-    Method.ESDIRK4: (0.2, 0.1, 0.05),
 }
+STIFF, STIFF_STEPS = 100.0, {Method.RK2: (1 / 1000, 1 / 2000), Method.RK4: (1 / 700, 1 / 1400)}
+"""Of K2 over that of the base case, and the steps [s] that are stable then."""
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-REFERENCE = 0.2 / 64  # s
+ADAPTIVES = (Method.DOPRI5, Method.ESDIRK4)
+REFERENCE, TIGHT = 0.2 / 64, 1e-9  # s, and a tolerance
 TIMES = RECORDED * np.arange(round(DURATION / RECORDED) + 1)
 MEMORY, MEMORY_STEPS, MEMORY_REFERENCE = ConvolutionRadiation(length=60.0), (0.2, 0.1, 0.05), 0.0125
 LAGS = (0.1, 0.05, 0.025)  # s, of the convolution by numpy
@@ -91,18 +94,29 @@ def answer() -> Answer:
     """Errors and CPU times of the sphere and of the base case."""
     heave, heave_own = _sphere()
     surge, surge_own = _base_case()
+    stiff, stiff_own = _stiff_contact()
     return Answer(
         {
             f"Sphere, {DURATION:g} s: heave": [_row(trial) for trial in heave],
             "Base case, the first 700 s: surge": [_row(trial) for trial in surge],
-            f"Least CPU time for an error of heave of {ASKED:g}": _cheapest(heave),
+            f"The same with K2 {STIFF:g} times as stiff": [_row(trial) for trial in stiff],
+            f"Least CPU time for an error of heave of {ASKED:g}": _compared(heave),
+            f"Least CPU time for an error of surge of {ASKED:g}": _rows(_cheapest(surge)),
+            f"The same with K2 {STIFF:g} times as stiff, {ASKED:g}": _rows(_cheapest(stiff)),
         },
         [
             f"References: rk4 at {REFERENCE:g} s, its own error {heave_own:.0e};"
-            f" rk4 at {FINEST:g} s, its own error {surge_own:.0e}.",
+            f" rk4 at {FINEST:g} s, its own error {surge_own:.0e};"
+            f" dopri5 at a tolerance of {TIGHT:g}, its own error {stiff_own:.0e}.",
             _first_order(heave),
         ],
-        _picture({"sphere: heave": (heave, heave_own), "base case: surge": (surge, surge_own)}),
+        _picture(
+            {
+                "sphere: heave": (heave, heave_own),
+                "base case: surge": (surge, surge_own),
+                f"K2 {STIFF:g} times as stiff: surge": (stiff, stiff_own),
+            }
+        ),
     )
 
 
@@ -123,13 +137,43 @@ def _base_case() -> tuple[list[Trial], float]:
         for method, steps in BASE_STEPS.items()
         for step in steps
     }
-    for relative in TOLERANCES[2:]:
-        tolerance = Tolerance(relative, relative, relative / 100)  # angles: as if at 100 m
-        scene = _tolerant(short_case(0.1, Method.DOPRI5), tolerance)
-        runs[Method.DOPRI5, relative] = partial(time_loop, compiled(scene, in_plane=True))
+    for method in ADAPTIVES:
+        for relative in TOLERANCES[2:]:
+            scene = _tolerant(short_case(0.1, method), relative)
+            runs[method, relative] = partial(time_loop, compiled(scene, in_plane=True))
     fine, coarse = (_motion(_short(step), SURGE) for step in (FINEST, 2 * FINEST))
     found = interleaved(runs, REPEATS)
     return _judged(found, fine, SURGE), _largest(coarse - fine, fine) / 15
+
+
+def _stiff_contact() -> tuple[list[Trial], float]:
+    """All trials of the base case with stiff nodes, and the error of the reference."""
+    runs: Runs = {
+        (method, step): partial(_attempt, compiled(_stiff(step, method), in_plane=True))
+        for method, steps in STIFF_STEPS.items()
+        for step in steps
+    }
+    for method in ADAPTIVES:
+        for relative in (1e-4, 1e-5, 1e-6, 1e-7):
+            scene = _tolerant(_stiff(0.1, method), relative)
+            runs[method, relative] = partial(_attempt, compiled(scene, in_plane=True))
+    fine, coarse = (
+        _motion(compiled(_tolerant(_stiff(0.1, Method.DOPRI5), x), in_plane=True), SURGE)
+        for x in (TIGHT, 10.0 * TIGHT)
+    )
+    return _judged(interleaved(runs, 1), fine, SURGE), _largest(coarse - fine, fine) / 10.0
+
+
+def _stiff(step: float, method: Method) -> Scene:
+    """`short_case` with K2 `STIFF` times as stiff, recorded on a grid of these steps."""
+    scene = short_case(0.1, method)
+    fender = scene.forces["interface"]
+    assert isinstance(fender, Fender)
+    assert isinstance(fender.friction, StickSlip)
+    law = replace(fender.friction, stiffness=STIFF * fender.friction.stiffness)
+    forces = {**scene.forces, "interface": replace(fender, friction=law)}
+    solver = replace(scene.solver, step=step)
+    return replace(scene, forces=forces, solver=solver, output_step=1.0)
 
 
 def _short(step: float, method: Method = Method.RK4) -> Several:
@@ -162,10 +206,11 @@ def _stepped() -> Runs:
         for method, steps in STEPS.items()
         for step in steps
     }
-    for relative in TOLERANCES:
-        tolerance = Tolerance(relative, relative, relative)
-        settings = {"method": Method.DOPRI5, "step": 0.1, "tolerance": tolerance}
-        runs[Method.DOPRI5, relative] = partial(time_loop, _ours(**settings))
+    for method in ADAPTIVES:
+        for relative in TOLERANCES:
+            tolerance = Tolerance(relative, relative, relative)
+            settings = {"method": method, "step": 0.1, "tolerance": tolerance}
+            runs[method, relative] = partial(time_loop, _ours(**settings))
     return runs
 
 
@@ -207,7 +252,9 @@ def _with_buffer(p: by_numpy.Equation) -> np.ndarray:
     return by_numpy.by_solve_ivp(rates, 12, TIMES, max_step=p.lag, rtol=1e-6, atol=1e-6)
 
 
-def _tolerant(scene: Scene, tolerance: Tolerance) -> Scene:
+def _tolerant(scene: Scene, relative: float) -> Scene:
+    """With this tolerance, also in m and m/s, and of angles as if at 100 m."""
+    tolerance = Tolerance(relative, relative, relative / 100)
     return replace(scene, solver=replace(scene.solver, tolerance=tolerance))
 
 
@@ -252,13 +299,22 @@ def _lines(trials: list[Trial]) -> Iterator[tuple[str, list[Trial]]]:
         yield solver, [trial for trial in trials if trial.solver == solver]
 
 
-def _cheapest(trials: list[Trial]) -> list[Row]:
+def _cheapest(trials: list[Trial]) -> dict[str, Trial]:
     """Of each solver the cheapest run with no larger an error than asked for."""
-    least = {
+    return {
         solver: min(good, key=lambda trial: trial.seconds)
         for solver, line in _lines(trials)
         if (good := [trial for trial in line if trial.error <= ASKED])
     }
+
+
+def _rows(trials: Mapping[str, Trial]) -> list[Row]:
+    return [_row(trial) for trial in trials.values()]
+
+
+def _compared(trials: list[Trial]) -> list[Row]:
+    """The cheapest runs beside what `solve_ivp` costs."""
+    least = _cheapest(trials)
     scipy = min(least[name].seconds for name in SCIPY.values() if name in least)
     return [
         {**_row(trial), "solve_ivp's over it": scipy / trial.seconds} for trial in least.values()
@@ -276,8 +332,8 @@ def _first_order(trials: list[Trial]) -> str:
 
 
 def _picture(panels: Mapping[str, tuple[list[Trial], float]]) -> Figure:
-    """Errors over CPU time: the sphere, and the base case."""
-    figure = Figure((11.0, 4.8), dpi=100, layout="constrained")
+    """Errors over CPU time: the sphere, the base case, and that with stiff nodes."""
+    figure = Figure((15.0, 4.8), dpi=100, layout="constrained")
     for axis, (title, (trials, own)) in zip(
         figure.subplots(1, len(panels), sharey=True), panels.items(), strict=True
     ):
