@@ -24,9 +24,9 @@ from hydrosim.waves import (
     Components,
     WaveBody,
     check_span,
-    chosen_places,
     following_model,
     grid_step,
+    places,
     steps_per_block,
     wave_loads_model,
 )
@@ -70,7 +70,7 @@ def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
         WaveBody(
             alone.get(body.name),
             body.location,
-            chosen_places(scene, body),
+            places(scene, body, alone.get(body.name)),
             6 * index,
             np.array([dof in body.dofs for dof in DOFS]),
             body.centre_of_gravity[:2],

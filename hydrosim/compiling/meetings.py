@@ -11,7 +11,7 @@ from hydrosim.database import HydroDatabase
 from hydrosim.forces import CurrentLoad
 from hydrosim.scene import Body, Kinematics, Place, Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import Components, chosen_places
+from hydrosim.waves import Components, places
 from hydrosim.waves.coarse import lost_between_headings
 
 LOST = 0.05  # of the loads between the headings of a database is worth a warning
@@ -26,7 +26,7 @@ def meetings(
     alone = each_alone(wet)
     for b, body in enumerate(scene.bodies):
         if body.name in alone and seas and body.wave_forces.first_order:
-            chosen = chosen_places(scene, body)
+            chosen = places(scene, body, alone[body.name])
             if {chosen.position, chosen.headings} != {Place.MEAN}:
                 yield _followed(body, chosen.position, chosen.headings)
             if _between(scene, body, seas, alone[body.name]):
@@ -79,7 +79,7 @@ def _between(scene: Scene, body: Body, seas: Sequence[Components], db: HydroData
     """Whether the body meets waves between the headings of its database."""
     if not seas:
         return False
-    if chosen_places(scene, body).headings != Place.MEAN:
+    if places(scene, body, db).headings != Place.MEAN:
         return True
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading

@@ -17,7 +17,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import about_z
 from hydrosim.scene import Body, Kinematics, Place, SecondOrder
-from hydrosim.waves import Components, chosen_places
+from hydrosim.waves import Components, places
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
@@ -40,7 +40,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     alone = each_alone(compiled.wet)
     for body in scene.bodies if exact and seas else ():
         if body.name in alone and body.wave_forces.first_order:
-            chosen = chosen_places(scene, body)
+            chosen = places(scene, body, alone[body.name])
             slow = _slow(run, body.name, seas)
             if chosen.position == Place.MEAN:
                 yield from _drifted(body, run, slow, seas)

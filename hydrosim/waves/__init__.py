@@ -6,5 +6,11 @@ from hydrosim.waves.components import Components, check_span, components, energy
 from hydrosim.waves.elevation import elevation_at, elevations
 from hydrosim.waves.following import following_model
 from hydrosim.waves.loads import WaveLoads, wave_loads
-from hydrosim.waves.places import chosen_places, grid_step, slow_bodies, steps_per_block
+from hydrosim.waves.places import (
+    chosen_places,
+    grid_step,
+    places,
+    slow_bodies,
+    steps_per_block,
+)
 from hydrosim.waves.quadratic import separate_headings

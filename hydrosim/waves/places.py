@@ -12,6 +12,7 @@ from dataclasses import replace
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.scene import ADAPTIVE, Body, Kinematics, Place, Scene, SecondOrder, WaveForces
+from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
 """Time for which one slow path is taken [s], or the nearest multiple of the grid of steps."""
@@ -40,6 +41,16 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
             headings=each.get(chosen.headings, chosen.headings),
         )
     return chosen
+
+
+def places(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
+    """`chosen_places` for a body with this database, if it has one: where that has not all headings
+    round the circle, automatic is at rest."""
+    chosen, asked = chosen_places(scene, body), body.wave_forces
+    wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
+    if wanted or database is None or all_round(database):
+        return chosen
+    return replace(chosen, headings=Place.MEAN, position=Place.MEAN)
 
 
 def slow_bodies(scene: Scene) -> list[Body]:

@@ -72,7 +72,10 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
     headings = _TURN / nodes * np.arange(nodes)
     weights, w = heading_weights(database.heading, headings), database.frequency
     if weights is None:
-        raise InputError(_not_covered(database, headings))
+        raise InputError(
+            f"{database.source}: waves that follow a body (wave_forces.headings, position) need"
+            " headings all round the circle, at most 45 deg apart; choose mean, or compute more."
+        )
     table = np.einsum("mh,whj->wmj", weights, database.excitation)
     largest = np.abs(database.excitation).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
     table = np.where(np.abs(table) > NOISE * np.repeat(largest, 3), table, 0.0)
@@ -80,6 +83,12 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
         return w, table
     more = np.linspace(w[0], w[-1], 4)
     return more, interpolated(w, table, more)
+
+
+def all_round(database: TransferFunctions) -> bool:
+    """Whether there are headings around any."""
+    every = np.radians(np.arange(0.0, 360.0, 5.0))
+    return heading_weights(database.heading, every) is not None
 
 
 def mean_drift_at(

@@ -320,7 +320,9 @@ NONLINEAR = {
     ),
     "radiation by convolution": with_body(barge(), radiation=RadiationModel.CONVOLUTION),
     "waves follow barge": with_body(barge(), wave_forces=WaveForces(position=Place.INSTANTANEOUS)),
-    "exact rotations of barge": with_body(barge(), dofs=DOFS),
+    "exact rotations of barge": with_body(
+        barge(), dofs=DOFS, wave_forces=WaveForces(headings=Place.MEAN)
+    ),
 }
 LINEAR = {
     "free": dry(block(1.0), {"drag": LinearDamping("block", SIX, relative_to_current=True)}),
