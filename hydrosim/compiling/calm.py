@@ -19,7 +19,7 @@ from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Elements
-from hydrosim.scene import Scene
+from hydrosim.scene import Kinematics, Place, Scene
 from hydrosim.waves import (
     Components,
     WaveBody,
@@ -50,7 +50,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     the sea is shorter than the run."""
     end = begin(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
-    bodies = wave_bodies(scene, calm.wet)
+    bodies = [_as_locked(body, scene) for body in wave_bodies(scene, calm.wet)]
     # from 0, wherever the run begins: its loads are then to the bit those of a longer run
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
@@ -61,6 +61,19 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     notes = notes_of_sea(scene, calm.wet, model, sea, calm.notes)
     about = About(scene, model, state, each_alone(calm.wet), tuple(sea))
     return replace(compiled, notes=notes.warned(asked(about)))
+
+
+def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
+    """A body that waves meet at rest where it is locked away from there, in place or heading."""
+    loads, at = (
+        body.wave_forces,
+        np.where(body.active, 0.0, scene.bodies[body.offset // 6].position),
+    )
+    if loads.position != Place.MEAN:
+        at[:2] = 0.0
+    if loads.headings != Place.MEAN or scene.solver.kinematics == Kinematics.LINEAR:
+        at[5] = 0.0
+    return body.moved(at)
 
 
 def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:

@@ -123,18 +123,10 @@ def responder(
     met = wave_bodies(replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet)
     place = model.bodies.locked.copy()
     place[model.bodies.active] = about.y[:n]
-    bodies = [_moved(body, at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]
+    bodies = [body.moved(at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
     S = velocity_map(model, about.y[:n])
     return Responder(linear, bodies, scene.environment, S, model.added_mass, groups)
-
-
-def _moved(body: WaveBody, at: np.ndarray) -> WaveBody:
-    """The body in waves where its displacements (6,) put it: moved, and turned by its yaw about its
-    centre of gravity."""
-    heading = body.heading + at[5]
-    frame = np.array(body.place()) + at[:2] - (about_z(heading) @ (*body.centre[:2], 0.0))[:2]
-    return replace(body, heading=heading, location=tuple(frame))
 
 
 def _met_at_rest(body: Body) -> Body:

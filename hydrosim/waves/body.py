@@ -37,6 +37,13 @@ class WaveBody:
         x, y, _ = about_z(self.heading) @ (*self.centre[:2], 0.0)
         return self.location[0] + x, self.location[1] + y
 
+    def moved(self, at: np.ndarray) -> WaveBody:
+        """The body where displacements (6,) put it: moved, and turned by its yaw about its centre
+        of gravity."""
+        heading = self.heading + at[5]
+        frame = np.array(self.place()) + at[:2] - (about_z(heading) @ (*self.centre[:2], 0.0))[:2]
+        return replace(self, heading=heading, location=tuple(frame))
+
     def seen(self, waves: Components) -> Components:
         """The waves with the headings that they have for the body at rest."""
         return (

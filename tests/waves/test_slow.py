@@ -151,3 +151,17 @@ def test_slow_and_instantaneous_do_not_mix() -> None:
     asked = WaveForces(position=Place.SLOW, headings=Place.INSTANTANEOUS)
     with pytest.raises(hs.InputError, match="expected slow or instantaneous for both"):
         hs.simulate(with_body(scene, wave_forces=asked))
+
+
+def test_waves_meet_a_body_where_it_is_locked() -> None:
+    """Held at a yaw of 0.4 rad and 25 m off, a barge feels what one feels whose rest that is."""
+    loads = WaveForces(second_order=SecondOrder.NEWMAN)
+    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0)))
+    base = replace(with_body(base, wave_forces=loads, dofs=("heave",)), forces={}, duration=20.0)
+    locked = hs.simulate(with_body(base, position=(25.0, 0.0, 0.0, 0.0, 0.0, 0.4)))
+    there = hs.simulate(with_body(base, location=(25.0, 0.0), heading=0.4))
+    for order in ("first", "second"):
+        found, expected = (run[f"force_wave_{order}_order"].values for run in (locked, there))
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    heave = [motion(run)[:, 2] for run in (locked, there)]
+    np.testing.assert_allclose(heave[0], heave[1], rtol=0.0, atol=1e-9)
