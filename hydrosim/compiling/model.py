@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.wet import WetGroup, each_alone, resonance
+from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
@@ -47,7 +47,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     Raises InputError where radiation or an element does not fit the scene.
     """
     bodies, alone = _bodies(scene), each_alone(wet)
-    groups = [fit for group in wet for fit in _groups(group, bodies.active)]
+    groups = [fit for group in wet for fit in _groups(group, scene)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own = radiating + states.decay.size
@@ -66,7 +66,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
-        convolution=_convolution(scene, wet, bodies.active),
+        convolution=_convolution(scene, wet),
         damping=radiation.constant_damping(
             _whole(scene, [(group.dofs, group.damping) for group in wet])
         ),
@@ -115,10 +115,17 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: WetGroup, active: np.ndarray) -> list[StateSpace]:
+def _groups(wet: WetGroup, scene: Scene) -> list[StateSpace]:
     """State-space models of a database, on the scene's DOFs; not those of locked DOFs alone."""
-    placed = [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in wet.fits]
-    return [fit for fit in placed if np.isin(fit.dofs, active).any()]
+    free = _free(wet, scene)
+    felt = [fit for fit in wet.fits if np.isin(fit.dofs, free).any()]
+    return [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in felt]
+
+
+def _free(wet: WetGroup, scene: Scene) -> np.ndarray:
+    """DOFs of a database in which its bodies may move in this scene, which may have locked some."""
+    bodies = {body.name: body for body in scene.bodies}
+    return moving([bodies[name] for name in wet.names])
 
 
 def _whole(scene: Scene, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -139,9 +146,7 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     return np.array(rows)
 
 
-def _convolution(
-    scene: Scene, groups: Sequence[WetGroup], active: np.ndarray
-) -> radiation.ConvolutionKernel:
+def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if isinstance(wet.radiation, ConvolutionRadiation)]
     settings = list({wet.radiation: wet.memory.time[1] for wet in chosen}.values())
     if not settings:
@@ -152,18 +157,18 @@ def _convolution(
             f"bodies.{names}.radiation: found convolutions with different tables; expected one"
             " length and one step for all of them."
         )
-    kernels = _whole(scene, [(wet.dofs, _kernel(wet, active)) for wet in chosen])
+    kernels = _whole(scene, [(wet.dofs, _kernel(wet, _free(wet, scene))) for wet in chosen])
     if scene.solver.method in ADAPTIVE:
         return radiation.convolution_model(settings[0], kernels)
     stages = METHODS[scene.solver.method].c.tolist()
     return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
 
 
-def _kernel(wet: WetGroup, active: np.ndarray) -> np.ndarray:
+def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
     """Retardation functions of a database, without those of locked DOFs alone."""
     kernel = wet.memory.kernel.copy()
     for dofs in coupled_groups(kernel):
-        if not np.isin(wet.dofs[dofs], active).any():
+        if not np.isin(dofs, free).any():
             kernel[:, dofs[:, None], dofs] = 0.0
     return kernel
 

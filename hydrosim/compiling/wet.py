@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.database import HydroDatabase
-from hydrosim.dofs import about_z
+from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
 from hydrosim.radiation import Retardation, StateSpace
@@ -71,7 +71,9 @@ class WetGroup:
         if chosen == self.radiation:
             return self
         db = self.database
-        fits = radiation.fit(db.checksum, db.source, self.memory, db.frequency, tolerance)
+        fits = radiation.fit(
+            *(db.checksum, db.source, self.memory, db.frequency, tolerance), moving(bodies)
+        )
         return replace(self, bodies=bodies, radiation=chosen, fits=fits)
 
     def provenance(self) -> dict[str, str]:
@@ -94,6 +96,20 @@ class WetGroup:
                 texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
                 return "; ".join(texts) or "no states"
         return "none"
+
+
+def moving(bodies: Sequence[Body]) -> np.ndarray:
+    """Of the DOFs of some bodies, six each in heading axes, those (m,) in which they may move."""
+    found = [6 * k + dof for k, body in enumerate(bodies) for dof in _moving(body)]
+    return np.array(found, dtype=np.int64)
+
+
+def _moving(body: Body) -> list[int]:
+    """DOFs of a body, in heading axes, in which it may move: a hull that is turned from the earth's
+    axes moves in surge and sway where it is free in one of them."""
+    free = {DOFS.index(dof) for dof in body.dofs}
+    turned = "yaw" in body.dofs or body.heading != 0.0 or body.position[5] != 0.0
+    return sorted(free | {0, 1} if turned and free & {0, 1} else free)
 
 
 def wet_groups(scene: Scene) -> list[WetGroup]:
@@ -160,7 +176,9 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
             added_mass, damping = _at_period(db, bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
-            fits = radiation.fit(db.checksum, db.source, memory, db.frequency, tolerance)
+            fits = radiation.fit(
+                db.checksum, db.source, memory, db.frequency, tolerance, moving(bodies)
+            )
             return replace(wet, fits=fits)
     return wet
 

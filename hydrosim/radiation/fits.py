@@ -32,45 +32,64 @@ def fit(
     memory: Retardation,
     frequency: np.ndarray,
     tolerance: float = TOLERANCE,
+    free: np.ndarray | None = None,
 ) -> tuple[StateSpace, ...]:
-    """State-space models of all coupled groups of DOFs of a database, see `fit_group`.
+    """State-space models of all coupled groups of DOFs of a database, see `fit_group`; only of
+    those with some of the ``free`` DOFs (m,), if they are given.
 
-    Raises InputError, which names the database's ``source``, where no passive fit has an error
-    below ten times the tolerance.
+    Raises InputError, which names the database's ``source`` and all groups, where no passive fit
+    has an error below ten times the tolerance.
 
     They are kept in the cache folder by the database's ``checksum``, the table of K, the band of
-    ``frequency`` [rad/s] and the tolerance, see `kept`.
+    ``frequency`` [rad/s], the tolerance and the groups, see `kept`.
     """
     band = float(frequency[-1])
+    groups = [
+        dofs
+        for dofs in coupled_groups(memory.kernel, tolerance)
+        if free is None or np.isin(dofs, free).any()
+    ]
 
     def made() -> tuple[StateSpace, ...]:
-        groups = coupled_groups(memory.kernel, tolerance)
         return tuple(fit_group(memory, dofs, band, tolerance) for dofs in groups)
 
-    settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance)
+    which = ";".join(",".join(map(str, dofs)) for dofs in groups)
+    settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance, which)
     models = kept("fits", settings, made, _to_arrays, _of_arrays)
-    for model in models:
-        _check(model, source)
+    _check(models, source)
     return models
 
 
-def _check(model: StateSpace, source: str) -> None:
-    report = model.report
-    if (
-        report.passivity_margin >= -ROUNDING
-        and report.frequency_error <= REFUSED * report.tolerance
-    ):
-        return
-    dofs = ", ".join(
-        DOFS[dof % 6] + (f" of body {dof // 6 + 1}" if dof > 5 else "") for dof in model.dofs
-    )
-    raise InputError(
-        f"{source}: found no state-space model of the radiation in {dofs} that is passive within"
-        f" {REFUSED:g} times the tolerance {report.tolerance:g}: the nearest, of {model.order}"
-        f" states, is {report.frequency_error:.1e} off (passivity {report.passivity_margin:.1e},"
-        f" {report.passivity_before:.1e} before); expected damping that is nowhere negative and"
-        " smooth. Run `hydrosim db check`; set radiation: {model: state_space, tolerance:"
-        f" {_rounded_up(report.frequency_error):g}}} or radiation: convolution."
+def _check(models: Sequence[StateSpace], source: str) -> None:
+    """Raises InputError where a model is not passive, or too far off."""
+    refused = [
+        model
+        for model in models
+        if not model.report.passivity_margin >= -ROUNDING
+        or model.report.frequency_error > REFUSED * model.report.tolerance
+    ]
+    if refused:
+        worst = max(model.report.frequency_error for model in refused)
+        raise InputError(
+            f"{source}: found no state-space model of the radiation {_listed(refused)} that is"
+            f" passive within {REFUSED:g} times the tolerance {refused[0].report.tolerance:g};"
+            " expected damping that is nowhere negative and smooth. Run `hydrosim db check`; set"
+            f" radiation: {{model: state_space, tolerance: {_rounded_up(worst):g}}} or radiation:"
+            " convolution."
+        )
+
+
+def _listed(models: Sequence[StateSpace]) -> str:
+    """The groups, and how far off the nearest passive fits are."""
+    return "; ".join(
+        "in "
+        + ", ".join(
+            DOFS[dof % 6] + (f" of body {dof // 6 + 1}" if dof > 5 else "") for dof in model.dofs
+        )
+        + f" (the nearest, of {model.order} states, is {model.report.frequency_error:.1e} off;"
+        f" passivity {model.report.passivity_margin:.1e}, {model.report.passivity_before:.1e}"
+        " before)"
+        for model in models
     )
 
 

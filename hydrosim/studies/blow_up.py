@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RADIATION, ROWS
-from hydrosim.results.names import supplies
+from hydrosim.results.names import force_names, supplies
 from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -44,10 +44,14 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     return first + int(beyond[0]) if beyond.size else None
 
 
-def fastest(scene: Scene, model: Model, record: Record, count: int) -> str:
-    """The degree of freedom that holds most kinetic energy at the last record, as of a body by
-    itself: "heave of body barge"."""
-    v = unpack(model, record, count)["velocity"][-1].reshape(-1, 6)
+def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
+    """What holds most energy at the last record: the element that has stored it, or the degree of
+    freedom that moves, as of a body by itself: "heave of body barge"."""
+    values = unpack(model, record, count)
+    stored = values["stored"][-1]
+    if not stored.max() < values["kinetic"][-1]:
+        return force_names(scene)[int(np.argmax(stored))]
+    v = values["velocity"][-1].reshape(-1, 6)
     inertia = [[body.mass] * 3 + list(np.diag(body.inertia)) for body in scene.bodies]
     body, dof = divmod(int(np.argmax(np.sqrt(inertia) * np.abs(v))), 6)
     return f"{DOFS[dof]} of body {scene.bodies[body].name}"

@@ -47,7 +47,7 @@ from hydrosim.stepping.state import (
     new_run,
 )
 from hydrosim.studies.aftermath import noticed
-from hydrosim.studies.blow_up import blown_up, fastest
+from hydrosim.studies.blow_up import blown_up, holder
 from hydrosim.studies.resolution import (
     fitting_step,
     moving_names,
@@ -70,8 +70,8 @@ MESSAGES = {
     STEP_TOO_SMALL: "no step is small enough for solver.tolerance (200,000 were taken in the time"
     " of one solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
-    BLOWN_UP: "the solution blows up: the motions, most of all {where}, hold more than ten times"
-    " the energy that anything can have given them",
+    BLOWN_UP: "the solution blows up: there is more than ten times the energy that anything can"
+    " have given, most of it in {where}",
 }
 REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
 REMEDIES = {
@@ -212,7 +212,7 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     scene, model, counters = compiled.scene, compiled.model, run.counters
     count = int(counters[RECORDS])
     if counters[STATUS] == BLOWN_UP:
-        where = fastest(scene, model, run.record, count)
+        where = holder(scene, model, run.record, count)
     else:
         where = _where(scene, model, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from math import pi
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +19,8 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.modes import SLIP, STICK
-from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain
+from hydrosim.radiation import Retardation, StateSpace, fits, kept
+from hydrosim.scene import Body, Environment, Kinematics, RegularWave, Scene, Solver, WaveTrain
 
 Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m
@@ -166,3 +170,26 @@ def test_locked_freedoms_leave_the_state() -> None:
     assert not run.position.sel(dof=["sway", "roll", "yaw"]).any()
     assert_same_motion(motion(run), motion(whole), 1e-9)
     assert_allclose(run.fender_normal_force, whole.fender_normal_force, atol=1.0)
+
+
+def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A heave-only scene needs no fit of sway, roll and yaw; a hull that lies across the earth's
+    axes radiates in sway where it is free in surge."""
+    fitted: list[list[int]] = []
+    real = fits.fit_group
+
+    def noted(memory: Retardation, dofs: np.ndarray, band: float, tolerance: float) -> StateSpace:
+        fitted.append([int(dof) for dof in dofs])
+        return real(memory, dofs, band, tolerance)
+
+    monkeypatch.setattr(fits, "fit_group", noted)
+    monkeypatch.setattr(kept, "_version", lambda: str(tmp_path))  # as if never fitted
+
+    def groups(**changes: Any) -> list[list[int]]:
+        still = with_body(replace(scene_of("free_floating"), forces={}, duration=1.0), **changes)
+        states = hs.compile_scene(replace(still, environment=Environment())).model.states
+        return [sorted({*states.dof[a:b].tolist()}) for a, b in pairwise(states.member)]
+
+    assert groups(dofs=("heave",)) == [[0, 2, 4]]
+    assert fitted == [[0, 2, 4]]
+    assert groups(dofs=("surge",), heading=pi / 2) == [[0, 2, 4], [1, 3, 5]]

@@ -35,7 +35,7 @@ SLOW = """
 import hydrosim as hs
 case = hs.load_case("cases/friction_block/held.yaml", {
     "forces.floor.friction": {"law": "friction_slope", "coefficient": 0.2, "slope": "1e14 N*s/m"},
-    "solver": {"method": "dopri5"}, "duration": "1e6 s", "output.step": "1000 s"})
+    "solver": {"method": "dopri5", "step": "1e-5 s"}, "duration": "1e6 s", "output.step": "1000 s"})
 run = hs.simulate(case, lambda time, steps: print("at", time, flush=True))
 print(run.status, run.time.size, run.solver_steps > 0)
 """

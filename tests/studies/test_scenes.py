@@ -68,5 +68,5 @@ def test_a_node_that_overflows_far_from_contact_is_no_silent_nan() -> None:
     block = Body("block", 1e3, np.eye(3), dofs=("surge", "heave"), **start)
     forces = {"push": push, "pad": Fender("block", np.zeros((1, 3)), plane, curve, law)}
     scene = Scene("bounce", 6.0, (block,), forces=forces, solver=Solver(step=0.01))
-    with pytest.raises(hs.SimulationError, match="the contact node of pad 1 is no longer finite"):
+    with pytest.raises(hs.SimulationError, match=r"blows up.*most of it in pad"):
         hs.simulate(scene)
