@@ -18,12 +18,12 @@ angular impulse about a vertical through any fixed point are those of body and w
 
 from __future__ import annotations
 
-from hydrosim.jit.kernels import clear, kernel
+from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.rigid.heading import all_to_earth, all_to_heading
 from hydrosim.rigid.vectors import cross, vector
 
 
-@kernel
+@root
 def add_turning(p, A, motion, hulls, total):
     """Add to ``total`` (6 nb,) the force of the water but for -A(psi) v'; ``hulls.flow`` is there.
 

@@ -137,7 +137,7 @@ def turn_matrix(p, motion, A):
 @kernel
 def look_along(p, motion, hulls):
     """Fill ``flow`` = P^T (v - U) and ``velocity``, the part of it that is remembered: all but what
-    the current U has been since long before the start. Without turned bodies both are v."""
+    the current U has been since long before the start. Both are v of bodies that are not turned."""
     assign(hulls.flow, motion.velocity)
     assign(hulls.velocity, motion.velocity)
     for b in p.turned:

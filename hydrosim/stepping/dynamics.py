@@ -152,7 +152,8 @@ def rhs(t, y, modes, history, model, work, dy):
     scratch and ``dy`` only."""
     n, motion = model.bodies.active.size, work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
-    look_along(model.headings, motion, work.hulls)
+    if model.headings.turned.size > 0:
+        look_along(model.headings, motion, work.hulls)
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
@@ -171,7 +172,7 @@ def rhs(t, y, modes, history, model, work, dy):
         )
 
 
-@kernel
+@root
 def accelerate_along(model, work, x):
     """Accelerations ``x`` (n,) where nothing is held, by way of heading axes, where inertia is
     steady."""
@@ -247,7 +248,8 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
 def add_forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
-    u, radiated = work.hulls.velocity, wrench[RADIATION]
+    u = work.hulls.velocity if model.headings.turned.size > 0 else v
+    radiated = wrench[RADIATION]
     clear(wrench.reshape(wrench.size))
     clear(rate)
     x, dx = y[model.radiation :], dy[model.radiation :]
@@ -270,7 +272,7 @@ def add_forces(t, y, modes, history, model, work, dy):
     dy[model.energy + model.rows] = abs(rate[WAVE_FIRST_ORDER] + rate[WAVE_SECOND_ORDER])
 
 
-@kernel
+@root
 def follow(t, y, p, work, dy):
     """First-order loads on the bodies that the waves follow; rates ``dy`` of their slow places."""
     coordinates, first_order = work.motion.coordinates, work.wrench[WAVE_FIRST_ORDER]

@@ -226,15 +226,16 @@ def remember(t, run):
     """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
     needs them; the slope found for that begins the next step."""
     history, bodies, work = run.state.history, run.model.bodies, run.work
-    hulls = work.hulls
     if history.time.size == 0:
         return
     rates, n = run.scratch.k[0], bodies.active.size
     slope(t, run.state.y, run, rates)
     run.scratch.known[START_SLOPE] = 1
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
-    accelerations_along(run.model.headings, work.motion, hulls.flow, work.total)
-    push(history, t, hulls.velocity, work.total)
+    headings, hulls = run.model.headings, work.hulls
+    accelerations_along(headings, work.motion, hulls.flow, work.total)
+    u = hulls.velocity if headings.turned.size > 0 else work.motion.velocity
+    push(history, t, u, work.total)
 
 
 @kernel
