@@ -24,7 +24,7 @@ CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
 PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift
 APART, TURNED = 0.1, np.radians(3.0)
 """Of the distance of coupled bodies, and between their headings, that may be unsaid."""
-SMALL = 0.1  # rad: sin and cos are right to 0.2 and 0.5 % there
+SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
 PERIODS = 3.0  # of the waves: what is slower is slow
 
