@@ -7,7 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrosim.compiling.meetings import coarse_headings, meetings
+from hydrosim.compiling.meetings import (
+    coarse_headings,
+    meetings,
+    said_of_current,
+    said_of_waves,
+)
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
@@ -53,12 +58,14 @@ def notes_of_sea(
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    warnings.extend(coarse_headings(scene, wet, seas))
+    met = list(meetings(scene, wet, seas))
+    warnings.extend(text for each in met for text in coarse_headings(each))
+    said = [text for each in met for text in said_of_waves(each)]
     return replace(
         notes,
         skipped=tuple(_skipped(scene, model, alone, seas, notes.zero)),
         records=tuple(_records(scene)),
-        meetings=tuple(meetings(scene, wet, model, seas)),
+        meetings=(*said, *said_of_current(scene, model)),
         warnings=(*warnings, *notes.warnings),
     )
 

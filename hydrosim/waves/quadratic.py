@@ -16,7 +16,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.waves.components import Components
 from hydrosim.waves.second_order import Factors, newman, together
-from hydrosim.waves.transfer import NOISE, TransferFunctions, heading_weights, mean_drift_at
+from hydrosim.waves.transfer import NOISE, TransferFunctions, apart, heading_weights, mean_drift_at
 
 _SAME = 1e-6  # rad: headings closer than this are one
 MOST_HEADINGS = 8  # of a sea, where waves of different headings load nothing together
@@ -121,7 +121,7 @@ def _each_heading(
             " wave_forces.second_order: newman, or a database with all pairs of headings."
         )
     pairs = _pairs(database)
-    own = np.flatnonzero(_apart(*pairs.T) < _SAME)
+    own = np.flatnonzero(apart(*pairs.T) < _SAME)
     weights = heading_weights(pairs[own, 0], headings)
     if weights is None:
         raise InputError(_no_heading(database, headings))
@@ -129,13 +129,13 @@ def _each_heading(
     blocks = np.zeros(shape, dtype=complex)
     for k, row in enumerate(weights):
         blocks[k, k] = np.tensordot(row, table[own], 1)
-    return (_apart(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
+    return (apart(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
 
 
 def _all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
     """T (nh, nh, nq, nq, n) between all headings; None if a pair is lacking in both orders."""
     nodes = _unique(pairs)
-    number = np.argmin(_apart(pairs[:, :, None], nodes), axis=-1)
+    number = np.argmin(apart(pairs[:, :, None], nodes), axis=-1)
     known = np.zeros((nodes.size, nodes.size), dtype=bool)
     blocks = np.zeros((*known.shape, *table.shape[1:]), dtype=complex)
     for (i, j), block in zip(number, table, strict=True):
@@ -149,13 +149,8 @@ def _all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndar
 def _unique(heading: np.ndarray) -> np.ndarray:
     """The different headings among any, ascending."""
     angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
-    different = _apart(angle, np.roll(angle, 1)) >= _SAME
+    different = apart(angle, np.roll(angle, 1)) >= _SAME
     return angle[different] if np.any(different) else angle[:1]
-
-
-def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Angle between two directions."""
-    return np.abs(np.mod(one - other + np.pi, 2.0 * np.pi) - np.pi)
 
 
 def _no_heading(database: QuadraticFunctions, headings: np.ndarray) -> str:

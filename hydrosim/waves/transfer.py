@@ -111,6 +111,11 @@ def mean_drift_at(
     return _at(database, database.mean_drift, heading, omega) * fade[:, None]
 
 
+def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Angle between two directions [rad]."""
+    return np.abs(np.mod(one - other + np.pi, _TURN) - np.pi)
+
+
 def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
     """Weights (nc, nh) of values at the ``nodes`` (nh,) for those at ``heading`` (nc,) [rad].
 
@@ -118,7 +123,7 @@ def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None
     """
     order, angle = _round_the_circle(nodes)
     x = np.mod(heading - nodes[order[0]], _TURN)
-    from_node = np.abs(np.mod(x[:, None] - angle + np.pi, _TURN) - np.pi)
+    from_node = apart(x[:, None], angle)
     gap = np.diff(angle, append=_TURN)
     between = gap[np.searchsorted(angle, x, side="right") - 1] > _WIDEST_GAP
     if np.any(between & (from_node.min(axis=1) >= _NODE)):
