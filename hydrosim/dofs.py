@@ -14,3 +14,9 @@ def about_z(heading: float) -> np.ndarray:
     """Rz(heading), (3, 3): turns translations, or rotations, by heading axes into the earth's."""
     c, s = np.cos(heading), np.sin(heading)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def loads_about_z(loads: np.ndarray, heading: float) -> np.ndarray:
+    """Loads (..., n) of heading axes in the earth's, forces and moments by turns of three."""
+    each = loads.reshape(*loads.shape[:-1], -1, 3)
+    return np.asarray((each @ about_z(heading).T).reshape(loads.shape))

@@ -65,10 +65,8 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
 
 def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
     """A body that waves meet at rest where it is locked away from there, in place or heading."""
-    loads, at = (
-        body.wave_forces,
-        np.where(body.active, 0.0, scene.bodies[body.offset // 6].position),
-    )
+    at = np.where(body.active, 0.0, scene.bodies[body.offset // 6].position)
+    loads = body.wave_forces
     if loads.position != Place.MEAN:
         at[:2] = 0.0
     if loads.headings != Place.MEAN or scene.solver.kinematics == Kinematics.LINEAR:

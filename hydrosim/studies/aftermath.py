@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,7 @@ import xarray as xr
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
-from hydrosim.dofs import about_z
+from hydrosim.dofs import loads_about_z
 from hydrosim.scene import Body, Kinematics, Place, SecondOrder
 from hydrosim.waves import Components, places
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -29,6 +30,14 @@ SAMPLES = 200  # waves of equal energy that stand for a sea
 PERIODS = 3.0  # of the waves: what is slower is slow
 
 
+class Sample(NamedTuple):
+    """Waves that stand for a sea: frequency, heading and wave number, (`SAMPLES`,) each."""
+
+    omega: np.ndarray
+    heading: np.ndarray
+    wavenumber: np.ndarray
+
+
 def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """What to warn of after a ``run`` of the compiled scene, in words with figures."""
     scene, seas = compiled.scene, compiled.sea
@@ -37,16 +46,22 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         return
     if not exact:
         yield from _large_angles(run)
-    alone = each_alone(compiled.wet)
-    for body in scene.bodies if exact and seas else ():
-        if body.name in alone and body.wave_forces.first_order:
-            chosen = places(scene, body, alone[body.name])
-            slow = _slow(run, body.name, seas)
-            if chosen.position == Place.MEAN:
-                yield from _drifted(body, run, slow, seas)
-            yield from _turned(body, chosen.headings, run, slow, seas, alone[body.name])
+    if exact and seas:
+        yield from _met_elsewhere(compiled, run, _sampled(seas))
     for group in compiled.wet if exact else ():
         yield from _coupled(group, run)
+
+
+def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
+    """Bodies that were not where waves met them."""
+    scene, alone = compiled.scene, each_alone(compiled.wet)
+    for body in scene.bodies:
+        if body.name in alone and body.wave_forces.first_order:
+            chosen = places(scene, body, alone[body.name])
+            slow = _slow(run, body.name, sea)
+            if chosen.position == Place.MEAN:
+                yield from _drifted(body, run, slow, sea)
+            yield from _turned(body, chosen.headings, run, slow, sea, alone[body.name])
 
 
 def _large_angles(run: xr.Dataset) -> Iterator[str]:
@@ -60,25 +75,21 @@ def _large_angles(run: xr.Dataset) -> Iterator[str]:
         )
 
 
-def _slow(run: xr.Dataset, name: str, seas: Sequence[Components]) -> np.ndarray:
+def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
     """Surge, sway and yaw (nt, 3) without what is as fast as the waves: running means."""
     q = run.position.sel(body=name).values[:, [0, 1, 5]]
-    omega, _, _ = _sampled(seas)
     step = float(np.median(np.diff(run.time.values)))
-    width = min(max(round(PERIODS * 2.0 * np.pi / float(omega.mean()) / step), 1), len(q))
+    width = min(max(round(PERIODS * 2.0 * np.pi / float(sea.omega.mean()) / step), 1), len(q))
     sums = np.cumsum(np.vstack([np.zeros((1, 3)), q]), axis=0)
     means = (sums[width:] - sums[:-width]) / width
     before = (len(q) - len(means)) // 2
     return np.pad(means, ((before, len(q) - len(means) - before), (0, 0)), mode="edge")
 
 
-def _drifted(
-    body: Body, run: xr.Dataset, slow: np.ndarray, seas: Sequence[Components]
-) -> Iterator[str]:
+def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
     """A body that was far from its place at rest while waves met it there."""
-    _, heading, k = _sampled(seas)
-    along = slow[:, :1] * np.cos(heading) + slow[:, 1:2] * np.sin(heading)
-    phase = np.sqrt(np.mean(np.square(k * along), axis=1))
+    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
+    phase = np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1))
     at = int(phase.argmax())
     if phase[at] > PHASE:
         yield (
@@ -93,13 +104,12 @@ def _turned(
     headings: Place,
     run: xr.Dataset,
     slow: np.ndarray,
-    seas: Sequence[Components],
+    sea: Sample,
     db: HydroDatabase,
 ) -> Iterator[str]:
     """A body that was turned from the heading at which waves met it."""
-    omega, heading, _ = _sampled(seas)
     at = int(np.abs(slow[:, 2]).argmax())
-    yaw, to = float(slow[at, 2]), heading - body.heading
+    yaw, to = float(slow[at, 2]), sea.heading - body.heading
     there = (
         f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
         " loads are others by"
@@ -107,7 +117,7 @@ def _turned(
     if yaw == 0.0:
         return
     if headings == Place.MEAN:
-        here, turned = (excitation_at(db, to - x, omega) for x in (0.0, yaw))
+        here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
         change = _change(here, turned, yaw)
         if change > CHANGED:
             yield (
@@ -115,7 +125,7 @@ def _turned(
                 f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
             )
     if body.wave_forces.second_order != SecondOrder.NONE and db.mean_drift is not None:
-        here, turned = (mean_drift_at(db, to - x, omega).mean(axis=0)[None] for x in (0.0, yaw))
+        here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
         change = _change(here, turned, yaw)
         if change > CHANGED:
             yield (
@@ -127,16 +137,15 @@ def _turned(
 
 def _change(here: np.ndarray, turned: np.ndarray, yaw: float) -> float:
     """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``."""
-    moved = (turned.reshape(-1, 2, 3) @ about_z(yaw).T).reshape(here.shape)
     change, size = (
         np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
-        for x in (moved - here, here)
+        for x in (loads_about_z(turned, yaw) - here, here)
     )
     return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
 
 
-def _sampled(seas: Sequence[Components]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frequency, heading and wave number of `SAMPLES` waves of equal energy."""
+def _sampled(seas: Sequence[Components]) -> Sample:
+    """Waves of equal energy out of all seas."""
     omega, heading, k, amplitude = (
         np.concatenate([getattr(waves, name) for waves in seas])
         for name in ("omega", "heading", "wavenumber", "amplitude")
@@ -144,7 +153,7 @@ def _sampled(seas: Sequence[Components]) -> tuple[np.ndarray, np.ndarray, np.nda
     energy = np.cumsum(amplitude**2)
     wanted = energy[-1] * (np.arange(SAMPLES) + 0.5) / SAMPLES
     at = np.searchsorted(energy, wanted)
-    return omega[at], heading[at], k[at]
+    return Sample(omega[at], heading[at], k[at])
 
 
 def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrosim.dofs import about_z
+from hydrosim.dofs import about_z, loads_about_z
 from hydrosim.scene import WaveForces
 from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import QuadraticFunctions
@@ -52,7 +52,4 @@ class WaveBody:
 
     def in_earth_axes(self, loads: np.ndarray) -> np.ndarray:
         """Loads (..., n) of heading axes, forces and moments by turns of three."""
-        if self.heading == 0.0:
-            return loads
-        each = loads.reshape(*loads.shape[:-1], -1, 3)
-        return np.asarray((each @ about_z(self.heading).T).reshape(loads.shape))
+        return loads if self.heading == 0.0 else loads_about_z(loads, self.heading)

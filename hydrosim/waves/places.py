@@ -34,12 +34,7 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
                 f"bodies.{body.name}.wave_forces: found position: {asked.position} and headings:"
                 f" {asked.headings}; expected slow or instantaneous for both, or mean for one."
             )
-        each = {Place.SLOW: Place.INSTANTANEOUS}
-        return replace(
-            chosen,
-            position=each.get(chosen.position, chosen.position),
-            headings=each.get(chosen.headings, chosen.headings),
-        )
+        return replace(chosen, position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
     return chosen
 
 

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
@@ -33,9 +34,9 @@ PLACE, RATE, BEGIN = 9, 12, 15
 """Of the states of a body: the filters' nine, place and rate at the begin of the block, and that
 time [s]."""
 NAMES = (
-    *(f"{dof} filter {k}" for dof in ("surge", "sway", "yaw") for k in (1, 2, 3)),
-    *(f"slow {what}" for what in ("surge", "sway", "yaw")),
-    *(f"slow rate of {what}" for what in ("surge", "sway", "yaw")),
+    *(f"{DOFS[i]} filter {k}" for i in TRACKED for k in (1, 2, 3)),
+    *(f"slow {DOFS[i]}" for i in TRACKED),
+    *(f"slow rate of {DOFS[i]}" for i in TRACKED),
     "begin of block",
 )
 
