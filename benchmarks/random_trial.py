@@ -18,7 +18,7 @@ from benchmarks.random_cases import Case, text_of
 from hydrosim.errors import HydrosimError, InputError
 
 FINER = 4.0  # the step of a run over that of the run that it is compared with
-TIGHTER = 1024.0  # the same of tolerances: FINER to the order 5
+TIGHTER = 256.0  # the same of tolerances: errors per second go with FINER to the order 4
 OPEN = 1e-4  # of the exchanged energy: what an unwarned run may have lost
 WITHIN = 1e-3  # of the range of a motion: what agrees
 LEAST = 1e-6  # m or rad: a smaller range is none

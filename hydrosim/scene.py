@@ -409,9 +409,10 @@ class Turns:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Error per step that an adaptive method keeps to: ``relative`` and absolute, of ``position``
-    [m] and ``angle`` [rad]; of velocities per second. Of the stretch of a contact node it is the
-    ``relative`` part of that which breaks away under a usual load, if that is less."""
+    """Error per second of a run that an adaptive method keeps to in each step: ``relative`` [1/s]
+    and absolute, of ``position`` [m/s] and ``angle`` [rad/s]; of velocities per second more. Of the
+    stretch of a contact node it is the ``relative`` part of that which breaks away under a usual
+    load, if that is less."""
 
     relative: float = 1e-6
     position: float = 1e-6
@@ -430,9 +431,10 @@ class Solver:
     """Integration method and ``step`` [s]; ``events`` false is for comparison only.
 
     An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
-    ``tolerance``; ``unstable`` is about steps of the others. A scene that is ``linear`` is not
-    stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own mirror image has
-    no sway, roll and yaw unless its ``symmetry`` is ignored, see `hydrosim.compiling.symmetry`.
+    ``tolerance``, times its length; ``unstable`` is about steps of the others. A scene that is
+    ``linear`` is not stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own
+    mirror image has no sway, roll and yaw unless its ``symmetry`` is ignored, see
+    `hydrosim.compiling.symmetry`.
     """
 
     method: Method = Method.RK4

@@ -202,7 +202,7 @@ class Body(Strict):
 
 
 class Tolerance(Strict):
-    """Error per step that an adaptive method keeps to."""
+    """Error per second of a run that an adaptive method keeps to in each step."""
 
     relative: of.Tolerance = 1e-6
     position: of.SmallLength = 1e-6

@@ -2,10 +2,15 @@
 
 The error of a step is the largest, over the states with a finite tolerance, of
 
-    e_m = h |sum_i (b_i - b^_i) k_i| / (absolute_m + relative max(|y_m|, |y_new_m|))
+    e_m = |sum_i (b_i - b^_i) k_i| / (absolute_m + relative max(|y_m|, |y_new_m|))
 
-and a step is accepted if it is at most 1; a mean would let one fast state hide among many. The next
-step is h times 0.9 e^-0.7/q e_last^0.4/q, q the lower order plus one, at least a fifth and at most
+and a step is accepted if it is at most 1; a mean would let one fast state hide among many. That is
+an error per unit of time: what is lost by the end of a run goes with its duration, not with how
+many steps it took, and a fast vibration of many short steps is as right as a slow one (error per
+unit step; Hairer, Norsett & Wanner 1993, II.4; Shampine 2005). Steps shorter than `SHORT` may err
+as much as one of that length, or what k_i are rounded by would shorten them for ever.
+
+The next step is h times 0.9 e^-0.7/q e_last^0.4/q, q the lower order, at least a fifth and at most
 five times the last (Gustafsson 1991; Hairer & Wanner 1996, IV.2).
 """
 
@@ -19,11 +24,13 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
+SHORT = 1e-3  # s
 
 
 class Control(NamedTuple):
-    """``relative`` tolerance and ``absolute`` (ny,) tolerances in the units of the states, infinite
-    for states that do not count; ``adaptive`` false takes every step as it comes."""
+    """``relative`` tolerance [1/s] and ``absolute`` (ny,) tolerances in the units of the states per
+    second, infinite for states that do not count; ``adaptive`` false takes every step as it comes.
+    """
 
     adaptive: bool
     relative: float
@@ -33,14 +40,14 @@ class Control(NamedTuple):
 @kernel
 def error_norm(h, method, k, y, end, control):
     """Error of a step of length ``h`` with stage derivatives ``k`` from ``y`` to ``end``."""
-    largest = 0.0
+    largest, part = 0.0, h / max(h, SHORT)
     for m in range(y.size):
         if isfinite(control.absolute[m]):
             error = 0.0
             for i in range(method.error.size):
                 error += method.error[i] * k[i, m]
             scale = control.absolute[m] + control.relative * max(abs(y[m]), abs(end[m]))
-            error = abs(h * error / scale)
+            error = abs(part * error / scale)
             largest = error if error > largest or isnan(error) else largest
     return largest
 
@@ -51,8 +58,8 @@ def step_factor(error, last, order):
     higher order is ``order``."""
     if not isfinite(error):
         return SHRINK
-    error, last = max(error, 1e-10), max(last, 1e-4)
-    factor = SAFETY * error ** (-0.7 / order)
+    error, last, q = max(error, 1e-10), max(last, 1e-4), order - 1
+    factor = SAFETY * error ** (-0.7 / q)
     if error <= 1.0:
-        factor *= last ** (0.4 / order)
+        factor *= last ** (0.4 / q)
     return min(max(factor, SHRINK), GROW if error <= 1.0 else SAFETY)

@@ -12,15 +12,18 @@ resonance of a damped mode by |lambda_h - lambda| / |Re lambda|; so
 
     error = |lambda_h - lambda| min(T, 1 / |Re lambda|)
 
-is that of a vibration that lasts for a time T, the run or the longest contact: what a mode's own
-damping makes it forget does not count. It counts in the motions as much as the mode is excited, by
-waves, by the start, by impacts: of a coordinate q_i by
+is that of a vibration that lasts for a time T: what a mode's own damping makes it forget does not
+count. Errors add up as the vibration goes on, each part with the amplitude of its time, so that T
+is the integral of the amplitude over a contact, or the run, divided by the largest; of amplitudes
+without what the method itself has damped them by. The error counts in the motions as much as the
+mode is excited, by waves, by the start, by impacts: of a coordinate q_i by
 
     2 |r_i| max |mean(l v exp(-i w t))| / |l r'|
 
 with the right eigenvector (r, r', ...) of places and rates, the left one's part l that goes with
-rates, and the velocities v of a run while contacts were as the mode wants them. The mean over four
-periods of the mode leaves out what is forced at other frequencies, where the error is small.
+rates, and the velocities v of a run while contacts were as the mode wants them, stick or slip. The
+mean over four periods of the mode leaves out what is forced at other frequencies, where the error
+is small.
 """
 
 from __future__ import annotations
@@ -43,6 +46,7 @@ FINEST = 1e-6  # of the step
 SLOW = 1e-9  # rad/s: no vibration
 MOVES = 0.05  # share of velocities in a mode, half in one of a body on a spring
 PERIODS, FEWEST = 4.0, 5  # of a mean, and its fewest records
+MOST = 100.0  # of an exponent
 SEEN = 2.0  # records in that many periods: fewer do not tell a vibration from what is forced
 
 
@@ -70,36 +74,54 @@ class Vibration:
             trial /= FINER
         return trial
 
+    def fading(self, method: Tableau, step: float) -> float:
+        """How fast [1/s] the method damps the vibration, by more than it should."""
+        R = stability_function(method)(np.array([step * self.eigenvalue]))
+        made = float(np.log(np.maximum(np.abs(R[0]), TINY))) / step
+        return max(self.eigenvalue.real - made, 0.0)
+
     def excited(
-        self, time: np.ndarray, velocity: np.ndarray, modes: np.ndarray
+        self, time: np.ndarray, velocity: np.ndarray, modes: np.ndarray, fading: float = 0.0
     ) -> tuple[np.ndarray, float]:
         """The largest amplitudes (n,) of the vibration in a run with velocities (nt, n) and
-        ``modes`` (nt, rows, 3) at the records' ``time`` (nt,) [s], while it is in contact, and how
-        long [s] it can have lasted."""
-        touching = self._touching(modes)
-        felt = np.where(touching, velocity @ self.felt, 0.0)
+        ``modes`` (nt, rows, 3) at the records' ``time`` (nt,) [s], while contacts are as it wants
+        them, and for how long [s] as large a one would be as wrong as it is in one contact; the
+        method makes it fade at the rate ``fading`` [1/s]."""
+        touching, alike = self._seen(modes)
+        felt = np.where(alike, velocity @ self.felt, 0.0)
         omega, step = self.eigenvalue.imag, float(time[1] - time[0])
         samples = PERIODS * 2.0 * np.pi / (omega * step)
         if samples > SEEN:
             window = np.hanning(max(round(samples), FEWEST) + 2)[1:-1]
-            slow = felt * np.exp(-1j * omega * time)
-            felt = np.convolve(slow, window / window.sum(), mode="same")
+            slow, first = felt * np.exp(-1j * omega * time), (window.size - 1) // 2
+            felt = np.convolve(slow, window / window.sum())[first:][: time.size]
+        size = np.where(touching, np.abs(felt), 0.0)
+        largest = float(size.max())
+        size = np.minimum(size * np.exp(np.minimum(fading * (time - time[0]), MOST)), largest)
         ends = np.flatnonzero(np.diff(np.concatenate([[0], touching, [0]])))
-        longest = step * float((ends[1::2] - ends[::2]).max(initial=0))
-        return self.amplitude * float(np.abs(felt).max()), longest
+        sums = np.add.reduceat(np.append(size, 0.0), ends)[::2] if ends.size else np.zeros(1)
+        lasting = step * float(sums.max()) / largest if largest > 0.0 else 0.0
+        return self.amplitude * largest, lasting
 
-    def _touching(self, modes: np.ndarray) -> np.ndarray:
-        """Whether (nt,) records are in contact, on the piece of the curve that this is about, or
-        beside one that is; all are, if none need be."""
+    def _seen(self, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Whether records are in contact on the piece of the curve that this is about, and whether
+        they stick or slip as it wants, (nt,) each, or are beside one that is; all are, if none need
+        be."""
         closed = self.modes[:, MODE] != OPEN
         if not closed.any():
-            return np.ones(len(modes), dtype=bool)
+            return np.ones(len(modes), dtype=bool), np.ones(len(modes), dtype=bool)
         there = modes[:, closed, SEGMENT] == self.modes[closed, SEGMENT]
-        here = (there & (modes[:, closed, MODE] != OPEN)).any(axis=1)
-        beside = here.copy()
-        beside[1:] |= here[:-1]
-        beside[:-1] |= here[1:]
-        return beside
+        there &= modes[:, closed, MODE] != OPEN
+        alike = there & (modes[:, closed, MODE] == self.modes[closed, MODE])
+        return _widened(there.any(axis=1)), _widened(alike.any(axis=1))
+
+
+def _widened(here: np.ndarray) -> np.ndarray:
+    """True beside what is true (nt,), too."""
+    beside = here.copy()
+    beside[1:] |= here[:-1]
+    beside[:-1] |= here[1:]
+    return beside
 
 
 def vibration_errors(

@@ -23,7 +23,7 @@ from scipy import linalg
 from hydrosim.forces import new_modes
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.geometry import touch
-from hydrosim.forces.contact.laws import sliding
+from hydrosim.forces.contact.laws import sliding, slowest
 from hydrosim.forces.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
@@ -39,7 +39,7 @@ REACH = 40.0  # |h lambda| up to which stability functions are looked at
 AT_ONCE = 400  # places on a ray, of 8000: most limits are near its start
 ALIKE = 1e-6  # steps that differ by less, relative, are one
 NAMES = {OPEN: "open", STICK: "sticking", SLIP: "slipping"}
-SLIDING = 0.1  # m/s: the speed at which slip is linearised
+SLIDING = 0.1  # m/s: the speed at which slip is linearised, or that at which it begins
 PRESSED = 0.01  # m: the compression beyond the start of a piece at which contact is linearised
 
 
@@ -234,24 +234,33 @@ def _pressed_most(model: Model) -> float:
 
 
 def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
-    """The state with the bodies moving aside and the points that slip in steady slip."""
+    """The state with the bodies moving aside, each at a speed of its own, so that points slip on
+    other bodies, too, and the points that slip in steady slip."""
     fenders, bodies, n = model.elements.fenders, model.bodies, model.bodies.active.size
     y, motion = state.y.copy(), new_work(model).motion
     modes = modes[: fenders.points.size]
-    if np.any(modes[:, MODE] == SLIP):
-        y[n : 2 * n] += SLIDING * (bodies.active % 6 < 2)
+    slips = modes[:, MODE] == SLIP
+    pairs = zip(fenders.points, modes, strict=True)
+    loads = [_normal(model, point, mode, time) for point, mode in pairs]
+    if np.any(slips):
+        speed = max(SLIDING, *map(slowest, loads, fenders.points))
+        y[n : 2 * n] += speed * (1 + bodies.active // 6) * (bodies.active % 6 < 2)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    for i, (point, (mode, segment, _)) in enumerate(zip(fenders.points, modes, strict=True)):
-        piece = fenders.segments[segment]
-        normal = piece["force"] + PRESSED * piece["slope"]
-        if point["prescribed"]:
-            normal = value(time, point["signal"], fenders.pieces)
-        if mode == SLIP:
-            velocity = np.array(touch(point, bodies, motion).velocity)
-            found = sliding(normal, velocity, point)
-            if found is not None:
-                y[fenders.state + STATES * i :][:2] = found
+    for i in np.flatnonzero(slips):
+        point = fenders.points[i]
+        found = sliding(loads[i], np.array(touch(point, bodies, motion).velocity), point)
+        if found is not None:
+            y[fenders.state + STATES * i :][:2] = found
     return state._replace(y=y)
+
+
+def _normal(model: Model, point: np.void, mode: np.ndarray, time: float) -> float:
+    """Normal force [N] of a point in its ``mode`` (3,), as `_pressed` has it."""
+    fenders = model.elements.fenders
+    if point["prescribed"]:
+        return float(value(time, point["signal"], fenders.pieces))
+    piece = fenders.segments[mode[SEGMENT]]
+    return float(piece["force"] + PRESSED * piece["slope"])
 
 
 def what_moves(linear: Linear, share: np.ndarray, model: Model, names: list[str]) -> str:

@@ -104,9 +104,9 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
     active, method = compiled.model.bodies.active, METHODS[scene.solver.method]
     ranges = _ranges(values["coordinates"][:, active], active)
     for vibration in compiled.vibrations:
-        excited, lasting = vibration.excited(
-            values["time"], values["velocity"][:, active], record.modes[:count]
-        )
+        fading = vibration.fading(method, scene.solver.step)
+        seen = values["time"], values["velocity"][:, active], record.modes[:count]
+        excited, lasting = vibration.excited(*seen, fading)
         part = min(float((excited / ranges).max()), 1.0)
         error = part * vibration.error(method, scene.solver.step, lasting)
         if error > ACCURATE:

@@ -274,3 +274,19 @@ def test_no_element_changes_what_limits_another() -> None:
     bumper = Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, Frictionless())
     assert limit_of(interface=replace(fender, points=points)) == pytest.approx(alone, rel=1e-3)
     assert limit_of(bumper=bumper) == pytest.approx(alone, rel=1e-3)
+
+
+def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
+    """Two free blocks of 2 and 4 t with a friction slope b = 6e4 N s/m between them: its rate is
+    b (1 / m1 + 1 / m2) = 45 1/s where it sticks, mu N / b of that over the speed aside in slip."""
+    law = FrictionSlope(0.4, 6e4)
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]))
+    deck = Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
+    bodies = [
+        Body(name, mass, mass * np.eye(3), dofs=("surge", "sway"), centre_of_gravity=(0, 0, z))
+        for name, mass, z in (("below", 4e3, 0.0), ("above", 2e3, 1.0))
+    ]
+    foot = Fender("above", np.array([[0.0, 0.0, -0.5]]), deck, curve, law)
+    blocks = Scene("", 1.0, tuple(bodies), forces={"foot": foot}, solver=Solver(step=0.01))
+    limits = scene_step_limits(hs.compile_scene(blocks))
+    assert limits[0].step == pytest.approx(2.7853 / 45.0, rel=0.01)

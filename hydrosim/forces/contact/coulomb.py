@@ -21,13 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
-from hydrosim.forces.contact.law import Constants, Friction, direction
+from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.vectors import length
 
-AT_REST = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
+STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 
 
@@ -89,14 +89,17 @@ def break_away(reaction):
 def grip(size, v, s):
     """Slip ends, unless the point has only turned out of the half plane of its heading."""
     speed = length(v)
-    return (STICK, s) if speed <= AT_REST * size else (SLIP, (v[0] / speed, v[1] / speed))
+    return (
+        (STICK, s)
+        if speed <= max(STOPPED * size, AT_REST)
+        else (SLIP, (v[0] / speed, v[1] / speed))
+    )
 
 
 @kernel
 def close(v):
     """Contact begins in slip, unless the point is at rest."""
-    held = v[0] == 0.0 and v[1] == 0.0
-    return (STICK if held else SLIP), direction(v, (0.0, 0.0))
+    return (STICK if length(v) <= AT_REST else SLIP), direction(v, (0.0, 0.0))
 
 
 def sliding(velocity: np.ndarray) -> np.ndarray:

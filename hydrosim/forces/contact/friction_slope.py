@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from hydrosim.forces.contact.law import Constants, Friction, direction, size_along
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
@@ -63,3 +65,8 @@ def break_away(v):
 def close(load, v, p):
     """Contact begins in the mode of the speed, with its heading."""
     return (STICK if margin(STICK, load, v, (0.0, 0.0), p) >= 0.0 else SLIP), break_away(v)[0]
+
+
+def slowest(N: float, p: np.void) -> float:
+    """The speed [m/s] of the corner, mu N / b."""
+    return float(p["kinetic"] * max(N, 0.0) / p["damping"])

@@ -26,6 +26,7 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 REVERSED = 10.0  # 1 / cos(84 deg)
+AT_REST = 1e-8  # m/s: slip has hardly begun, or has ended, and goes on where it headed for
 
 
 class Constants(NamedTuple):
@@ -79,10 +80,11 @@ def size_along(a, heading):
 
 @kernel
 def direction(v, heading):
-    """v / |v| turned into the half plane of the unit vector ``heading`` (2,)."""
-    speed = length(v)
-    if speed == 0.0:
-        return heading
-    if v[0] * heading[0] + v[1] * heading[1] < 0.0:
-        speed = -speed
-    return (v[0] / speed, v[1] / speed)
+    """v / |v| turned into the half plane of the unit vector ``heading`` (2,), which it is at rest.
+
+    Near to rest it goes over into the heading: what was held has no velocity but its rounding, and
+    slip that is driven sideways would turn ever faster as it stops."""
+    side = -1.0 if v[0] * heading[0] + v[1] * heading[1] < 0.0 else 1.0
+    a, b = side * v[0] + AT_REST * heading[0], side * v[1] + AT_REST * heading[1]
+    size = length((a, b))
+    return (a / size, b / size) if size > 0.0 else heading

@@ -168,3 +168,8 @@ def sliding(N: float, velocity: np.ndarray, p: np.void) -> Any:
     if p["law"] == STICK_SLIP:
         return stick_slip.sliding(N, p)
     return coulomb.sliding(velocity) if p["law"] == COULOMB else None
+
+
+def slowest(N: float, p: np.void) -> float:
+    """The speed [m/s] at which a point begins to slip, without a node, under ``N`` [N]."""
+    return friction_slope.slowest(N, p) if p["law"] == FRICTION_SLOPE else 0.0

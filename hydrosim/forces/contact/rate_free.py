@@ -16,8 +16,9 @@ explicit method; and d is as far from u as it should be, between x and u in the 
 x is as late as w / |v1|, and so d as late as r / |v1|. Where steps are shorter than r / |v1|, x and
 d differ by (q / r)^4: the order of a method is kept. Where they are longer, d is off by about
 r / |v1| times what the rate of turning changes in a step: nothing on a straight way. Methods that
-choose their steps have q = 0, but for the 1e-9th part of a usual stretch, with which contact may
-begin and end.
+choose their steps have q = 0, but for the 1e-6th part of a usual stretch, with which contact may
+begin and end: d is wrong only where N, and so the force, is as small a part of the usual one, and
+steps end at about that part of a usual turn.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from hydrosim.forces.contact.law import direction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-9  # of a usual stretch: below it a drawbar need not be resolved
+LEAST = 1e-6  # of a usual stretch: below it a drawbar need not be resolved
 
 
 @kernel

@@ -48,6 +48,9 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 LEAST = 1e-3  # e: what is left of x without load
+BEYOND = 1.0 + 1e-12
+"""Of mu_s N: so much more holds, so that a node that comes to stick at mu_k N = mu_s N is not let
+go again by what its traction is rounded by."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +215,7 @@ def margin(mode, load, v1, s, heading, p):
     c = coefficients(load, p)
     T = _traction(v1, s, c)
     if mode == STICK:
-        return p.static * load.N - length(T)
+        return p.static * load.N * BEYOND - length(T)
     if c.C2 + c.C3 > 0.0:
         return size_along(T, heading) - p.kinetic * load.N
     return rate_free.slip(load, v1, s, p)[1]

@@ -22,10 +22,12 @@ from hydrosim.forces.contact.fender import (
     SETTLED,
     SLIP_DISTANCE,
     STATES,
+    left_behind,
     pressed,
     pressure,
     stored_along_normal,
 )
+from hydrosim.forces.contact.law import AT_REST
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.modes import (
     CONTACT_MARGIN,
@@ -100,12 +102,13 @@ def find_headings(t, y, modes, motion, bodies, p, out):
             continue
         c = geometry.touch(point, bodies, motion)
         a = laws.heading(pressure(i, t, modes, c, p), c.velocity, (x[0], x[1]), point)
-        size = length(a)
-        if size > 0.0:
+        size, kept, known = length(a), laws.keeps_heading(point), x[0] != 0.0 or x[1] != 0.0
+        if kept and known and size <= AT_REST:
+            out[i, 0], out[i, 1] = x[0], x[1]
+        elif size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
             turned = out[i, 0] * x[0] + out[i, 1] * x[1] <= 0.0
-            unknown = x[0] == 0.0 and x[1] == 0.0
-            if laws.keeps_heading(point) and (unknown or not turned):
+            if kept and not (known and turned):
                 x[0], x[1] = out[i, 0], out[i, 1]
 
 
@@ -218,3 +221,5 @@ def settle(t, y, modes, motion, bodies, p):
         if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) > 0.0:
             _close(i, t, y, modes, c, p)
             y[p.state + STATES * i + DISSIPATED] = 0.0  # what is stored at the start was there
+        else:
+            y[p.state + STATES * i + DISSIPATED] = left_behind(i, c, p)  # and is lost bit by bit

@@ -109,6 +109,19 @@ REVERSALS = {
 }
 
 
+def test_what_a_fender_holds_that_is_left_at_the_start_is_lost_later() -> None:
+    """Compressed by 3 cm and leaving at 2 m/s, its damper would pull: it is open, and the energy of
+    its curve, k d^2 / 2, is lost bit by bit until that is free."""
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]), damping=2e4)
+    foot = Fender("block", np.array([[0.0, 0.0, 0.0]]), FLOOR, curve, Frictionless())
+    body = block(1e4, ["heave"], position=moving(heave=-0.03), velocity=moving(heave=2.0))
+    run = hs.simulate(scene(body, {"foot": foot, "weight": steady(heave=-9.81e4)}, 0.2, 0.005))
+    lost = run.fender_dissipated.values[:, 0]
+    assert lost[0] == 0.0
+    assert np.all(np.diff(lost) >= 0.0)
+    assert_allclose(lost[-1], 0.5 * 1e6 * 0.03**2, rtol=1e-9)
+
+
 @pytest.mark.parametrize("name", REVERSALS)
 def test_stick_is_found_however_short_it_is(name, figure: Figure):
     """Stick of milliseconds where slip turns round: a step must not jump over it, or the order is

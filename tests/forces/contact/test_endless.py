@@ -6,11 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
+from dry_scenes import block, moving, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.forces import Fender, NormalCurve, Plane, StickSlip, WindLoad
-from hydrosim.scene import Environment, Method, Stream
+from hydrosim.forces import (
+    AppliedForce,
+    Coulomb,
+    Fender,
+    Harmonic,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+    StickSlip,
+    WindLoad,
+)
+from hydrosim.scene import Environment, Method, Stream, Tolerance
 
 CURVE = NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
 PLANE = Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
@@ -36,3 +46,61 @@ def test_a_node_far_beyond_its_step_limit(method: Method) -> None:
     ends = r"no longer finite|changes its mode endlessly|blows up"
     with pytest.raises(hs.SimulationError, match=ends):
         hs.simulate(windy)
+
+
+def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
+    """Static and kinetic friction alike, no dampers: where slip ends, the margin of stick is zero
+    but for roundings. A block of 82 t on four points, pushed to and fro on a slope."""
+    slope = Plane((0.0, 0.0, 0.0), (0.056289, 0.0, 1.0))
+    curve = NormalCurve(
+        np.array([0.0, 0.065889, 0.19767]), np.array([0.0, 642520.0, 4222800.0]) / 4
+    )
+    corners = [(x, y, -1.4957) for x in (3.4438, -3.4438) for y in (1.8693, -1.8693)]
+    law = StickSlip(0.19361, 0.19361, 18103000.0 / 4, 0.0)
+    elements = {
+        "weight": steady(heave=-803150.0),
+        "legs": Fender("block", np.array(corners), slope, curve, law),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(88314.0, 4.7002)}),
+    }
+    body = block(81871.0, ["surge", "heave"], centre_of_gravity=(0.0, 0.0, 1.4957))
+    turned = replace(body, position=moving(yaw=0.95297))
+    pushed = scene(turned, elements, 12.0, 0.1, method=Method.RK2, step=0.00025)
+    assert hs.simulate(pushed).attrs["status"] == "complete"
+
+
+def test_a_drawbar_without_length_is_no_reason_to_stop() -> None:
+    """A block that bounces while it slips sideways: its normal force goes through zero, with which
+    the drawbar of its node turns ever faster."""
+    law = StickSlip(0.34, 0.2, 2e7, 0.0)
+    elements = {
+        "weight": steady(heave=-8e4),
+        "foot": on_floor(4e6, law),
+        "guide": LinearMooring("block", np.diag([5e4, 8e4, 0.0, 0.0, 0.0, 0.0])),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2e4, 2.7)}),
+    }
+    speed, height = moving(surge=-0.305, sway=-0.246), moving(heave=0.072)
+    body = block(8e3, ["surge", "sway", "heave"], velocity=speed, position=height)
+    tight = Tolerance(1e-10, 1e-10, 1e-10)
+    bouncing = scene(body, elements, 20.0, 0.1, method=Method.DOPRI5, tolerance=tight, step=0.002)
+    assert hs.simulate(bouncing).attrs["status"] == "complete"
+
+
+def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
+    """A block on a block that is free sideways, rigid friction between them, static and kinetic
+    alike: at break-away what is left of the velocity is its rounding, and has no direction."""
+    below = block(1966.0, ["surge", "sway", "yaw"], "below", position=moving(yaw=-2.244))
+    above = block(4525.7, ["surge", "heave"], "above", centre_of_gravity=(0.0, 0.0, 1.0))
+    deck = Plane((0.0, 0.0, 0.3), (0.0, 0.0, 1.0), "below")
+    curve = NormalCurve(np.array([0.0, 0.031468, 0.094404]), np.array([0.0, 35518.0, 155350.0]))
+    feet, low = [(0.534, 0.0, -0.3), (-0.534, 0.0, -0.3)], Plane((0.0, 0.0, -0.0226), (0, 0, 1.0))
+    elements = {
+        "weight below": steady("below", heave=-19286.0),
+        "weight above": steady("above", heave=-44397.0),
+        "feet": on_floor(426845.0, StickSlip(0.4, 0.4, 691400.0, 0.0), feet, low, "below"),
+        "rough": Fender("above", np.array([(0.0, 0.0, -0.7)]), deck, curve, Coulomb(0.181, 0.181)),
+        "push": AppliedForce("below", (0.0, 0.0, 0.0), {"surge": Harmonic(899.62, 4.0987)}),
+        "drag": AppliedForce("above", (0.0, 0.0, 0.0), {"surge": Harmonic(1736.4, 17.202)}),
+    }
+    pair = [below, replace(above, position=moving(yaw=-2.244))]
+    there = scene(pair, elements, 73.0, 0.5, method=Method.DOPRI5, step=0.01)
+    assert hs.simulate(there).attrs["status"] == "complete"
