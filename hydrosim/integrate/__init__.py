@@ -5,7 +5,7 @@ from hydrosim.integrate.dopri5 import DOPRI5
 from hydrosim.integrate.esdirk4 import ESDIRK4
 from hydrosim.integrate.events import between, phi, scaled
 from hydrosim.integrate.heun import HEUN
-from hydrosim.integrate.implicit import Newton, improve, new_newton, prepare
+from hydrosim.integrate.implicit import Filters, Newton, improve, new_newton, prepare
 from hydrosim.integrate.rk2 import RK2
 from hydrosim.integrate.rk4 import RK4
 from hydrosim.integrate.runge_kutta import Tableau, advance_state, hermite, stage_state

@@ -8,6 +8,13 @@ until the change g d is small in units of the tolerances. J is the Jacobian of f
 that act on others; all other states are given by them and need no solution. J is renewed only
 where Newton's method has become slow, and where f itself has changed; the factors of I - g J hold
 for one g. (Hairer & Wanner 1996, IV.8.)
+
+Filters, of which there may be hundreds, are solved for each by itself,
+
+    x' = a x + b z + ...,   z' = a z - b x + ...
+
+and what they do to the others follows by iteration: its rate is g^2 times what they feed back of a
+velocity as a force per mass, small where a step is short beside the periods of the motion.
 """
 
 from __future__ import annotations
@@ -24,12 +31,27 @@ ITERATIONS, SLOW = 12, 5
 STALE, READY = range(2)
 
 
+class Filters(NamedTuple):
+    """States x and z of y that decay and rotate by themselves, entries ``one`` and ``other`` (p,)
+    with a, the ``decay``, and b, the ``rotation`` (p,); the same entry where there is no z."""
+
+    one: np.ndarray
+    other: np.ndarray
+    decay: np.ndarray
+    rotation: np.ndarray
+
+
+NO_FILTERS = Filters(*(np.zeros(0, dtype=np.int64),) * 2, *(np.zeros(0),) * 2)
+
+
 class Newton(NamedTuple):
-    """Scratch: the ``states`` (m,) of y that are solved for, ``J`` and the ``factors`` of I - g J
+    """Scratch: the ``states`` (m,) of y that are solved for together, and the ``filters`` that are
+    each by itself; ``J`` and the ``factors`` of I - g J
     (m, m) with their ``order`` of rows (m,), the ``change`` (m,), whether J is `STALE`,
     ``status`` (1,), the ``weight`` g (1,) of the factors, and room ``shifted`` (3, ny)."""
 
     states: np.ndarray
+    filters: Filters
     J: np.ndarray
     factors: np.ndarray
     order: np.ndarray
@@ -39,13 +61,13 @@ class Newton(NamedTuple):
     shifted: np.ndarray
 
 
-def new_newton(states: np.ndarray, size: int) -> Newton:
+def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> Newton:
     """Scratch for ``states`` (m,) of ``size`` in all; of none for explicit methods."""
     m = states.size
     flags, order = np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64)
     J, factors = np.zeros((m, m)), np.zeros((m, m))
     room = np.zeros((3, size))
-    return Newton(states, J, factors, order, np.zeros(m), flags, np.zeros(1), room)
+    return Newton(states, filters, J, factors, order, np.zeros(m), flags, np.zeros(1), room)
 
 
 @kernel
@@ -61,10 +83,27 @@ def improve(k, f, y, weight, newton, control):
         scale = ENOUGH * (control.absolute[m] + control.relative * abs(y[m]))
         total += (weight * d[i] / scale) ** 2
         d[i] += k[m]
+    total += _improve_filters(k, f, y, weight, newton.filters, control)
     assign(k, f)
     for i in range(states.size):
         k[states[i]] = d[i]
-    return sqrt(total / max(states.size, 1))
+    return sqrt(total / max(states.size + 2 * newton.filters.one.size, 1))
+
+
+@kernel
+def _improve_filters(k, f, y, weight, p, control):
+    """Put into ``f`` what follows ``k`` for filters; returns the sum of squares of the changes."""
+    total = 0.0
+    for i in range(p.one.size):
+        m, n = p.one[i], p.other[i]
+        a, b = 1.0 - weight * p.decay[i], weight * p.rotation[i]
+        r, s = f[m] - k[m], f[n] - k[n]
+        det = a * a + b * b
+        for j, d in ((m, (a * r + b * s) / det), (n, (a * s - b * r) / det)):
+            scale = ENOUGH * (control.absolute[j] + control.relative * abs(y[j]))
+            total += (weight * d / scale) ** 2
+            f[j] = k[j] + d
+    return total
 
 
 @kernel

@@ -27,6 +27,7 @@ from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.integrate import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.jit.refs import ref
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
@@ -144,6 +145,19 @@ def dynamic_states(model: Model) -> np.ndarray:
     """Entries (m,) of y that act on others: all but slip distances, headings and energies."""
     motion = np.arange(model.own)
     return np.concatenate([motion, forces.dynamic_states(model.elements)]).astype(np.int64)
+
+
+def radiation_filters(model: Model) -> Filters:
+    """The radiation states of the model, pole by pole or pair by pair."""
+    p, one, other = model.states, [], []
+    for first, last, real in zip(p.state[:-1], p.state[1:], p.real, strict=True):
+        alone = np.arange(first, first + real)
+        pairs = np.arange(first + real, last).reshape(2, -1)
+        one += [alone, pairs[0]]
+        other += [alone, pairs[1]]
+    x, z = (np.concatenate([np.zeros(0, dtype=np.int64), *each]) for each in (one, other))
+    rotation = np.where(x == z, 0.0, p.rotation[x])
+    return Filters(model.radiation + x, model.radiation + z, p.decay[x], rotation)
 
 
 @root

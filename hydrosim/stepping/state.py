@@ -13,7 +13,7 @@ from hydrosim.forces import new_modes
 from hydrosim.forces.modes import MARGINS
 from hydrosim.integrate import Control, Newton, Tableau, new_newton
 from hydrosim.radiation.history import VelocityHistory
-from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work
+from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, POINT, EVENTS_THEN, STEPS_THEN = range(9)
@@ -110,7 +110,11 @@ def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
     ny, rows = model.size, len(new_modes(model.elements))
     implicit = bool(np.diag(method.a).any())
-    unknown = dynamic_states(model) if implicit else np.zeros(0, dtype=np.int64)
+    newton = new_newton(np.zeros(0, dtype=np.int64), ny)
+    if implicit:
+        filters, states = radiation_filters(model), dynamic_states(model)
+        together = np.setdiff1d(states, np.concatenate([filters.one, filters.other]))
+        newton = new_newton(together, ny, filters)
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[EVERY] = 1
     return Scratch(
@@ -121,7 +125,7 @@ def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
         np.array([step, 1.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((model.elements.fenders.points.size, 2)),
-        new_newton(unknown, ny),
+        newton,
     )
 
 

@@ -13,13 +13,14 @@ from test_runge_kutta import order_fulfilled
 from hydrosim.integrate import (
     ESDIRK4,
     Control,
+    Filters,
     advance_state,
     improve,
     new_newton,
     prepare,
     stage_state,
 )
-from hydrosim.integrate.implicit import ITERATIONS, factorise, solve
+from hydrosim.integrate.implicit import ITERATIONS, NO_FILTERS, factorise, solve
 from hydrosim.linear.stability import stability_function
 
 Figure = Callable[[str, float], None]
@@ -27,13 +28,21 @@ Slope = Callable[[float, np.ndarray], np.ndarray]
 
 
 def integrate(
-    f: Slope, J: np.ndarray, start: np.ndarray, end: float, steps: int, tolerance: float = 1e-10
+    f: Slope,
+    J: np.ndarray,
+    start: np.ndarray,
+    end: float,
+    steps: int,
+    tolerance: float = 1e-10,
+    filters: Filters = NO_FILTERS,
 ) -> np.ndarray:
     """y(end) by equal steps; the package's stages and iterations with a constant Jacobian."""
     h, y, method = end / steps, start.astype(float).copy(), ESDIRK4
-    newton, control = new_newton(np.arange(y.size), y.size), Control(False, tolerance, tolerance)
+    together = np.setdiff1d(np.arange(y.size), np.concatenate([filters.one, filters.other]))
+    newton = new_newton(together, y.size, filters)
+    control = Control(False, tolerance, tolerance)
     control = control._replace(absolute=np.full(y.size, tolerance))
-    newton.J[:] = J
+    newton.J[:] = J[np.ix_(together, together)]
     k, stage, after = np.zeros((method.b.size, y.size)), np.zeros(y.size), np.zeros(y.size)
     for n in range(steps):
         t = n * h
@@ -126,3 +135,22 @@ def test_factors_solve_what_lapack_solves() -> None:
         factorise(A, order)
         solve(A, order, b)
         assert_allclose(b, wanted, rtol=1e-9, atol=1e-12)
+
+
+def test_filters_by_themselves_are_filters_solved_together(figure: Figure) -> None:
+    """A velocity that drives a pair and a fast pole, and feels both: the stages are the same."""
+    A = np.array(
+        [
+            [-0.1, -0.5, 0.2, -30.0],
+            [0.3, -0.4, 2.0, 0.0],
+            [-0.1, -2.0, -0.4, 0.0],
+            [0.5, 0.0, 0.0, -300.0],
+        ]
+    )
+    entries = np.array([1, 3]), np.array([2, 3])
+    filters = Filters(*entries, np.array([-0.4, -300.0]), np.array([2.0, 0.0]))
+    start = np.array([1.0, 0.2, -0.3, 0.0])
+    whole = integrate(lambda t, y: A @ y, A, start, 3.0, 30)
+    apart = integrate(lambda t, y: A @ y, A, start, 3.0, 30, filters=filters)
+    figure("difference", np.abs(whole - apart).max())
+    assert_allclose(apart, whole, rtol=0.0, atol=1e-12)
