@@ -25,6 +25,7 @@ UNITS = 12  # contact points and lines, at most
 STEPS = (0.2, 0.1, 0.05, 0.04, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 MOST_STEPS = {"convolution": 3_000, None: 20_000}
 FREE = (DOFS, DOFS, DOFS, ("surge", "heave", "pitch"), ("surge", "sway", "yaw"), ("surge", "heave"))
+ASTRAY = 8  # scenes, of which one starts turned from its headings at rest
 FINE = {"rk4": 1.0, "dopri5": 1.0, "esdirk4": 2.0, "rk2": 0.2, "heun": 0.2}
 """Of the step of rk4, what users take with other methods."""
 
@@ -123,10 +124,12 @@ class Draw:
 
 @dataclass
 class Sketch:
-    """A case on its way: the axes of the scene are turned by ``yaw`` from the earth's; ``rates``
-    [rad/s] are the fastest that elements bring in."""
+    """A case on its way: the axes of the scene are turned by ``yaw`` from the earth's, which is the
+    heading of its bodies at rest, or if they start ``astray``, with small angles or not, their yaw
+    at the start; ``rates`` [rad/s] are the fastest that elements bring in."""
 
     draw: Draw
+    astray: bool = False
     yaw: float = 0.0
     bodies: Case = field(default_factory=dict)
     forms: list[Form] = field(default_factory=list)
@@ -139,6 +142,14 @@ class Sketch:
         """A horizontal vector from the axes of the scene to the earth's."""
         c, s = cos(self.yaw), sin(self.yaw)
         return rounded(c * x - s * y), rounded(s * x + c * y)
+
+    def head(self, body: Case, place: list[float]) -> None:
+        """Turn a body that starts at this ``place`` (5,) with the scene."""
+        yaw = self.yaw if self.astray else 0.0
+        if self.yaw and not self.astray:
+            body["heading"] = self.yaw
+        if yaw or any(place):
+            body["initial"] = {"position": [*place, yaw]}
 
     def add(self, kind: str, body: str, **keys: Any) -> None:
         """A force element, under a name of its own."""
@@ -155,7 +166,7 @@ def random_case(seed: int) -> Case:
     from benchmarks.random_elements import furnish
 
     draw = Draw(seed)
-    sketch = Sketch(draw)
+    sketch = Sketch(draw, astray=seed % ASTRAY == 0)
     if draw.chance(0.5):
         _afloat(sketch)
     else:
@@ -219,9 +230,9 @@ def _float_body(s: Sketch, hull: Hull, number: int, at: Place, radiation: Any) -
     if d.chance(0.5):
         free = set(body.get("dofs", DOFS))
         still = [x if dof in free else 0.0 for x, dof in zip([*small, *angles], DOFS, strict=False)]
-        body["initial"] = {"position": [*still, s.yaw]}
-    elif s.yaw:
-        body["initial"] = {"position": [0.0] * 5 + [s.yaw]}
+        s.head(body, still)
+    else:
+        s.head(body, [0.0] * 5)
     s.bodies[name] = body
     depth = hull.centre[2]
     s.forms.append(
@@ -273,10 +284,10 @@ def _block(s: Sketch, mass: float, under: Form | None) -> None:
     if len(dofs) < 6:
         body["dofs"] = dofs
     up = d.one((0.0, d.between(0.0, 0.1), d.between(0.1, 0.5)), 60, 25, 15)
-    body["initial"] = {"position": [0.0, 0.0, up if "heave" in dofs else 0.0, 0.0, 0.0, s.yaw]}
+    s.head(body, [0.0, 0.0, up if "heave" in dofs else 0.0, 0.0, 0.0])
     if d.chance(0.4):
         speed = [d.between(-1.0, 1.0) for _ in range(2)]
-        body["initial"]["velocity"] = [
+        body.setdefault("initial", {})["velocity"] = [
             *(v if dof in dofs else 0.0 for v, dof in zip(speed, DOFS, strict=False)),
             *(0.0, 0.0, 0.0, 0.0),
         ]
