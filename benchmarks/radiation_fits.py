@@ -26,20 +26,16 @@ from benchmarks.report import ROOT, Answer, Row
 from hydrosim.database.given import Given
 from hydrosim.database.load import read
 from hydrosim.radiation import retardation
+from hydrosim.radiation.emphasis import Emphasis
 from hydrosim.radiation.passivity import Reciprocal, passive
-from hydrosim.radiation.rational import (
-    Modes,
-    balanced,
-    partial_fractions,
-    realisation,
-    vector_fit,
-)
+from hydrosim.radiation.rational import Modes, balanced, partial_fractions, vector_fit
 from hydrosim.radiation.retardation import diagonal_scale, transfer_function
-from hydrosim.radiation.state_space import coupled_groups, frequencies, reciprocal, truncations
+from hydrosim.radiation.state_space import coupled_groups, frequencies, reciprocal, truncation
 from tests.validation_data import unpacked
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 LENGTH, STEP = 80.0, 0.1  # s
+NO_EMPHASIS = Emphasis(1.0, 1.0)  # all frequencies count the same
 MOST_POLES, MOST_STATES = 60, 150
 FILES = {
     "H-851": ROOT / "hydro_db" / "h851.nc",
@@ -142,7 +138,7 @@ def _smallest(problem: Problem, tolerance: float, make: Way) -> Fit:
             break
         if error <= tolerance:
             seconds = perf_counter() - begin
-            changed, before, _ = passive(model, problem.band)
+            changed, before, _ = passive(model, problem.band, NO_EMPHASIS)
             return Fit(model.decay.size, before, problem.error(changed), seconds)
     return Fit(0, 0.0, 0.0, perf_counter() - begin)
 
@@ -172,8 +168,12 @@ def _by_poles(
         error = np.abs(fractions @ residues - values)[: problem.inside].max()
         if error <= 0.5 * tolerance:
             break
-    for model in truncations(*balanced(*realisation(poles, residues.reshape(-1, m, m)))):
-        yield model, problem.error(model)
+    residues = residues.reshape(-1, m, m)
+    system = balanced(poles, 0.5 * (residues + residues.transpose(0, 2, 1)), NO_EMPHASIS)
+    for states in range(1, len(system[0]) + 1):
+        model = truncation(system, states)
+        if model is not None:
+            yield model, problem.error(model)
 
 
 def aaa_poles(s: np.ndarray, values: np.ndarray, order: int) -> np.ndarray:

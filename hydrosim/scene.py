@@ -34,9 +34,23 @@ class Hydrodynamics(Protocol):
 class RadiationModel(StrEnum):
     """How the memory of the radiated waves is computed, with the defaults of each way."""
 
+    AUTOMATIC = "automatic"
     STATE_SPACE = "state_space"
     CONVOLUTION = "convolution"
     NONE = "none"
+
+
+@dataclass(frozen=True)
+class AutomaticRadiation:
+    """Extra states for each group of coupled motions whose passive fit holds the ``tolerance``, and
+    the memory integral itself for the others; a run that starts from another takes what that has.
+
+    The functions are tabulated to ``length`` [s], every ``step`` [s].
+    """
+
+    tolerance: float = 3e-4
+    length: float = 100.0
+    step: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -46,8 +60,8 @@ class StateSpaceRadiation:
     The functions are tabulated to ``length`` [s], every ``step`` [s].
     """
 
-    tolerance: float = 1e-3
-    length: float = 80.0
+    tolerance: float = 3e-4
+    length: float = 100.0
     step: float = 0.1
 
 
@@ -55,7 +69,7 @@ class StateSpaceRadiation:
 class ConvolutionRadiation:
     """The memory integral itself over ``length`` [s]; the table's ``step`` [s] is not the run's."""
 
-    length: float = 80.0
+    length: float = 100.0
     step: float = 0.1
 
 
@@ -66,8 +80,9 @@ class ConstantRadiation:
     period: float
 
 
-Radiation = StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
+Radiation = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
 BY_NAME: Mapping[RadiationModel, Radiation | None] = {
+    RadiationModel.AUTOMATIC: AutomaticRadiation(),
     RadiationModel.STATE_SPACE: StateSpaceRadiation(),
     RadiationModel.CONVOLUTION: ConvolutionRadiation(),
     RadiationModel.NONE: None,
@@ -334,7 +349,7 @@ class Body:
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6
-    radiation: RadiationModel | Radiation = RadiationModel.STATE_SPACE
+    radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
     wave_forces: WaveForces = field(default_factory=WaveForces)
 
 

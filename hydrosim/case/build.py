@@ -74,6 +74,8 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
 
 def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
     match form:
+        case schema.AutomaticRadiation():
+            return scene.AutomaticRadiation(form.tolerance, form.length, form.step)
         case schema.StateSpaceRadiation():
             return scene.StateSpaceRadiation(form.tolerance, form.length, form.step)
         case schema.ConvolutionRadiation():

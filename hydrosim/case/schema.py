@@ -96,7 +96,7 @@ class WaveForces(Strict):
 class Tabulated(Strict):
     """What all retardation functions have: how long they are, and the step of their tables."""
 
-    length: of.Period = 80.0
+    length: of.Period = 100.0
     step: of.Period = 0.1
 
     @model_validator(mode="after")
@@ -107,11 +107,18 @@ class Tabulated(Strict):
         return self
 
 
+class AutomaticRadiation(Tabulated):
+    """States where their fit holds the tolerance, else the memory integral itself."""
+
+    model: Literal["automatic"]
+    tolerance: of.Tolerance = 3e-4
+
+
 class StateSpaceRadiation(Tabulated):
     """A rational fit of the retardation functions."""
 
     model: Literal["state_space"]
-    tolerance: of.Tolerance = 1e-3
+    tolerance: of.Tolerance = 3e-4
 
 
 class ConvolutionRadiation(Tabulated):
@@ -139,7 +146,11 @@ def _with_model(value: Any) -> Any:
 
 
 Radiation = Annotated[
-    StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation | NoRadiation,
+    AutomaticRadiation
+    | StateSpaceRadiation
+    | ConvolutionRadiation
+    | ConstantRadiation
+    | NoRadiation,
     Discriminator("model"),
 ]
 
@@ -158,8 +169,8 @@ class Body(Strict):
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS
     initial: Initial = Initial()
-    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = StateSpaceRadiation(
-        model="state_space"
+    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = AutomaticRadiation(
+        model="automatic"
     )
     wave_forces: WaveForces = WaveForces()
 

@@ -9,7 +9,10 @@ import xarray as xr
 from rich.markup import escape
 from rich.table import Table
 
+from hydrosim.scene import RadiationModel
 from hydrosim.studies.converge import Study
+
+AUTOMATIC = f"{RadiationModel.AUTOMATIC}: "
 
 
 def lines(run: xr.Dataset) -> Iterator[str]:
@@ -33,9 +36,21 @@ def lines(run: xr.Dataset) -> Iterator[str]:
         yield from _contact(run)
     if "spring" in run.dims:
         yield from _springs(run)
+    for body, model in _automatic(run):
+        yield f"radiation {body}: {model}"
+    for line in str(a.get("radiation_errors", "")).splitlines():
+        yield f"radiation {line}"
     for warning in str(a.get("warnings", "")).splitlines():
         yield f"warning   {warning}"
     yield f"energy    residual {a['energy_residual_relative']:.1e} of the energy exchanged"
+
+
+def _automatic(run: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Bodies and what was chosen for their radiation, once for those of one database."""
+    models = {str(body): str(run.attrs.get(f"radiation_{body}", "")) for body in run.body.values}
+    chosen = {model: body for body, model in models.items() if model.startswith(AUTOMATIC)}
+    for model, body in chosen.items():
+        yield body, model
 
 
 def _motions(run: xr.Dataset, body: str) -> Iterator[str]:

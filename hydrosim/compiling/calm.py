@@ -58,7 +58,8 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     model = calm.model._replace(waves=loads, following=following)
     state = with_slow_places(scene, model, calm.state)
     compiled = replace(calm, scene=scene, model=model, state=state, sea=tuple(sea))
-    notes = notes_of_sea(scene, calm.wet, model, sea, calm.notes)
+    known = calm.notes.of_memory(calm.memory_errors)
+    notes = notes_of_sea(scene, calm.wet, model, sea, known)
     about = About(scene, model, state, each_alone(calm.wet), tuple(sea))
     return replace(compiled, notes=notes.warned(asked(about)))
 

@@ -8,10 +8,12 @@ from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened
 from hydrosim.compiling.symmetry import planar
 from hydrosim.compiling.wet import wet_groups
+from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene
 from hydrosim.waves import sea
 
 
+@one_thread
 def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     """The scene as arrays; ``in_plane`` without what is zero by symmetry, as `simulate` has it, see
     `hydrosim.compiling.symmetry`.
@@ -25,6 +27,7 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     return in_waves(calm, calm.scene, drawn)
 
 
+@one_thread
 def compile_in_calm(scene: Scene) -> Compiled:
     """The scene as arrays without its waves; raises as `compile_scene` does."""
     scene = opened(scene)

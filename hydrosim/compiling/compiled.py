@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import cached_property
 
+from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.wet import WetGroup
@@ -43,6 +45,11 @@ class Compiled:
     def begin(self) -> float:
         """Time at which a run begins [s]."""
         return begin(self.scene)
+
+    @cached_property
+    def memory_errors(self) -> tuple[MemoryErrors, ...]:
+        """What fits and cuts of the memory of radiation do to motions, see there."""
+        return memory_errors(self.scene, self.wet, self.model, self.state, self.begin)
 
     def first_state(self) -> State:
         """The state of the start, for a run to carry on."""

@@ -18,11 +18,9 @@ from hydrosim.forces import Elements
 from hydrosim.forces.layout import ROWS, Layout, Resonance
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
-from hydrosim.radiation.state_space import coupled_groups
 from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
 from hydrosim.scene import (
     ADAPTIVE,
-    ConvolutionRadiation,
     Kinematics,
     Method,
     Scene,
@@ -47,7 +45,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     Raises InputError where radiation or an element does not fit the scene.
     """
     bodies, alone = _bodies(scene), each_alone(wet)
-    groups = [fit for group in wet for fit in _groups(group, scene)]
+    groups = [fit for group in wet for fit in _groups(group, moving(scene.bodies))]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own = radiating + states.decay.size
@@ -66,7 +64,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
-        convolution=_convolution(scene, wet),
+        convolution=_convolution(scene, wet, moving(scene.bodies)),
         damping=radiation.constant_damping(
             _whole(scene, [(group.dofs, group.damping) for group in wet])
         ),
@@ -115,17 +113,11 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: WetGroup, scene: Scene) -> list[StateSpace]:
-    """State-space models of a database, on the scene's DOFs; not those of locked DOFs alone."""
-    free = _free(wet, scene)
-    felt = [fit for fit in wet.fits if np.isin(fit.dofs, free).any()]
-    return [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in felt]
-
-
-def _free(wet: WetGroup, scene: Scene) -> np.ndarray:
-    """DOFs of a database in which its bodies may move in this scene, which may have locked some."""
-    bodies = {body.name: body for body in scene.bodies}
-    return moving([bodies[name] for name in wet.names])
+def _groups(wet: WetGroup, free: np.ndarray) -> list[StateSpace]:
+    """State-space models of a database, on the scene's DOFs; not those of DOFs that are zero by
+    symmetry."""
+    placed = [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in wet.fits]
+    return [fit for fit in placed if np.isin(fit.dofs, free).any()]
 
 
 def _whole(scene: Scene, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -146,30 +138,34 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     return np.array(rows)
 
 
-def _convolution(scene: Scene, groups: Sequence[WetGroup]) -> radiation.ConvolutionKernel:
-    chosen = [wet for wet in groups if isinstance(wet.radiation, ConvolutionRadiation)]
-    settings = list({wet.radiation: wet.memory.time[1] for wet in chosen}.values())
-    if not settings:
+def _convolution(
+    scene: Scene, groups: Sequence[WetGroup], free: np.ndarray
+) -> radiation.ConvolutionKernel:
+    chosen = [wet for wet in groups if wet.convolved]
+    tables = list({wet.memory.time[[1, -1]].tobytes(): wet.memory.time for wet in chosen}.values())
+    if not tables:
         return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
-    if len(settings) > 1:
+    if len(tables) > 1:
         names = ", ".join(name for wet in chosen for name in wet.names)
         raise InputError(
             f"bodies.{names}.radiation: found convolutions with different tables; expected one"
             " length and one step for all of them."
         )
-    kernels = _whole(scene, [(wet.dofs, _kernel(wet, _free(wet, scene))) for wet in chosen])
+    kernels = _whole(scene, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
+    step = tables[0][1]
     if scene.solver.method in ADAPTIVE:
-        return radiation.convolution_model(settings[0], kernels)
+        return radiation.convolution_model(step, kernels)
     stages = METHODS[scene.solver.method].c.tolist()
-    return radiation.convolution_model(settings[0], kernels, scene.solver.step, stages)
+    return radiation.convolution_model(step, kernels, scene.solver.step, stages)
 
 
 def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
-    """Retardation functions of a database, without those of locked DOFs alone."""
-    kernel = wet.memory.kernel.copy()
-    for dofs in coupled_groups(kernel):
-        if not np.isin(dofs, free).any():
-            kernel[:, dofs[:, None], dofs] = 0.0
+    """Retardation functions of the groups of DOFs of a database that are convolved, without those
+    of locked DOFs alone."""
+    kernel = np.zeros_like(wet.memory.kernel)
+    for dofs, _ in wet.convolved:
+        if np.isin(wet.dofs[dofs], free).any():
+            kernel[:, dofs[:, None], dofs] = wet.memory.kernel[:, dofs[:, None], dofs]
     return kernel
 
 

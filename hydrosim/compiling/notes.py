@@ -13,6 +13,7 @@ from hydrosim.compiling.meetings import (
     said_of_current,
     said_of_waves,
 )
+from hydrosim.compiling.memory_errors import MemoryErrors
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
@@ -31,7 +32,8 @@ OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond 
 class Notes:
     """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated;
     where waves and current meet the bodies (``meetings``); what became of ``symmetry`` in words,
-    and the names of the coordinates that are ``zero`` by it.
+    and the names of the coordinates that are ``zero`` by it; what the ``memory`` of radiation
+    leaves out.
     """
 
     skipped: tuple[str, ...] = ()
@@ -40,6 +42,13 @@ class Notes:
     meetings: tuple[str, ...] = ()
     symmetry: str = ""
     zero: tuple[str, ...] = ()
+    memory: tuple[str, ...] = ()
+
+    def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
+        """The notes with what there is to say of ``errors`` of the memory of radiation."""
+        errors = tuple(errors)
+        found = replace(self, memory=tuple(map(str, errors)))
+        return found.warned(text for each in errors for text in each.warnings())
 
     def warned(self, more: Iterable[str]) -> Notes:
         """The notes with ``more`` warnings."""

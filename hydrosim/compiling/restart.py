@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -83,6 +84,29 @@ def initial_headings(scene: Scene) -> list[float]:
         return here
     stored = np.atleast_1d(_run(scene).attrs.get(HEADINGS, here))
     return [float(x) for x in stored] if len(stored) == len(here) else here
+
+
+class MemoryBefore(NamedTuple):
+    """The coordinates, "surge of barge", whose memory a run has by convolution, and by states."""
+
+    convolved: frozenset[str] = frozenset()
+    states: frozenset[str] = frozenset()
+
+
+def before(scene: Scene) -> MemoryBefore:
+    """That of the run that an `opened` scene starts from; none if it starts from rest."""
+    start = scene.initial
+    if start is None or not isinstance(start.run, xr.Dataset):
+        return MemoryBefore()
+    groups = {
+        name.split(" of ", 1)[1]
+        for name in map(str, start.run.state.values)
+        if name.startswith("radiation ")
+    }
+    bodies = (part.rsplit(" of ", 1) for group in groups for part in group.split(" and "))
+    states = {f"{dof} of {body}" for dofs, body in bodies for dof in dofs.split(", ")}
+    remembered = start.run.memory_dof.values if "memory_dof" in start.run else ()
+    return MemoryBefore(frozenset(map(str, remembered)), frozenset(states))
 
 
 def resume(scene: Scene, model: Model, fresh: State) -> State:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim import database, radiation
+from hydrosim.compiling.restart import MemoryBefore, before
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
@@ -19,6 +21,7 @@ from hydrosim.radiation import Retardation, StateSpace
 from hydrosim.results.names import dofs_of
 from hydrosim.scene import (
     BY_NAME,
+    AutomaticRadiation,
     Body,
     ConstantRadiation,
     ConvolutionRadiation,
@@ -30,7 +33,17 @@ from hydrosim.scene import (
     StateSpaceRadiation,
 )
 
-Memory = StateSpaceRadiation | ConvolutionRadiation
+Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
+
+
+ALONG = 1e-12  # of a turn: rounding
+
+
+class Convolved(NamedTuple):
+    """A group of DOFs (m,) of a database whose memory is the integral itself, and the reason."""
+
+    dofs: np.ndarray
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -40,8 +53,9 @@ class WetGroup:
 
     ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
     one that was read. Radiation in the time domain, all couplings included: the model of all its
-    bodies, retardation functions, their fits for a state-space model, and the constant part,
-    ``added_mass`` and ``damping`` (n, n), which are A_inf and zero but for constant radiation.
+    bodies, retardation functions, their fits for a state-space model, the groups of DOFs of the
+    database whose memory is convolved, with the reasons if it was not asked for, and the constant
+    part, ``added_mass`` and ``damping`` (n, n): A_inf and zero but for constant radiation.
     """
 
     bodies: tuple[Body, ...]
@@ -53,6 +67,12 @@ class WetGroup:
     added_mass: np.ndarray
     damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
+    convolved: tuple[Convolved, ...] = ()
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """The DOFs of the database that can move."""
+        return moving(self.bodies)
 
     @cached_property
     def alone(self) -> dict[str, HydroDatabase]:
@@ -70,11 +90,8 @@ class WetGroup:
         chosen = radiation_of(bodies[0])
         if chosen == self.radiation:
             return self
-        db = self.database
-        fits = radiation.fit(
-            *(db.checksum, db.source, self.memory, db.frequency, tolerance), moving(bodies)
-        )
-        return replace(self, bodies=bodies, radiation=chosen, fits=fits)
+        fits = _fits(self, tolerance)
+        return replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
@@ -87,29 +104,25 @@ class WetGroup:
 
     def _described(self) -> str:
         match self.radiation:
-            case ConvolutionRadiation(length, step):
-                return f"convolution over {length:g} s, table every {step:g} s"
             case ConstantRadiation(period):
                 return f"constant added mass and damping of {period:g} s"
-            case StateSpaceRadiation():
-                groups = ((dofs_of(fit.dofs, self.names), fit) for fit in self.fits)
-                texts = [f"{fit.order} states for {dofs}, {fit.report}" for dofs, fit in groups]
-                return "; ".join(texts) or "no states"
-        return "none"
+            case None:
+                return "none"
+        found = "; ".join([*self._states(), *self._convolutions()]) or "no motion makes waves"
+        chosen = isinstance(self.radiation, AutomaticRadiation)
+        return f"{RadiationModel.AUTOMATIC}: {found}" if chosen else found
 
+    def _states(self) -> Iterator[str]:
+        for fit in self.fits:
+            yield f"{fit.order} states for {dofs_of(fit.dofs, self.names)}, {fit.report}"
 
-def moving(bodies: Sequence[Body]) -> np.ndarray:
-    """Of the DOFs of some bodies, six each in heading axes, those (m,) in which they may move."""
-    found = [6 * k + dof for k, body in enumerate(bodies) for dof in _moving(body)]
-    return np.array(found, dtype=np.int64)
-
-
-def _moving(body: Body) -> list[int]:
-    """DOFs of a body, in heading axes, in which it may move: a hull that is turned from the earth's
-    axes moves in surge and sway where it is free in one of them."""
-    free = {DOFS.index(dof) for dof in body.dofs}
-    turned = "yaw" in body.dofs or body.heading != 0.0 or body.position[5] != 0.0
-    return sorted(free | {0, 1} if turned and free & {0, 1} else free)
+    def _convolutions(self) -> Iterator[str]:
+        time = self.memory.time
+        for dofs, reason in self.convolved:
+            yield (
+                f"convolution over {time[-1]:g} s, table every {time[1]:g} s, for"
+                f" {dofs_of(dofs, self.names)}" + (f": {reason}" if reason else "")
+            )
 
 
 def wet_groups(scene: Scene) -> list[WetGroup]:
@@ -171,16 +184,57 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
         memory.added_mass_infinite,
         np.zeros_like(memory.added_mass_infinite),
     )
-    match chosen:
+    return _with_memory(wet, scene)
+
+
+def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
+    """The group with what its radiation model needs."""
+    match wet.radiation:
         case ConstantRadiation(period):
-            added_mass, damping = _at_period(db, bodies[0], period)
+            added_mass, damping = _at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
-            fits = radiation.fit(
-                db.checksum, db.source, memory, db.frequency, tolerance, moving(bodies)
-            )
+            fits = _fits(wet, tolerance)
+            radiation.check(fits, wet.database.source)
             return replace(wet, fits=fits)
+        case ConvolutionRadiation():
+            groups = radiation.free_groups(wet.memory, wet.free)
+            return replace(wet, convolved=tuple(map(Convolved, groups)))
+        case AutomaticRadiation(tolerance):
+            return _chosen(wet, _fits(wet, tolerance), before(scene))
     return wet
+
+
+def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
+    db = wet.database
+    return radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
+
+
+def _chosen(wet: WetGroup, fits: Sequence[StateSpace], run: MemoryBefore) -> WetGroup:
+    """The group with those of the ``fits`` that hold their tolerance, and convolutions for the
+    others; but as in the ``run`` that the scene starts from, where that has them."""
+    states, convolved = [], []
+    for fit in fits:
+        names = [f"{DOFS[dof % 6]} of {wet.names[dof // 6]}" for dof in fit.dofs]
+        if run.convolved.intersection(names):
+            convolved.append(Convolved(fit.dofs, "as in the run that this one starts from"))
+        elif fit.report.holds or run.states.intersection(names):
+            states.append(fit)
+        else:
+            convolved.append(Convolved(fit.dofs, fit.report.refusal))
+    return replace(wet, fits=tuple(states), convolved=tuple(convolved))
+
+
+def moving(bodies: Sequence[Body]) -> np.ndarray:
+    """Those of the DOFs of ``bodies``, six each along their headings, that can move: surge and sway
+    are locked along the earth's axes, so that either moves both of a body that is turned."""
+    return np.array([6 * k + i for k, b in enumerate(bodies) for i in _moving(b)], dtype=np.int64)
+
+
+def _moving(body: Body) -> list[int]:
+    free = {DOFS.index(dof) for dof in body.dofs}
+    turned = 5 in free or abs(np.sin(body.heading + body.position[5])) > ALONG
+    return sorted(free | {0, 1} if turned and free & {0, 1} else free)
 
 
 def radiation_of(body: Body) -> Radiation | None:
@@ -191,9 +245,10 @@ def radiation_of(body: Body) -> Radiation | None:
 
 
 def with_states(body: Body, tolerance: float) -> Body:
-    """The body with states instead of a convolution, whose memory cannot be linearised."""
+    """The body with states instead of what may be a convolution, whose memory cannot be
+    linearised."""
     chosen = radiation_of(body)
-    if not isinstance(chosen, ConvolutionRadiation):
+    if not isinstance(chosen, ConvolutionRadiation | AutomaticRadiation):
         return body
     states = StateSpaceRadiation(tolerance, chosen.length, chosen.step)
     return replace(body, radiation=states)

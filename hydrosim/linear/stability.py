@@ -64,11 +64,12 @@ class StepLimit:
 
 class Combination(NamedTuple):
     """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
-    says in words."""
+    says in words, and its eigenvalues ``values`` (m,) [1/s]."""
 
     contact: str
     modes: np.ndarray
     linear: Linear
+    values: np.ndarray
 
 
 def combinations(
@@ -77,10 +78,11 @@ def combinations(
     """All that are looked at. ``names`` are those of the free coordinates, then of the contact
     points, then of the springs."""
     time = _pressed_most(model)
-    return [
-        Combination(contact, modes, _linearise(model, state, modes, time))
-        for contact, modes in _modes(model, names, each_alone)
-    ]
+    found = []
+    for contact, modes in _modes(model, names, each_alone):
+        linear = _linearise(model, state, modes, time)
+        found.append(Combination(contact, modes, linear, linalg.eigvals(linear.jacobian)))
+    return found
 
 
 def step_limits(
@@ -90,7 +92,7 @@ def step_limits(
     that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
     empty if no step is too large.
     """
-    least = [_steps(method, linalg.eigvals(x.linear.jacobian)).min(initial=np.inf) for x in found]
+    least = [_steps(method, x.values).min(initial=np.inf) for x in found]
     bound = max(step, min(least) * (1.0 + ALIKE))
     limits = [
         limit

@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 
+from hydrosim.radiation.emphasis import Emphasis
+
 GRID = 400  # frequencies, on top of those about each pole
 ZOOMS, FINER = 5, 9  # a minimum is sought between its neighbours: so often, among so many points
 ABOUT_POLES = np.linspace(-4.0, 4.0, 9)  # their distances from it, in units of its real part
@@ -66,15 +68,16 @@ class Reciprocal:
         return result
 
 
-def passive(model: Reciprocal, band: float) -> tuple[Reciprocal, float, float]:
-    """The passive model nearest to ``model``, and the smallest over the largest eigenvalue of
-    (1 + (w / band)^2) Re K^(i w) at all w, before and after: below -`ROUNDING` if none is found."""
+def passive(model: Reciprocal, band: float, emphasis: Emphasis) -> tuple[Reciprocal, float, float]:
+    """The passive model nearest to ``model``, errors counted as the ``emphasis`` has it, and the
+    smallest over largest eigenvalue of (1 + (w / band)^2) Re K^(i w) at all w, before and after:
+    below -`ROUNDING` if there is none."""
     place, value = _smallest(model, band)
     first = last = value.min()
     for _ in range(PASSES):
         if last >= -ROUNDING:
             break
-        model = _lifted(model, band, place, value)
+        model = _lifted(model, band, emphasis, place, value)
         place, value = _smallest(model, band)
         last = value.min()
     return model, float(first), float(last)
@@ -130,8 +133,10 @@ def _grid(model: Reciprocal, band: float) -> np.ndarray:
     return np.unique(np.append(np.linspace(0.0, 0.5 * np.pi, GRID), angles))
 
 
-def _lifted(model: Reciprocal, band: float, place: np.ndarray, value: np.ndarray) -> Reciprocal:
-    """The model with the smallest change of B, in the mean square of K^ over all frequencies, that
+def _lifted(
+    model: Reciprocal, band: float, emphasis: Emphasis, place: np.ndarray, value: np.ndarray
+) -> Reciprocal:
+    """The model with the smallest change of B, in the mean square of W K^ over frequencies, that
     brings what is negative to `AIM`, to first order, and nothing else below it."""
     resolved, damping = _damping(model, _frequency(place, band), band)
     eigenvalues, vectors = np.linalg.eigh(damping)
@@ -139,8 +144,7 @@ def _lifted(model: Reciprocal, band: float, place: np.ndarray, value: np.ndarray
     largest = eigenvalues[i] / value[i]
     k, j = np.nonzero(value < HELD)
     u = vectors[k, :, j]
-    gramian = scipy.linalg.solve_continuous_lyapunov(model.matrix, -model.B @ model.B.T)
-    gramian = gramian * np.outer(model.sign, model.sign)
+    gramian = emphasis.gramian(model.matrix, model.B) * np.outer(model.sign, model.sign)
     floor = 1e-9 * np.trace(gramian) * np.eye(len(gramian))
     root = np.linalg.cholesky(gramian + floor)
     # d(u Re K^ u) = 2 (dB u) S Re(s - Lambda)^-1 B u

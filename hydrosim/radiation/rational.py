@@ -2,7 +2,7 @@
 
 Vector fitting finds poles and residues (Gustavsen and Semlyen 1999, relaxed as in Gustavsen 2006):
 linear least squares only, without a starting guess of any quality. Balanced truncation then drops
-the states that matter least (Moore 1981), which keeps the rest stable.
+the states that matter least (Moore 1981; Enns 1984 with weights).
 
 Poles are given as (np,) complex: real ones first, then of each pair the one with positive
 imaginary part. ``s`` (ns,) are points i w.
@@ -15,7 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from hydrosim.radiation.emphasis import Emphasis
+
 ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
+DAMPED = 0.5  # of critical damping, at least, of poles that are held back
 NEGLIGIBLE = 1e-10  # Hankel singular values below this part of the largest are rounding
 
 
@@ -36,17 +39,34 @@ class Modes(NamedTuple):
         return np.einsum("ik,tk,kj->tij", self.c, wave, self.b).real
 
 
-def vector_fit(s: np.ndarray, values: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Poles, ``order`` of them counting pairs twice (even), and residues of ``values`` (ns, ne).
+def vector_fit(
+    s: np.ndarray,
+    values: np.ndarray,
+    order: int,
+    weight: np.ndarray | None = None,
+    fastest: float = np.inf,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Poles, ``order`` of them counting pairs twice (even), and residues of ``values`` (ns, ne),
+    whose errors count times ``weight`` (ns,); no pole is farther from zero than ``fastest``.
 
     The residues (order, ne) belong to the functions of `partial_fractions`.
     """
+    rows = np.ones((s.size, 1)) if weight is None else weight[:, None]
     top = np.abs(s).max()
     poles = np.arange(1, order // 2 + 1) * top / (order // 2) * (-0.1 + 1j)
     for _ in range(ITERATIONS):
-        poles = _relocated(s, values, poles)
-    fractions = _stacked(partial_fractions(s, poles))
-    return poles, np.linalg.lstsq(fractions, _stacked(values), rcond=None)[0]
+        poles = _within(fastest, _relocated(s, values, poles, rows))
+    fractions = _stacked(rows * partial_fractions(s, poles))
+    return poles, np.linalg.lstsq(fractions, _stacked(rows * values), rcond=None)[0]
+
+
+def _within(fastest: float, poles: np.ndarray) -> np.ndarray:
+    """The poles, those beyond ``fastest`` brought there, with `DAMPED` of critical damping: there
+    is nothing that rings."""
+    size = np.abs(poles)
+    part = np.maximum(-poles.real / size, DAMPED)
+    damped = np.where(poles.imag == 0.0, -1.0, -part + 1j * np.sqrt(1.0 - part**2))
+    return np.asarray(np.where(size > fastest, np.minimum(size, fastest) * damped, poles))
 
 
 def partial_fractions(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
@@ -65,19 +85,23 @@ def partial_fractions(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
     return np.array(columns).T
 
 
-def _relocated(s: np.ndarray, values: np.ndarray, poles: np.ndarray) -> np.ndarray:
-    """Zeros of the weight sigma(s) with which sigma * values has the given poles: better poles.
+def _relocated(
+    s: np.ndarray, values: np.ndarray, poles: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """Zeros of the factor sigma(s) with which sigma * values has the given poles: better poles.
 
     sigma = d + sum c_k phi_k; the mean of its real part over s is held at 1 (the relaxation).
     """
     fractions = partial_fractions(s, poles)
     sigma = np.column_stack([fractions, np.ones_like(s)])
-    own = np.linalg.qr(_stacked(fractions))[0]
+    own = np.linalg.qr(_stacked(rows * fractions))[0]
     # what no residues can take up, for all entries: (2 ns, ne, order + 1)
-    rest = _stacked(values[:, :, None] * sigma[:, None, :])
+    rest = _stacked((rows * values)[:, :, None] * sigma[:, None, :])
     rest -= np.tensordot(own, np.tensordot(own, rest, (0, 0)), 1)
-    size = np.linalg.norm(values)
-    system = np.vstack([rest.reshape(-1, sigma.shape[1]), size * sigma.real.mean(axis=0)])
+    size = np.linalg.norm(rows * values)
+    # of each entry its triangle alone (Deschrijver et al. 2008)
+    small = np.concatenate([np.linalg.qr(entry, mode="r") for entry in rest.transpose(1, 0, 2)])
+    system = np.vstack([small, size * sigma.real.mean(axis=0)])
     right = np.append(np.zeros(len(system) - 1), size)
     c = np.linalg.lstsq(system, right, rcond=None)[0]
     A, b = pole_blocks(poles)
@@ -107,27 +131,44 @@ def pole_blocks(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return scipy.linalg.block_diag(*blocks), np.array(b)
 
 
-def realisation(
-    poles: np.ndarray, residues: np.ndarray
+def balanced(
+    poles: np.ndarray, residues: np.ndarray, emphasis: Emphasis
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A, B, C of the fit of an (m, m) matrix from its residues (order, m, m): m states per pole."""
+    """A, B and C of the fit of a reciprocal (m, m) matrix from its symmetric residues (order, m,
+    m), in coordinates in which its states are equally controllable and observable, most important
+    first: the first k states are the balanced truncation to order k.
+
+    The m states per pole have C^T = T B and A^T T = T A with a symmetric T of the residues. So the
+    observability Gramian is T P T with P the controllability Gramian, which is that of the poles
+    for each column; and L^T T L, L L^T = P, has the Hankel singular values as the sizes of its
+    eigenvalues, and their signs as those of a model in reciprocal form.
+    """
     m = residues.shape[1]
     A, b = pole_blocks(poles)
-    return np.kron(A, np.eye(m)), np.kron(b[:, None], np.eye(m)), np.hstack(list(residues))
+    eye = np.eye(m)
+    T = _symmetriser(poles, residues)
+    factor = np.kron(_factor(emphasis.gramian(A, b[:, None])), eye)
+    hankel, V = np.linalg.eigh(factor.T @ T @ factor)
+    size = np.abs(hankel)
+    kept = np.argsort(-size)[: np.sum(size > NEGLIGIBLE * size.max())]
+    root = np.sqrt(size[kept])
+    to = factor @ V[:, kept] / root
+    back = np.sign(hankel[kept])[:, None] * to.T @ T
+    return back @ np.kron(A, eye) @ to, back @ np.kron(b[:, None], eye), np.hstack([*residues]) @ to
 
 
-def balanced(
-    A: np.ndarray, B: np.ndarray, C: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The system in coordinates in which its states are equally controllable and observable,
-    most important first: the first k states are the balanced truncation to order k."""
-    controllable = _factor(scipy.linalg.solve_continuous_lyapunov(A, -B @ B.T))
-    observable = _factor(scipy.linalg.solve_continuous_lyapunov(A.T, -C.T @ C))
-    U, hankel, Vt = np.linalg.svd(observable.T @ controllable)
-    k = int(np.sum(hankel > NEGLIGIBLE * hankel[0]))
-    root = np.sqrt(hankel[:k])
-    T, inverse = controllable @ Vt[:k].T / root, (U[:, :k] / root).T @ observable.T
-    return inverse @ A @ T, inverse @ B, C @ T
+def _symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
+    """The symmetric T of `balanced`: R of a real pole; [[R1, R2], [R2, -R1]] / 2 of a pair."""
+    blocks, k = [], 0
+    for p in poles:
+        if p.imag == 0.0:
+            blocks.append(residues[k])
+            k += 1
+        else:
+            one, two = residues[k : k + 2]
+            blocks.append(0.5 * np.block([[one, two], [two, -one]]))
+            k += 2
+    return scipy.linalg.block_diag(*blocks)
 
 
 def modes(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Modes:

@@ -21,6 +21,7 @@ from hydrosim.radiation.threads import one_thread
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
 TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
 NO_RADIATION = 1e-9  # of the largest diagonal entry of the same kind: rounding
+FINER = 8  # samples of K per step of its table
 OGILVIE_BAND = 0.75  # part of the band, from its start, over which A_inf is averaged
 
 
@@ -67,7 +68,7 @@ def retardation(
     added_mass: np.ndarray,
     damping: np.ndarray,
     *,
-    length: float = 80.0,
+    length: float = 100.0,
     step: float = 0.1,
     checksum: str | None = None,
 ) -> Retardation:
@@ -88,16 +89,24 @@ def retardation(
     make = partial(_retardation, frequency, added_mass, damping, time)
     if checksum is None:
         return make()
-    function = partial(_kernel, frequency, damping, time)
+    settings = (checksum, time.size, float(length))
+    function = partial(_kept_kernel, settings, frequency, damping, time)
     of_arrays = partial(_of_arrays, time, function)
-    return kept("memories", (checksum, time.size, float(length)), make, _to_arrays, of_arrays)
+    return kept("memories", settings, make, _to_arrays, of_arrays)
+
+
+def _kept_kernel(
+    settings: tuple[object, ...], frequency: np.ndarray, damping: np.ndarray, time: np.ndarray
+) -> np.ndarray:
+    make = partial(_kernel, frequency, damping, time)
+    return kept("retardations", settings, make, lambda K: {"K": K}, lambda arrays: arrays["K"])
 
 
 @one_thread
 def _retardation(
     frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray, time: np.ndarray
 ) -> Retardation:
-    kernel = retardation_function(frequency, damping, time)
+    kernel = tabulated(frequency, damping, time)
     infinite, residual = infinite_added_mass(frequency, added_mass, time, kernel)
     active = radiating(damping)
     K, A, B, left = (
@@ -115,7 +124,7 @@ def _retardation(
 
 @one_thread
 def _kernel(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
-    return retardation_function(frequency, damping, time)
+    return tabulated(frequency, damping, time)
 
 
 def _known(kernel: np.ndarray) -> np.ndarray:
@@ -132,6 +141,27 @@ def _of_arrays(time: np.ndarray, function: Callable[[], np.ndarray], arrays: Arr
     end, band, residual, eigenvalue = map(float, arrays["ratios"])
     report = KernelReport(end, band, residual, eigenvalue, arrays["tail_exponent"])
     return Retardation(time, function, arrays["infinite"], report)
+
+
+def tabulated(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Entries (nt, n, n) at the equally spaced ``time`` (nt,) with which the lines between them do
+    to smooth motions what K does, to order 4 in the spacing, or 3 where K has a kink at t = 0.
+
+    They are (1 - d^2 / 6) of the means of K over hat functions, d^2 being second differences, which
+    keeps the area under K: slow motions feel that, and it is zero but for the cut. Values of K, of
+    order 2, would miss most of it near t = 0, where a K of B ~ w^-q has a cusp |t|^(q - 1).
+    """
+    fine = time[1] / FINER * np.arange(FINER * (time.size + 1) + 1)
+    K = retardation_function(frequency, damping, fine)
+    K = np.concatenate([K[2 * FINER : 0 : -1], K])  # K(-t) = K(t)
+    j = np.arange(-FINER - 1, FINER + 2) / FINER
+    hat = np.convolve(np.maximum(1.0 - np.abs(j), 0.0), [1 / 6, 4 / 6, 1 / 6], "valid") / FINER
+    entries = np.zeros((time.size, *K.shape[1:]))
+    for steps, part in ((0, -1 / 6), (1, 4 / 3), (2, -1 / 6)):
+        for k, weight in enumerate(hat):
+            start = steps * FINER + k
+            entries += part * weight * K[start : start + FINER * time.size : FINER]
+    return entries
 
 
 def retardation_function(

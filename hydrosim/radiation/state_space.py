@@ -6,21 +6,14 @@ is stable and reciprocal by construction, and then made passive, see `passivity`
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property, partial
 
 import numpy as np
 
+from hydrosim.radiation.emphasis import Emphasis, emphasis_of
 from hydrosim.radiation.passivity import ROUNDING, Reciprocal, passive
-from hydrosim.radiation.rational import (
-    Modes,
-    balanced,
-    modes,
-    partial_fractions,
-    realisation,
-    vector_fit,
-)
+from hydrosim.radiation.rational import Modes, balanced, modes, partial_fractions, vector_fit
 from hydrosim.radiation.retardation import (
     Retardation,
     diagonal_scale,
@@ -30,10 +23,15 @@ from hydrosim.radiation.retardation import (
 )
 from hydrosim.radiation.threads import one_thread
 
-TOLERANCE = 1e-3
-MAX_ORDER = 60  # poles in vector fitting
+TOLERANCE = 3e-4
+ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # poles in vector fitting
 BEYOND = 3.0  # the fit is made up to this multiple of the band
-TRIES, FEW = 12, 3  # truncations that are made passive; of data that are too far from it
+HELD_DOWN = 10.0  # what errors count beyond the band, so that damping is not negative there
+PART, NEARLY = 0.2, 1.5  # of the gain of what is not passive: how near it is fitted, and is good
+ATTEMPTS = ((4.0, 1.0), (np.inf, 1.0), (4.0, 2.0), (4.0, 4.0))
+"""Fastest poles, in bands, and what is aimed at, in tolerances: fast poles ask for small steps."""
+MOST = 150  # states of a group: where more would be needed, an integral is as good
+MORE = (0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 52)  # states than the fewest, tried if not passive
 
 
 @dataclass(frozen=True)
@@ -45,10 +43,28 @@ class FitReport:
     """
 
     tolerance: float  # asked of `frequency_error`
-    frequency_error: float  # of K^(i w) over the database's band
+    frequency_error: float  # of K^(i w) over the database's band, times W of `emphasis`
     time_error: float  # of K(t) over its table
     passivity_before: float  # see `passivity.passive`: negative for a fit that had to be changed
     passivity_margin: float  # the same of the model
+
+    @property
+    def passive(self) -> bool:
+        """Whether no motion gains energy from the model."""
+        return self.passivity_margin >= -ROUNDING
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model is passive and within its tolerance."""
+        return self.passive and self.frequency_error <= self.tolerance
+
+    @property
+    def refusal(self) -> str:
+        """Why the model is not taken where it must hold its tolerance."""
+        return (
+            f"no passive state-space model within {self.tolerance:g} was found, the nearest is"
+            f" {self.frequency_error:.1e} off"
+        )
 
     def __str__(self) -> str:
         return (
@@ -129,6 +145,52 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
     return [active[first == i] for i in np.unique(first)]
 
 
+@dataclass(frozen=True, eq=False)
+class Target:
+    """What a fit is made of: K^ (nw, m, m) at ``w`` (nw,), the first ``inside`` of which are in the
+    ``band``, divided by ``scale`` (m,) of its rows and columns."""
+
+    dofs: np.ndarray
+    w: np.ndarray
+    inside: int
+    band: float
+    values: np.ndarray
+    scale: np.ndarray
+
+    @cached_property
+    def emphasis(self) -> Emphasis:
+        """What frequencies count."""
+        return emphasis_of(self.w[: self.inside], self.values[: self.inside])
+
+    @cached_property
+    def weight(self) -> np.ndarray:
+        """What errors count in vector fitting (nw,)."""
+        beyond = np.arange(self.w.size) >= self.inside
+        return np.where(beyond, HELD_DOWN, 1.0) * self.emphasis.at(self.w)
+
+    def error(self, found: np.ndarray) -> float:
+        """Largest of ``found`` (nw, m, m) in the band, as the emphasis counts it."""
+        off = np.abs(found - self.values).max(axis=(1, 2))
+        return float((self.emphasis.at(self.w) * off)[: self.inside].max())
+
+    @cached_property
+    def gain(self) -> float:
+        """The most energy that it gains, as the emphasis counts it: a passive model is farther from
+        it than that divided by m, and hardly nearer than that."""
+        least = np.linalg.eigvalsh(self.values.real)[:, 0]
+        return max(0.0, -float((self.emphasis.at(self.w) * least)[: self.inside].min()))
+
+
+@one_thread
+def target_of(memory: Retardation, dofs: np.ndarray, band: float) -> Target:
+    """K^ between the ``dofs`` (m,); ``band`` [rad/s] is the database's highest frequency."""
+    kernel = memory.kernel[:, dofs[:, None], dofs]
+    w, inside = frequencies(memory.time[-1], band)
+    values = transfer_function(memory.time, kernel, w)
+    scale = diagonal_scale(values[:inside])
+    return Target(dofs, w, inside, band, values / (scale[:, None] * scale), scale)
+
+
 @one_thread
 def fit_group(
     memory: Retardation, dofs: np.ndarray, band: float, tolerance: float = TOLERANCE
@@ -138,27 +200,23 @@ def fit_group(
     Poles are added until vector fitting is within half the tolerance; then the smallest balanced
     truncation is taken that can be made passive and whose `FitReport.frequency_error` is then
     within ``tolerance``. ``band`` [rad/s] is the database's highest frequency. All poles are stable
-    by construction. Where the tolerance cannot be reached, the model nearest to it is returned:
-    compare the report's error with its tolerance, and its passivity margin with zero.
+    by construction. Where the tolerance cannot be reached, the model nearest to it is returned, of
+    as many states as it is worth: compare the report's error with its tolerance, and its passivity
+    margin with zero.
     """
-    kernel = memory.kernel[:, dofs[:, None], dofs]
-    w, inside = frequencies(memory.time[-1], band)
-    target = transfer_function(memory.time, kernel, w)
-    scale = diagonal_scale(target[:inside])
-    target = target / (scale[:, None] * scale)
-    system = balanced(*_vector_fit(1j * w, target, inside, 0.5 * tolerance))
-    found = _smallest(system, band, w[:inside], target[:inside], tolerance)
-    model = replace(found.model, B=found.model.B * scale)
+    target = target_of(memory, dofs, band)
+    model, report = _within(target, tolerance)
     result = StateSpace(
         dofs=np.asarray(dofs, dtype=np.int64),
         decay=model.decay[: model.decay.size - model.rotation.size],
         frequency=np.append(np.zeros(model.decay.size - 2 * model.rotation.size), model.rotation),
-        B=model.B,
-        C=model.B.T * model.sign,
-        report=FitReport(tolerance, found.error, 0.0, found.before, found.after),
+        B=model.B * target.scale,
+        C=(model.B * target.scale).T * model.sign,
+        report=report,
     )
+    kernel = memory.kernel[:, dofs[:, None], dofs]
     late = relative_size(result.modes.impulse_response(memory.time) - kernel, kernel)
-    return replace(result, report=replace(result.report, time_error=late))
+    return replace(result, report=replace(report, time_error=late))
 
 
 def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
@@ -169,57 +227,93 @@ def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
     return np.append(np.linspace(0.0, band, inside), above), inside
 
 
-def _vector_fit(
-    s: np.ndarray, target: np.ndarray, inside: int, tolerance: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    m = target.shape[1]
-    values = target.reshape(s.size, m * m)
-    for order in range(4, MAX_ORDER + 1, 4):
-        poles, residues = vector_fit(s, values, order)
-        error = partial_fractions(s, poles) @ residues - values
-        if np.abs(error[:inside]).max() <= tolerance:
+def _vector_fit(target: Target, tolerance: float, fastest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Poles, up to ``fastest`` [rad/s], and residues (order, m, m) of the first fit within the
+    tolerance, or of the best."""
+    s, m = 1j * target.w, target.scale.size
+    upper = np.triu_indices(m)
+    place = np.zeros((m, m), dtype=int)
+    place[upper] = place.T[upper] = np.arange(upper[0].size)
+    values = target.values[:, *upper]
+    best = np.inf, np.empty(0), np.empty(0)
+    for order in ORDERS:
+        poles, residues = vector_fit(s, values, order, target.weight, fastest)
+        error = target.error((partial_fractions(s, poles) @ residues)[:, place])
+        if error < best[0]:
+            best = error, poles, residues[:, place]
+        if error <= tolerance:
             break
-    return realisation(poles, residues.reshape(-1, m, m))
+    return best[1], best[2]
 
 
-class _Found(NamedTuple):
-    """A passive model, its largest error, and the passivity before and after the change."""
+System = tuple[np.ndarray, np.ndarray, np.ndarray]
 
-    model: Reciprocal
-    error: float
-    before: float
-    after: float
+
+def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
+    """A passive model within the tolerance, with few states; where it cannot be reached, one that
+    is as near as passive models are, or the best of those for wider aims."""
+    found: list[tuple[Reciprocal, FitReport]] = []
+    least = max(tolerance, PART * target.gain)
+    for fastest, times in ATTEMPTS:
+        aim = times * least
+        good = max(aim, NEARLY * target.gain)
+        fit = _vector_fit(target, 0.5 * aim, fastest * target.band)
+        A, B, C = balanced(*fit, target.emphasis)
+        system = A[:MOST, :MOST], B[:MOST], C[:, :MOST]
+        found.append(_smallest(system, target, tolerance, aim, good))
+        if _good(found[-1][1], good):
+            break
+    return min(found, key=_badness)
+
+
+def _good(report: FitReport, aim: float) -> bool:
+    return report.passive and report.frequency_error <= aim
+
+
+def _badness(one: tuple[Reciprocal, FitReport]) -> tuple[bool, float]:
+    return not one[1].passive, one[1].frequency_error
 
 
 def _smallest(
-    system: tuple[np.ndarray, np.ndarray, np.ndarray],
-    band: float,
-    w: np.ndarray,
-    target: np.ndarray,
-    tolerance: float,
-) -> _Found:
-    """The first balanced truncation that is within the tolerance once it is passive; else the best
-    of the first few that were within it before, or of all if there are none."""
-    models = list(truncations(*system))
-    errors = [np.abs(model.transfer_function(1j * w) - target).max() for model in models]
-    good = [model for model, error in zip(models, errors, strict=True) if error <= tolerance]
-    found: list[_Found] = []
-    tries = TRIES if np.linalg.eigvalsh(target.real).min() >= -tolerance else FEW
-    for model in good[:tries] or [models[int(np.argmin(errors))]]:
-        changed, before, after = passive(model, band)
-        error = np.abs(changed.transfer_function(1j * w) - target).max()
-        found.append(_Found(changed, float(error), before, after))
-        if error <= tolerance and after >= -ROUNDING:
+    system: System, target: Target, tolerance: float, aim: float, good: float
+) -> tuple[Reciprocal, FitReport]:
+    """The first balanced truncation that is within the ``aim``, and ``good`` once it is passive;
+    else the best of some."""
+    found: list[tuple[Reciprocal, FitReport]] = []
+    fewest = _fewest(system, target, aim)
+    tried = [fewest + more for more in MORE]
+    for model in filter(None, map(partial(truncation, system), [*tried, *range(fewest)[::-1]])):
+        if len(found) == len(MORE):
             break
-    return min(found, key=lambda one: (one.after < -ROUNDING, one.error))
+        changed, before, after = passive(model, target.band, target.emphasis)
+        error = target.error(changed.transfer_function(1j * target.w))
+        found.append((changed, FitReport(tolerance, error, 0.0, before, after)))
+        if _good(found[-1][1], good):
+            break
+    return min(found, key=_badness)
 
 
-def truncations(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Iterator[Reciprocal]:
-    """The stable balanced truncations, the smallest first, in reciprocal form."""
-    for k in range(1, len(A) + 1):
-        candidate = modes(A[:k, :k], B[:k], C[:, :k])
-        if np.all(candidate.poles.real < 0.0):
-            yield reciprocal(candidate)
+def _fewest(system: System, target: Target, aim: float) -> int:
+    """States of the smallest truncation within the ``aim``, by halves: errors fall, but for a
+    little, with the number; all of them if none is."""
+    low, high = 0, len(system[0])
+    while high - low > 1:
+        middle = (low + high) // 2
+        model = truncation(system, middle)
+        if model is None or target.error(model.transfer_function(1j * target.w)) > aim:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def truncation(system: System, states: int) -> Reciprocal | None:
+    """A balanced truncation in reciprocal form, if it has so many states and is stable."""
+    A, B, C = system
+    if states > len(A):
+        return None
+    found = modes(A[:states, :states], B[:states], C[:, :states])
+    return reciprocal(found) if np.all(found.poles.real < 0.0) else None
 
 
 def reciprocal(modes: Modes) -> Reciprocal:

@@ -32,7 +32,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
     own = compile_scene(scene, in_plane=True)
     compiled = linearisable(own)
-    scene, model, notes = compiled.scene, compiled.model, compiled.notes
+    scene, model, notes = compiled.scene, own.model, own.notes
     clock = compile_clock(compiled)
     yield scene.title
     for key, value in started_from(scene).items():
@@ -53,7 +53,7 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
-    for wet in compiled.wet:
+    for wet in own.wet:
         yield f"{', '.join(wet.names)}:"
         for key, value in wet.provenance().items():
             yield f"  {key.replace('_', ' ')}: {value}"
@@ -61,6 +61,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
             if not finding.passed:
                 figures = f"{finding.figure:.3g} > {finding.limit:.3g}"
                 yield f"  {finding.name}: {figures}, {finding.advice}"
+    for line in own.notes.memory:
+        yield f"radiation of {line}"
     for line in notes.records:
         yield f"recorded: {line}"
     for line in notes.meetings:

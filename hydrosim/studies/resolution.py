@@ -12,6 +12,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.model import METHODS
 from hydrosim.linear.accuracy import Vibration, vibrations
 from hydrosim.linear.stability import Combination, combinations
+from hydrosim.radiation.threads import one_thread
 from hydrosim.results.names import coordinate_names, fender_names, spring_names
 from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
@@ -31,6 +32,7 @@ class Need(NamedTuple):
     vibration: Vibration
 
 
+@one_thread
 def scene_combinations(compiled: Compiled, each_alone: bool = False) -> list[Combination]:
     """The combinations of contacts that a scene is linearised with, see `stability`."""
     names = moving_names(compiled.scene)
@@ -42,6 +44,7 @@ def moving_names(scene: Scene) -> list[str]:
     return coordinate_names(scene) + fender_names(scene) + spring_names(scene)
 
 
+@one_thread
 def scene_vibrations(
     compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE
 ) -> tuple[Vibration, ...]:

@@ -17,6 +17,7 @@ from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import Kind, NaturalMode
+from hydrosim.radiation.threads import one_thread
 from hydrosim.results.names import coordinate_names
 from hydrosim.scene import Scene
 from hydrosim.studies.held import contact_remarks
@@ -43,6 +44,7 @@ class Wanted:
     contacts: Contacts = Contacts.STUCK
 
 
+@one_thread
 def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     """Everything linear about a scene's place at rest; raises InputError if there is none in the
     directions that have a stiffness. Where there is none it is told in the attribute ``remarks``,

@@ -20,6 +20,7 @@ from hydrosim.errors import InputError, SimulationError
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import Combination, StepLimit, step_limits
+from hydrosim.radiation.threads import one_thread
 from hydrosim.results.names import force_names, state_names
 from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
@@ -144,6 +145,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     return dataset
 
 
+@one_thread
 def warned_of_steps(compiled: Compiled) -> Compiled:
     """With a warning of a step above the stable limit, and with what the step does not resolve;
     InputError if a step above the limit is not wanted."""
@@ -267,6 +269,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         HEADINGS: initial_headings(scene) if np.any(compiled.model.headings.stream) else None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
+        "radiation_errors": "\n".join(notes.memory) or None,
         **{
             f"{key}_{name}": value
             for wet in compiled.wet

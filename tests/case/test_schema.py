@@ -56,7 +56,7 @@ class TestBody:
         assert (block.name, block.mass, block.hydrodynamics) == ("block", 2000.0, None)
         assert_allclose(block.inertia, np.diag([2000.0, 8000.0, 18000.0]), rtol=1e-15)
         assert block.dofs == scene.DOFS
-        assert block.radiation == scene.StateSpaceRadiation()
+        assert block.radiation == scene.AutomaticRadiation()
         assert load(DRY).scene().environment == scene.Environment()
 
     def test_all_keys(self, load: Load, tmp_path: Path) -> None:
@@ -82,10 +82,15 @@ class TestBody:
         ("text", "radiation"),
         [
             ("state_space", scene.StateSpaceRadiation()),
+            ("automatic", scene.AutomaticRadiation()),
+            (
+                "{model: automatic, tolerance: 1e-4, step: 0.1 s}",
+                scene.AutomaticRadiation(1e-4, 100.0, 0.1),
+            ),
             ("none", scene.RadiationModel.NONE),
             ("{model: none, period: 10 s}", scene.RadiationModel.NONE),
             ("{model: constant, period: 10 s}", scene.ConstantRadiation(10.0)),
-            ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(80.0, 0.2)),
+            ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(100.0, 0.2)),
             (
                 "{model: state_space, tolerance: 0.1 %, length: 2 min}",
                 scene.StateSpaceRadiation(1e-3, 120.0),

@@ -39,8 +39,10 @@ LIFT = 316.1e6  # N, then
 
 @lru_cache
 def pressed() -> Scene:
-    """The base case at the end of its lift, in calm water and in equilibrium."""
-    case = in_waves(scene_of("base"))
+    """The base case at the end of its lift, in calm water and in equilibrium; with few states of
+    radiation, for the more there are, the longer their own modes ring beside a decay."""
+    few = StateSpaceRadiation(1e-3, 80.0, 0.1)
+    case = with_body(in_waves(scene_of("base")), radiation=few)
     lift = AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(LIFT)})
     still = replace(case, forces={**case.forces, "deballast": lift}, solver=Solver(step=0.05))
     return with_body(still, position=tuple(at_rest(still).position[0]))

@@ -1,0 +1,133 @@
+"""What the fits of retardation functions, and the cut at their end, do to motions: estimated before
+a run, and said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hydrosim.compiling.wet import WetGroup
+from hydrosim.dofs import DOFS, about_z
+from hydrosim.linear.impedance import Change, impedance, largest_change
+from hydrosim.radiation.spectra import LONGER, Spectra, spectra
+from hydrosim.radiation.threads import one_thread
+from hydrosim.scene import ConstantRadiation, Scene
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.state import State
+
+BETWEEN = 3  # places for each frequency of the spectra: resonances are narrower than these
+FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
+
+
+@dataclass(frozen=True)
+class MemoryErrors:
+    """Of the databases ``names`` in a scene: by how much their fits change motions, nothing where
+    all memory is convolved, and by how much a memory of ``longer`` instead of ``length`` [s] does.
+    """
+
+    names: str
+    length: float
+    longer: float
+    fit: tuple[Change, str] | None
+    cut: tuple[Change, str]
+
+    def __str__(self) -> str:
+        told = f"{self.names}: a memory of {self.longer:g} s instead of {self.length:g} s would"
+        cut = f"{told} change motions by at most {_size(self.cut)}"
+        return f"{cut}; the fits do so by at most {_size(self.fit)}" if self.fit else cut
+
+    def warnings(self) -> Iterator[str]:
+        """What of it is too much to say nothing of."""
+        if self.fit and self.fit[0].size > FIT_WARNED:
+            yield (
+                f"radiation of {self.names}: the state-space fits may change motions by"
+                f" {_size(self.fit)}; give a smaller `tolerance` or `model: convolution`."
+            )
+        if self.cut[0].size > CUT_WARNED:
+            yield (
+                f"radiation of {self.names}: what is cut off its memory at {self.length:g} s may"
+                f" change motions by {_size(self.cut)}; give it more `length`, as far as the steps"
+                " of the database's frequencies resolve it."
+            )
+
+
+@one_thread
+def memory_errors(
+    scene: Scene, wet: Sequence[WetGroup], model: Model, state: State, time: float
+) -> tuple[MemoryErrors, ...]:
+    """Of all databases with a memory, with all other forces made linear about ``state``."""
+    groups = [group for group in wet if group.free.size and _remembers(group)]
+    if not groups or not model.bodies.active.size:
+        return ()
+    found = [_spectra(group) for group in groups]
+    w = np.unique(np.concatenate([_between(of.w) for of in found]))
+    size = 6 * len(scene.bodies)
+    memory = np.zeros((w.size, size, size), dtype=complex)
+    for group, of in zip(groups, found, strict=True):
+        memory[:, group.dofs[:, None], group.dofs] = _turned(group, _at(w, of.w, of.K))
+    Z = impedance(w, memory, model, state, time)
+
+    def change(group: WetGroup, of: np.ndarray) -> tuple[Change, str]:
+        dZ = np.zeros_like(memory)
+        dZ[:, group.dofs[:, None], group.dofs] = _turned(group, of)
+        largest = largest_change(w, Z, dZ, model, state)
+        body = scene.bodies[largest.coordinate // 6].name
+        return largest, f"{DOFS[largest.coordinate % 6]} of {body}"
+
+    return tuple(
+        MemoryErrors(
+            ", ".join(group.names),
+            float(group.memory.time[-1]),
+            LONGER * float(group.memory.time[-1]),
+            change(group, _missed(group, w, of)) if group.fits else None,
+            change(group, _at(w, of.w, of.cut)),
+        )
+        for group, of in zip(groups, found, strict=True)
+    )
+
+
+def _remembers(group: WetGroup) -> bool:
+    return group.radiation is not None and not isinstance(group.radiation, ConstantRadiation)
+
+
+def _spectra(group: WetGroup) -> Spectra:
+    db = group.database
+    coefficients = db.frequency, db.added_mass, db.radiation_damping
+    return spectra(group.memory, *coefficients, db.checksum)
+
+
+def _missed(group: WetGroup, w: np.ndarray, of: Spectra) -> np.ndarray:
+    """K^ of the fits less that of the memory, (nw, n, n)."""
+    missed = np.zeros_like(of.K)
+    for fit in group.fits:
+        block = fit.dofs[:, None], fit.dofs
+        missed[:, *block] = fit.modes.transfer_function(1j * of.w) - of.K[:, *block]
+    return _at(w, of.w, missed)
+
+
+def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
+    """``values`` (nw, n, n) along the headings of the bodies, for their coordinates: places along
+    the earth's axes, angles about the body's."""
+    headings = (body.heading + body.position[5] for body in group.bodies)
+    P = block_diag(*(part for psi in headings for part in (about_z(psi), np.eye(3))))
+    return np.asarray(P @ values @ P.T)
+
+
+def _between(w: np.ndarray) -> np.ndarray:
+    return np.interp(np.arange(BETWEEN * (w.size - 1) + 1) / BETWEEN, np.arange(w.size), w)
+
+
+def _at(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``known`` (nk,),
+    constant beyond."""
+    k = np.clip(np.searchsorted(known, w), 1, known.size - 1)
+    x = np.clip((w - known[k - 1]) / (known[k] - known[k - 1]), 0.0, 1.0)[:, None, None]
+    return np.asarray((1.0 - x) * values[k - 1] + x * values[k])
+
+
+def _size(change: tuple[Change, str]) -> str:
+    largest, name = change
+    return f"{largest.size:.1e} ({name}, at {2.0 * np.pi / largest.w:.3g} s)"

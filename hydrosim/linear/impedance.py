@@ -1,0 +1,56 @@
+"""What a change of a radiation force does to motions, without a run: Z v = F for harmonic motions.
+
+Z(w) = i w (M + A_inf) + D + C / (i w) + K^(i w), all other forces made linear at the start. A force
+dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so that
+metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible at a
+frequency, relative to the motion there: at resonance, dZ over the damping.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.linear.linearise import STEP, inertia
+from hydrosim.radiation import convolution_model
+from hydrosim.stepping.dynamics import Model, jacobian, new_work
+from hydrosim.stepping.state import State
+
+
+class Change(NamedTuple):
+    """The largest relative change of motion, the frequency ``w`` [rad/s] that it is at, and the
+    coordinate (among 6 nb) that it changes most."""
+
+    size: float
+    w: float
+    coordinate: int
+
+
+def impedance(
+    w: np.ndarray, memory: np.ndarray, model: Model, state: State, time: float = 0.0
+) -> np.ndarray:
+    """Z (nw, n, n) of the free coordinates at frequencies ``w`` (nw,) [rad/s], with K^ ``memory``
+    (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s]."""
+    model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
+    n, active, work = model.bodies.active.size, model.bodies.active, new_work(model)
+    own, scratch = np.arange(2 * n), np.zeros((3, model.size))
+    J, y = np.zeros((2 * n, 2 * n)), state.y
+    jacobian(time, y, state.modes, state.history, model, work, own, STEP, scratch, J)
+    M, s = inertia(model, y[: 2 * n]), 1j * w[:, None, None]
+    return np.asarray(
+        s * M - M @ J[n:, n:] - M @ J[n:, :n] / s + memory[:, active[:, None], active]
+    )
+
+
+def largest_change(
+    w: np.ndarray, Z: np.ndarray, dZ: np.ndarray, model: Model, state: State
+) -> Change:
+    """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
+    active = model.bodies.active
+    root = np.sqrt(np.diag(inertia(model, state.y[: 2 * active.size])))
+    relative = np.linalg.solve(Z, dZ[:, active[:, None], active]) * root[:, None] / root
+    size = np.linalg.norm(relative, 2, axis=(1, 2))
+    k = int(size.argmax())
+    left = np.linalg.svd(relative[k])[0][:, 0]
+    return Change(float(size[k]), float(w[k]), int(active[np.abs(left).argmax()]))

@@ -1,0 +1,55 @@
+"""What radiation is at each frequency, cut at the end of its memory and cut later: from these, what
+a fit and the cut do to motions is estimated without a run."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.radiation.kept import Arrays, kept
+from hydrosim.radiation.retardation import Retardation, retardation, transfer_function
+from hydrosim.radiation.threads import one_thread
+
+LONGER = 1.5  # times the memory: what it changes is as large as the cut, if K decays
+SLOWEST, COUNT = 0.01, 400  # rad/s, number of frequencies
+
+
+class Spectra(NamedTuple):
+    """``K`` (nw, n, n), K^(i w) of a memory at the frequencies ``w`` (nw,), and what a memory
+    `LONGER` times as long adds to K^ + i w A_inf, ``cut`` (nw, n, n)."""
+
+    w: np.ndarray
+    K: np.ndarray
+    cut: np.ndarray
+
+
+def spectra(
+    memory: Retardation,
+    frequency: np.ndarray,
+    added_mass: np.ndarray,
+    damping: np.ndarray,
+    checksum: str,
+) -> Spectra:
+    """Those of ``memory``, up to the highest of the database's ``frequency`` (nw,); for the
+    coefficients see `retardation`. Kept in the cache folder by the ``checksum`` and the memory."""
+    settings = (checksum, memory.time.size, float(memory.time[-1]))
+    make = partial(_spectra, memory, frequency, added_mass, damping)
+    return kept("spectra", settings, make, Spectra._asdict, _of_arrays)
+
+
+@one_thread
+def _spectra(
+    memory: Retardation, frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray
+) -> Spectra:
+    length, step = float(memory.time[-1]), float(memory.time[1])
+    late = retardation(frequency, added_mass, damping, length=LONGER * length, step=step)
+    w = np.geomspace(min(SLOWEST, frequency[0]) or SLOWEST, frequency[-1], COUNT)
+    K, longer = (transfer_function(of.time, of.kernel, w) for of in (memory, late))
+    more = late.added_mass_infinite - memory.added_mass_infinite
+    return Spectra(w, K, longer - K + 1j * w[:, None, None] * more)
+
+
+def _of_arrays(arrays: Arrays) -> Spectra:
+    return Spectra(*(arrays[name] for name in Spectra._fields))
