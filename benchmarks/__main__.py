@@ -15,7 +15,8 @@ from benchmarks.report import machine, save
 QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
     "step_limits",
-    *("cost", "skips", "linear_scene", "radiation_fits", "memory", "synthesis", "many_runs"),
+    *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
+    *("synthesis", "many_runs"),
     *("reading", "validation", "extremes"),
 )
 
