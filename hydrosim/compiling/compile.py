@@ -7,7 +7,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened
 from hydrosim.compiling.symmetry import planar
-from hydrosim.compiling.wet import wet_groups
+from hydrosim.compiling.wet import in_states, wet_groups
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene
 from hydrosim.waves import sea
@@ -28,8 +28,12 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
 
 
 @one_thread
-def compile_in_calm(scene: Scene) -> Compiled:
-    """The scene as arrays without its waves; raises as `compile_scene` does."""
+def compile_in_calm(scene: Scene, states: float | None = None) -> Compiled:
+    """The scene as arrays without its waves; raises as `compile_scene` does. ``states`` is the
+    tolerance of fits in place of all convolutions, which cannot be made linear."""
     scene = opened(scene)
     check_scene(scene)
-    return compile_calm(scene, wet_groups(scene))
+    wet = wet_groups(scene)
+    if states is not None:
+        scene, wet = in_states(scene, wet, states)
+    return compile_calm(scene, wet)

@@ -254,6 +254,15 @@ def with_states(body: Body, tolerance: float) -> Body:
     return replace(body, radiation=states)
 
 
+def in_states(
+    scene: Scene, groups: Sequence[WetGroup], tolerance: float
+) -> tuple[Scene, list[WetGroup]]:
+    """A scene and its hydrodynamics with states in place of all convolutions, of fits within the
+    ``tolerance`` or as near as passive ones come."""
+    bodies = tuple(with_states(body, tolerance) for body in scene.bodies)
+    return replace(scene, bodies=bodies), [group.with_states(tolerance) for group in groups]
+
+
 def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
     """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
     w, at = db.frequency, 2.0 * np.pi / period

@@ -16,7 +16,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
-from hydrosim.compiling.wet import with_states
+from hydrosim.compiling.wet import in_states
 from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
@@ -82,9 +82,7 @@ def linearisable(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled
-    bodies = tuple(with_states(body, CLOSE_ENOUGH) for body in compiled.scene.bodies)
-    scene = replace(compiled.scene, bodies=bodies)
-    wet = [group.with_states(CLOSE_ENOUGH) for group in compiled.wet]
+    scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state if scene.initial is None else resume(scene, fresh.model, fresh.state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)

@@ -22,7 +22,7 @@ from scipy import linalg
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.wet import WetGroup, with_states
+from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.linearise import Linear, linearise, velocity_map
@@ -139,14 +139,11 @@ def compile_for_linear(
 ) -> Compiled:
     """The scene from its own start, in calm water, with a radiation that can be made linear: with
     states, or none where it is that of the databases; long enough for ``time`` [s]."""
-    bodies = [
-        replace(body, radiation=RadiationModel.NONE)
-        if radiation == Radiation.DATABASE
-        else with_states(body, TOLERANCE)
-        for body in scene.bodies
-    ]
-    long = max(scene.duration, time)
-    return compile_in_calm(replace(scene, bodies=tuple(bodies), initial=None, duration=long))
+    calm = replace(scene, initial=None, duration=max(scene.duration, time))
+    if radiation == Radiation.MODEL:
+        return compile_in_calm(calm, TOLERANCE)
+    dry = tuple(replace(body, radiation=RadiationModel.NONE) for body in scene.bodies)
+    return compile_in_calm(replace(calm, bodies=dry))
 
 
 def _of_model(model: Model, state: State) -> State:

@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import DOFS
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.names import coordinate_names
+from hydrosim.results.names import coordinate_names, dofs_of
 from hydrosim.scene import Scene
 from hydrosim.studies.held import contact_remarks
 from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
@@ -67,6 +68,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         ]
     )
     remarks = [
+        *_rough_memory(compiled),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),
         *contact_remarks(compiled, rest, about, wanted.contacts),
@@ -80,6 +82,18 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         remarks="\n".join(remarks),
     )
     return dataset
+
+
+def _rough_memory(compiled: Compiled) -> Iterator[str]:
+    """Fits that stand for convolutions and are not within their tolerance."""
+    for group in compiled.wet:
+        for fit in group.fits:
+            if not fit.report.holds:
+                yield (
+                    f"the radiation of {dofs_of(fit.dofs, group.names)} is that of the nearest"
+                    f" passive state-space model, {fit.report.frequency_error:.1e} off. With"
+                    " the added mass and damping of the databases (`--database`) RAOs need none."
+                )
 
 
 def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:

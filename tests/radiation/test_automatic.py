@@ -24,6 +24,7 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
+from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
 SURGE, LENGTH, STEP = 0, 60.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)
@@ -76,6 +77,21 @@ def test_states_where_they_hold_and_the_integral_elsewhere_with_the_reason() -> 
     model = hs.compile_scene(scene(AUTOMATIC)).model
     assert set(model.states.dof) == {HEAVE}
     assert set(model.convolution.column) == {SURGE}
+
+
+def test_what_has_no_fit_is_linear_all_the_same_and_the_error_is_told() -> None:
+    """Heave is as in a scene of states; surge is that of the nearest passive model."""
+    rough, fitted = (
+        linear_analysis(scene(of, dofs), Wanted())
+        for of, dofs in (
+            (AUTOMATIC, ("surge", "heave")),
+            (StateSpaceRadiation(3e-4, LENGTH, STEP), ("heave",)),
+        )
+    )
+    assert "the radiation of surge of buoy is that of the nearest" in rough.attrs["remarks"]
+    assert not fitted.attrs["remarks"]
+    found, exact = (of.natural_period.sel(mode="buoy heave").item() for of in (rough, fitted))
+    assert found == pytest.approx(exact, rel=1e-9)
 
 
 def test_both_together_are_the_integral_of_both() -> None:
