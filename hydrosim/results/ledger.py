@@ -16,7 +16,7 @@ with the root of their energy. Roundings of large energies are left out, as is w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -63,10 +63,14 @@ def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:
     with warnings if its ledger is open or its friction gives energy."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a run that has failed
         worst = gap(run, LEAST * mass)
-    said = [str(run.attrs["warnings"])] if "warnings" in run.attrs else []
-    said += [*_open(run, worst), *_giving(run)]
-    added = {"warnings": "\n".join(said)} if said else {}
-    return run.assign_attrs(energy_residual_relative=worst.relative, **added)
+    run = run.assign_attrs(energy_residual_relative=worst.relative)
+    return warned(run, [*_open(run, worst), *_giving(run)])
+
+
+def warned(run: xr.Dataset, more: Iterable[str]) -> xr.Dataset:
+    """The run with ``more`` warnings behind those that it has."""
+    said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
+    return run.assign_attrs(warnings="\n".join(said)) if said else run
 
 
 def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:

@@ -35,12 +35,12 @@ class Need(NamedTuple):
 @one_thread
 def scene_combinations(compiled: Compiled, each_alone: bool = False) -> list[Combination]:
     """The combinations of contacts that a scene is linearised with, see `stability`."""
-    names = moving_names(compiled.scene)
+    names = linear_names(compiled.scene)
     return combinations(compiled.model, compiled.state, names, each_alone)
 
 
-def moving_names(scene: Scene) -> list[str]:
-    """Names of the free coordinates, then of the contact points, then of the springs."""
+def linear_names(scene: Scene) -> list[str]:
+    """Names of what is linearised: the free coordinates, then contact points, then springs."""
     return coordinate_names(scene) + fender_names(scene) + spring_names(scene)
 
 
@@ -51,7 +51,7 @@ def scene_vibrations(
     """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
     the step of the scene, see `accuracy`."""
     scene = compiled.scene
-    names, method = moving_names(scene), METHODS[scene.solver.method]
+    names, method = linear_names(scene), METHODS[scene.solver.method]
     of = (scene.duration, scene.solver.step, error)
     return tuple(vibrations(found, method, compiled.model, names, *of))
 

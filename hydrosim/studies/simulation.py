@@ -21,6 +21,7 @@ from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import Combination, StepLimit, step_limits
 from hydrosim.radiation.threads import one_thread
+from hydrosim.results.ledger import warned
 from hydrosim.results.names import force_names, state_names
 from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
@@ -51,7 +52,7 @@ from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, holder
 from hydrosim.studies.resolution import (
     fitting_step,
-    moving_names,
+    linear_names,
     scene_combinations,
     scene_vibrations,
     unresolved,
@@ -138,8 +139,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
-    if said := [*str(dataset.attrs.get("warnings", "")).splitlines(), *noticed(compiled, dataset)]:
-        dataset.attrs["warnings"] = "\n".join(said)
+    dataset = warned(dataset, noticed(compiled, dataset))
     if message:
         raise SimulationError(message, dataset)
     return dataset
@@ -179,7 +179,7 @@ def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> 
     see `stability.step_limits`."""
     method, step = METHODS[compiled.scene.solver.method], compiled.scene.solver.step
     found = found or scene_combinations(compiled)
-    return step_limits(found, method, compiled.model, moving_names(compiled.scene), step)
+    return step_limits(found, method, compiled.model, linear_names(compiled.scene), step)
 
 
 def _chunks(run: Run) -> Iterator[float]:

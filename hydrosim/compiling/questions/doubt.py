@@ -44,6 +44,11 @@ class About:
                 yield i, body, self.databases[body.name]
 
     @cached_property
+    def index(self) -> dict[str, int]:
+        """The numbers of the bodies, by their names."""
+        return {body.name: i for i, body in enumerate(self.scene.bodies)}
+
+    @cached_property
     def motion(self) -> Motion:
         """Where all bodies are at the start."""
         n, motion, y = self.model.bodies.active.size, new_work(self.model).motion, self.state.y

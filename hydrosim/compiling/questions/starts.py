@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces import Fender, NormalCurve, Plane, Spring
+from hydrosim.forces.spring import stretch
 from hydrosim.scene import GivenComponents
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
@@ -68,10 +69,9 @@ def overlap(about: About) -> Iterator[Doubt]:
 
 def plane(about: About) -> Iterator[Doubt]:
     """Planes whose body is behind them."""
-    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
     for name, fender, deep in _fenders(about):
-        here = _centre(about, index[fender.body])
-        behind = _inside(about, index, fender.plane, here)
+        here = _centre(about, about.index[fender.body])
+        behind = _inside(about, fender.plane, here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
             usual = f"usual is that the normal points to the side of {fender.body}"
@@ -81,15 +81,10 @@ def plane(about: About) -> Iterator[Doubt]:
 
 def lines(about: About) -> Iterator[Doubt]:
     """Lines that are far too short."""
-    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
-    for name, line in about.scene.forces.items():
-        if not isinstance(line, Spring):
-            continue
-        anchor = np.array(line.anchor)
-        if line.anchor_body is not None:
-            anchor = _place(about, index[line.anchor_body], anchor)
-        span = anchor - _place(about, index[line.body], np.array(line.point))
-        longer = float(np.linalg.norm(span)) - line.length
+    springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
+    rows = about.model.elements.springs.lines
+    for (name, line), row in zip(springs.items(), rows, strict=True):
+        longer = float(stretch(row, about.model.bodies, about.motion).extension)
         if longer > max(STRETCHED * line.length, float(line.extension[-1])):
             found = f"{line.length:g} m, and {longer:.3g} m more between its ends at the start"
             yield Doubt(f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} more")
@@ -97,20 +92,19 @@ def lines(about: About) -> Iterator[Doubt]:
 
 def _fenders(about: About) -> Iterator[tuple[str, Fender, np.ndarray]]:
     """Fenders with the compressions (n,) of their points at the start."""
-    index = {body.name: i for i, body in enumerate(about.scene.bodies)}
     for name, fender in about.scene.forces.items():
         if isinstance(fender, Fender):
-            b = index[fender.body]
+            b = about.index[fender.body]
             places = [_place(about, b, point) for point in np.asarray(fender.points)]
-            deep = [_inside(about, index, fender.plane, place) for place in places]
+            deep = [_inside(about, fender.plane, place) for place in places]
             yield name, fender, np.array(deep)
 
 
-def _inside(about: About, index: dict[str, int], plane: Plane, place: np.ndarray) -> float:
+def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
     """How far a ``place`` is behind a plane [m]."""
     normal, point = np.array(plane.normal, float), np.array(plane.point, float)
     if plane.body is not None:
-        b = index[plane.body]
+        b = about.index[plane.body]
         normal, point = about.motion.rotation[b] @ normal, _place(about, b, point)
     return float(normal @ (point - place) / np.linalg.norm(normal))
 
