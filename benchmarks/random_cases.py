@@ -202,9 +202,9 @@ def _afloat(s: Sketch) -> None:
 
 def _radiation(d: Draw, hull: Hull) -> Any:
     memory = {"model": "state_space", "length": 160.0, "tolerance": 0.01}
-    state_space = memory if hull is PAIR[0] else {"model": "state_space"}
+    usual = memory if hull is PAIR[0] else "automatic"
     constant = {"model": "constant", "period": d.between(*hull.periods)}
-    return d.one((state_space, "convolution", constant, "none"), 75, 8, 10, 7)
+    return d.one((usual, "convolution", constant, "none"), 75, 8, 10, 7)
 
 
 def _float_body(s: Sketch, hull: Hull, number: int, at: Place, radiation: Any) -> None:
