@@ -97,6 +97,16 @@ def push(history, t, v, a):
 
 
 @kernel
+def drop(t, history):
+    """Take away the newest node if it is at ``t``: says whether it was."""
+    newest = history.pushed[0] - 1
+    if newest < oldest_node(history) or history.time[newest % history.time.size] != t:
+        return False
+    history.pushed[0] = newest
+    return True
+
+
+@kernel
 def _add_even(number, t, v, a, history):
     """Take the node among the even ones if it is on their grid or the second at its newest time; a
     node past the next place on the grid begins another grid."""

@@ -13,7 +13,7 @@ from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
-from hydrosim.radiation.history import push
+from hydrosim.radiation.history import drop, push
 from hydrosim.rigid import accelerations, accelerations_along
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
@@ -96,10 +96,13 @@ def _advance(evaluations, run):
 
 @kernel
 def _next_block(t, run):
-    """Slow paths in waves are taken anew from t on; the loads are others then."""
+    """Slow paths in waves are taken anew from t on; the loads are others then, and so is the
+    acceleration to remember: that which a run would that starts here."""
     model, known = run.model, run.scratch.known
     begin_block(t, run.state.y[model.slow :], model.following)
     known[START_SLOPE], known[START_MARGINS] = 0, UNKNOWN
+    if drop(t, run.state.history):
+        remember(t, run)
 
 
 @kernel

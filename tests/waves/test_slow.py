@@ -13,6 +13,7 @@ from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.scene import (
+    ConvolutionRadiation,
     Environment,
     Jonswap,
     Place,
@@ -101,6 +102,14 @@ def test_a_run_is_of_order_four_and_restarts_to_the_bit() -> None:
         assert np.log2(errors[0] / errors[1]) > 3.8
     before = hs.simulate(scene)
     after = hs.simulate(replace(scene, initial=Start(before, 22.0), duration=38.0))
+    np.testing.assert_array_equal(motion(after), motion(before)[11:])
+
+
+def test_a_convolution_restarts_to_the_bit_where_a_path_begins() -> None:
+    """The acceleration that is remembered there is that of the new path, in both runs."""
+    scene = with_body(drifting(30.0), radiation=ConvolutionRadiation(length=20.0))
+    before = hs.simulate(replace(scene, output_states=True))
+    after = hs.simulate(replace(scene, initial=Start(before, 22.0), duration=8.0))
     np.testing.assert_array_equal(motion(after), motion(before)[11:])
 
 
