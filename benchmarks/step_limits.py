@@ -31,7 +31,14 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.forces.contact.laws import Law
-from hydrosim.scene import ConvolutionRadiation, LinearScenes, Scene, Solver, Unstable
+from hydrosim.scene import (
+    ConvolutionRadiation,
+    LinearScenes,
+    Question,
+    Scene,
+    Solver,
+    Unstable,
+)
 from hydrosim.stepping.dynamics import dynamic_states
 from hydrosim.studies.simulation import scene_step_limits
 
@@ -73,7 +80,7 @@ def random_scene(seed: int) -> Scene:
         forces[f"fender {k + 1}"] = _bumper(random) if k < bumpers else _on_deck(random)
     solver = Solver(unstable=Unstable.WARN, linear=LinearScenes.STEP)
     calm = replace(base.environment, waves=())
-    return replace(base, environment=calm, forces=forces, solver=solver)
+    return replace(base, environment=calm, forces=forces, solver=solver, accept=tuple(Question))
 
 
 def with_radiation(scene: Scene, radiation: ConvolutionRadiation) -> Scene:
