@@ -58,6 +58,7 @@ from hydrosim.studies.resolution import (
     unresolved,
 )
 from hydrosim.studies.stages import complete
+from hydrosim.studies.twin import parted
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -137,6 +138,8 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
     }
     count, history = int(counters[RECORDS]), run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
+    if status == "complete" and not failed:
+        warnings += parted(compiled, run)
     attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     dataset = warned(dataset, noticed(compiled, dataset))
