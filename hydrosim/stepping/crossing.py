@@ -16,7 +16,7 @@ from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, kernel, root
 from hydrosim.rigid import place_bodies
-from hydrosim.stepping.dynamics import rhs, still
+from hydrosim.stepping.dynamics import still
 from hydrosim.stepping.state import (
     AFTER,
     BEFORE,
@@ -28,6 +28,7 @@ from hydrosim.stepping.state import (
     FULL,
     KNOWN,
     LATE,
+    LOOKS,
     NOW,
     RUNNING,
     SLOPE,
@@ -82,9 +83,10 @@ def _measure(t, y, run, watched, out):
         return
     model, work, modes = run.model, run.work, run.state.modes
     if work.constraints.force.size > 0:  # the reactions are margins of what is held
-        rhs(t, y, modes, run.state.history, model, work, run.scratch.states[SPARE])
+        slope(t, y, run, run.scratch.states[SPARE])
     else:
         _place(y, run)
+    run.counters[LOOKS] += 1
     events.find_margins(
         *(t, y, modes, work.motion, model.bodies, model.elements),
         *(run.scratch.headings, work.holds.reaction, watched, out),
@@ -340,7 +342,7 @@ def make_consistent(t, run):
     state, model, work = run.state, run.model, run.work
     still(state.y, state.modes, model, work)
     for _ in range(work.constraints.force.size):
-        rhs(t, state.y, state.modes, state.history, model, work, run.scratch.states[SPARE])
+        slope(t, state.y, run, run.scratch.states[SPARE])
         loose = events.break_loose(
             *(t, state.y, state.modes, work.motion, model.bodies),
             *(model.elements, work.holds.reaction),

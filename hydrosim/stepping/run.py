@@ -30,6 +30,7 @@ from hydrosim.stepping.state import (
     EVENTS,
     EVENTS_THEN,
     LAST_ERROR,
+    LOOKS,
     NEXT_STEP,
     NOT_FINITE,
     POINT,
@@ -60,8 +61,8 @@ CRAWL = 200_000  # steps in the time of one, after which none is small enough
 
 @root
 def advance(evaluations, run):
-    """Go on until the right hand side has been evaluated so many times more, and the step is taken;
-    ends early with the run, or where ``counters[STATUS]`` says why.
+    """Go on until so many times more the right hand side has been evaluated or margins were looked
+    at, and the step is taken; ends early with the run, or where ``counters[STATUS]`` says why.
 
     ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
@@ -72,7 +73,7 @@ def advance(evaluations, run):
 def _advance(evaluations, run):
     """The loop of `advance`, with a reference."""
     clock, counters, pace = run.clock, run.counters, run.scratch.pace
-    enough = counters[EVALUATIONS] + evaluations
+    enough = spent(counters) + evaluations
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
         pace[REACHED] = pace[SINCE] = t
@@ -80,7 +81,7 @@ def _advance(evaluations, run):
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
-    while counters[POINT] < clock.points and counters[EVALUATIONS] < enough:
+    while counters[POINT] < clock.points and spent(counters) < enough:
         goal = grid_time(counters[POINT] + 1, clock)
         _cross(goal, enough, run)
         if counters[STATUS] != RUNNING or pace[REACHED] < goal:
@@ -92,6 +93,12 @@ def _advance(evaluations, run):
         if n % clock.every == 0 or n == clock.points:
             keep(goal, run)
     return pace[REACHED]
+
+
+@kernel
+def spent(counters):
+    """What a run has cost: evaluations of the right hand side, and looks at margins."""
+    return counters[EVALUATIONS] + counters[LOOKS]
 
 
 @kernel
@@ -127,7 +134,7 @@ def _cross(goal, enough, run):
     """Go to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock, state, scratch, counters = run.clock, run.state, run.scratch, run.counters
     t = scratch.pace[REACHED]
-    while t < goal and counters[EVALUATIONS] < enough and counters[STATUS] == RUNNING:
+    while t < goal and spent(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         stop = min(stop, t + _pace(t, stop - t, run))
         accepted, reached, left = _try(t, stop, run)

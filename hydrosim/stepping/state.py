@@ -16,9 +16,10 @@ from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
-STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, STATUS, POINT, EVENTS_THEN, STEPS_THEN = range(9)
-COUNTERS = 9
-"""Of `Run.counters`: ``POINT`` is the grid point reached, the last two belong to `SINCE`."""
+STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
+EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
+"""Of `Run.counters`: ``LOOKS`` are those at margins, ``POINT`` the grid point reached; two belong
+to `SINCE`. Their number."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,
 and one to spare."""

@@ -27,7 +27,7 @@ from hydrosim.results.output import program_version, to_dataset, unpack
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record
-from hydrosim.stepping.run import PITCH, advance
+from hydrosim.stepping.run import PITCH, advance, spent
 from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
@@ -191,9 +191,9 @@ def _chunks(run: Run) -> Iterator[float]:
     counters, evaluations = run.counters, 1
     yield advance(0, run)
     while counters[POINT] < run.clock.points and not counters[STATUS]:
-        begin, before = perf_counter(), int(counters[EVALUATIONS])
+        begin, before = perf_counter(), int(spent(counters))
         yield advance(evaluations, run)
-        pace = (counters[EVALUATIONS] - before) / max(perf_counter() - begin, 1e-6)
+        pace = (spent(counters) - before) / max(perf_counter() - begin, 1e-6)
         evaluations = int(min(max(CHUNK * pace, 1), 100 * evaluations))
 
 

@@ -147,3 +147,15 @@ def test_error_of_the_cubic() -> None:
             np.sin(2 * t) - cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
         )
         assert error.max() <= (2 * h) ** 4 / 384 * np.sin(2 * h)
+
+
+def test_the_cubic_leaves_alone_what_is_constant() -> None:
+    """To the last bit, as what is made for the times of a state is made again if that changes."""
+    y, still, out = (
+        np.random.default_rng(3).normal(scale=1e3, size=1000),
+        np.zeros(1000),
+        np.ones(1000),
+    )
+    for theta in np.linspace(0.0, 1.0, 17):
+        hermite(theta, 0.1, y, still, y, still, out)
+        assert np.array_equal(out, y)

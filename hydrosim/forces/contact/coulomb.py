@@ -21,12 +21,17 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
-from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
+from hydrosim.forces.contact.law import Constants, Friction, direction
 from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.vectors import length
 
+AT_REST = 1e-6
+"""m/s: as `law.AT_REST`. The direction of slip follows that of the forces at the rate mu g / speed,
+which explicit steps must resolve from here on, and the differences of a Jacobian must see: a
+hundred steps of 1e-6 s as slip begins. Places are off by this times how long slip is that slow,
+1e-6 to 1e-4 s, and so by 1e-10 m at most."""
 STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 
@@ -63,7 +68,7 @@ def friction(mode, load, v, heading, p):
     """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
     if mode != SLIP:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-    d, speed = direction(v, heading), length(v)
+    d, speed = direction(v, heading, AT_REST), length(v)
     size = p.kinetic * load.N
     power = size * (d[0] * v[0] + d[1] * v[1])
     return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
@@ -99,7 +104,7 @@ def grip(size, v, s):
 @kernel
 def close(v):
     """Contact begins in slip, unless the point is at rest."""
-    return (STICK if length(v) <= AT_REST else SLIP), direction(v, (0.0, 0.0))
+    return (STICK if length(v) <= AT_REST else SLIP), direction(v, (0.0, 0.0), AT_REST)
 
 
 def sliding(velocity: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.forces.contact.law import Constants, Friction, direction, size_along
+from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction, size_along
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
@@ -39,7 +39,7 @@ def friction(mode, load, v1, s, p):
     speed = length(v1)
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-    size, d = p.kinetic * load.N, direction(v1, s)
+    size, d = p.kinetic * load.N, direction(v1, s, AT_REST)
     if mode == STICK:
         size, d = p.damping * speed, (v1[0] / speed, v1[1] / speed)
     power = size * (d[0] * v1[0] + d[1] * v1[1])
@@ -58,7 +58,7 @@ def margin(mode, load, v1, heading, p):
 @kernel
 def break_away(v):
     """Slip begins along the velocity."""
-    return direction(v, (0.0, 0.0)), 0.0, 0.0
+    return direction(v, (0.0, 0.0), AT_REST), 0.0, 0.0
 
 
 @kernel

@@ -79,12 +79,13 @@ def size_along(a, heading):
 
 
 @kernel
-def direction(v, heading):
-    """v / |v| turned into the half plane of the unit vector ``heading`` (2,), which it is at rest.
+def direction(v, heading, rest):
+    """v / |v| turned into the half plane of the unit vector ``heading`` (2,), which it is at speeds
+    far below ``rest`` [m/s].
 
     Near to rest it goes over into the heading: what was held has no velocity but its rounding, and
     slip that is driven sideways would turn ever faster as it stops."""
     side = -1.0 if v[0] * heading[0] + v[1] * heading[1] < 0.0 else 1.0
-    a, b = side * v[0] + AT_REST * heading[0], side * v[1] + AT_REST * heading[1]
+    a, b = side * v[0] + rest * heading[0], side * v[1] + rest * heading[1]
     size = length((a, b))
     return (a / size, b / size) if size > 0.0 else heading

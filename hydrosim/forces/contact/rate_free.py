@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from hydrosim.forces.contact.law import direction
+from hydrosim.forces.contact.law import AT_REST, direction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
@@ -38,7 +38,7 @@ def slip(load, v1, s, p):
     have any length."""
     size, speed = length(s), length(v1)
     x = (s[0] / size, s[1] / size)
-    u, r = direction(v1, x), p.kinetic * load.N / p.stiffness
+    u, r = direction(v1, x, AT_REST), p.kinetic * load.N / p.stiffness
     q = speed * p.lag + LEAST * p.reach
     w = sqrt(sqrt(r * r * r * r + q * q * q * q))
     part, along, rate = r / w, x[0] * v1[0] + x[1] * v1[1], size / w

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, on_floor, scene, steady
+from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.forces import (
@@ -17,8 +17,10 @@ from hydrosim.forces import (
     LinearMooring,
     NormalCurve,
     Plane,
+    PrescribedNormal,
     StickSlip,
     WindLoad,
+    constant,
 )
 from hydrosim.scene import Environment, Method, Stream, Tolerance
 
@@ -104,3 +106,27 @@ def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
     pair = [below, replace(above, position=moving(yaw=-2.244))]
     there = scene(pair, elements, 73.0, 0.5, method=Method.DOPRI5, step=0.01)
     assert hs.simulate(there).attrs["status"] == "complete"
+
+
+def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
+    """A block under two forces of the size of its friction begins to slip, and stops, seventy times
+    in half a minute: at once its slip heads where it is pushed to, however slow it is. An explicit
+    method, and an implicit one that asks for derivatives, must find so without a chatter or steps
+    by the ten thousand, and agree: both keep to 1e-6 m/s, and so to 3e-5 m and as much by
+    velocities in each stretch of slip, of half a second."""
+    normal, law = PrescribedNormal(constant(1e4)), Coulomb(0.3, 0.3)
+    push = {"surge": Harmonic(3.2e3, 1.0), "sway": Harmonic(1.5e3, 1.4)}
+    elements = {
+        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), push),
+    }
+    body = block(1e3, ["surge", "sway"])
+    runs = [
+        hs.simulate(scene(body, elements, 30.0, 0.1, method=method, step=0.01))
+        for method in (Method.DOPRI5, Method.ESDIRK4)
+    ]
+    assert all(run.attrs["solver_events"] > 50 for run in runs)
+    ours, theirs = (run.position.values[:, 0, :2] for run in runs)
+    assert np.ptp(ours, axis=0).min() > 5e-3
+    np.testing.assert_allclose(ours, theirs, atol=3e-5)
+    assert runs[1].attrs["solver_steps"] < 20_000
