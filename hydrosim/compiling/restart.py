@@ -35,13 +35,14 @@ from hydrosim.results.names import (
 )
 from hydrosim.results.output import read
 from hydrosim.rigid import Motion, place_bodies
-from hydrosim.scene import Scene, Start
+from hydrosim.scene import Body, Place, Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
 HEADINGS = "initial_heading"  # of a dataset: of each body where its first run began [rad]
+MET = "waves_meet"  # of a dataset, with a body's name: position and headings of its wave forces
 SHOWN = 5  # names in a message
 
 
@@ -50,8 +51,25 @@ def opened(scene: Scene) -> Scene:
 
     Raises InputError if there is no such run, or nothing kept of its state at that time.
     """
-    start = scene.initial
-    return scene if start is None else replace(scene, initial=opened_start(start))
+    if scene.initial is None:
+        return scene
+    start = opened_start(scene.initial)
+    bodies = tuple(_met_as_before(body, start) for body in scene.bodies)
+    return replace(scene, initial=start, bodies=bodies)
+
+
+def _met_as_before(body: Body, start: Start) -> Body:
+    """The body, which waves meet as in the run before where that is left to the program."""
+    assert isinstance(start.run, xr.Dataset)
+    stored = str(start.run.attrs.get(f"{MET}_{body.name}", "")).split()
+    asked = body.wave_forces
+    if len(stored) != 2:
+        return body
+    position, headings = (
+        Place(before) if here == Place.AUTOMATIC else here
+        for here, before in zip((asked.position, asked.headings), stored, strict=True)
+    )
+    return replace(body, wave_forces=replace(asked, position=position, headings=headings))
 
 
 def opened_start(start: Start) -> Start:

@@ -166,6 +166,7 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     checksum = db.checksum
     chosen = radiation_of(bodies[0])
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
+    _check_table(db, bodies[0], table)
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
@@ -299,6 +300,16 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
         raise InputError(
             f"bodies.{first.name}.radiation: found {found} for bodies of one"
             f" database, {db.source}, whose radiated waves are coupled; expected one for all."
+        )
+
+
+def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
+    """Refuse a table of retardation functions whose lines are longer than the fastest waves."""
+    longest = np.pi / float(db.frequency[-1])
+    if table.step > longest:
+        raise InputError(
+            f"bodies.{body.name}.radiation.step: found {table.step:g} s; expected at most"
+            f" {longest:.3g} s, half the shortest period of {db.source}, or better a fifth of it."
         )
 
 

@@ -14,7 +14,8 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.model import METHODS
-from hydrosim.compiling.restart import HEADINGS, initial_headings, started_from
+from hydrosim.compiling.restart import HEADINGS, MET, initial_headings, started_from
+from hydrosim.compiling.wet import each_alone
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.linear.linearity import propagated, solution
@@ -59,6 +60,7 @@ from hydrosim.studies.resolution import (
 )
 from hydrosim.studies.stages import complete
 from hydrosim.studies.twin import parted
+from hydrosim.waves import places
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -273,6 +275,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
+        **_met(compiled),
         **{
             f"{key}_{name}": value
             for wet in compiled.wet
@@ -280,3 +283,14 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
             for key, value in wet.provenance().items()
         },
     }
+
+
+def _met(compiled: Compiled) -> dict[str, str]:
+    """Where waves meet each wet body, for runs that go on from this one."""
+    alone, scene = each_alone(compiled.wet), compiled.scene
+    chosen = {
+        body.name: places(scene, body, alone[body.name])
+        for body in scene.bodies
+        if body.name in alone
+    }
+    return {f"{MET}_{name}": f"{of.position} {of.headings}" for name, of in chosen.items()}

@@ -17,10 +17,20 @@ from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.radiation import Retardation, StateSpace, fits, kept
-from hydrosim.scene import Body, Environment, Kinematics, RegularWave, Scene, Solver, WaveTrain
+from hydrosim.scene import (
+    Body,
+    ConvolutionRadiation,
+    Environment,
+    Kinematics,
+    RegularWave,
+    Scene,
+    Solver,
+    WaveTrain,
+)
 
 Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m
@@ -193,3 +203,9 @@ def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert groups(dofs=("heave",)) == [[2]]
     assert fitted == [[2]]
     assert groups(dofs=("surge",), heading=pi / 4) == [[0], [1]]
+
+
+def test_a_table_that_is_too_coarse_for_the_database_is_refused() -> None:
+    coarse = with_body(scene_of("free_floating"), radiation=ConvolutionRadiation(100.0, 3.0))
+    with pytest.raises(InputError, match=r"radiation.step: found 3 s; expected at most 1.26 s"):
+        hs.compile_scene(coarse)

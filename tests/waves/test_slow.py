@@ -174,3 +174,17 @@ def test_waves_meet_a_body_where_it_is_locked() -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
     heave = [motion(run)[:, 2] for run in (locked, there)]
     np.testing.assert_allclose(heave[0], heave[1], rtol=0.0, atol=1e-9)
+
+
+def test_a_run_that_goes_on_is_met_by_waves_as_before() -> None:
+    """Waves follow a box that begins away from rest and drifts; so they do when the run goes on
+    from its state, whatever the start of the bodies is in the new case."""
+    start = (3.0, 1.0, 0.0, 0.0, 0.0, 0.5)
+    case = in_waves(scene_of("free_floating"), WaveTrain(Jonswap(1.5, 9.0), heading=0.7))
+    case = replace(case, forces={}, duration=24.0, output_states=True)
+    whole = with_body(case, position=start)
+    run = hs.simulate(whole)
+    assert run.attrs["waves_meet_barge"] == "slow slow"
+    for began in (start, (0.0,) * 6):
+        again = replace(with_body(whole, position=began), duration=12.0, initial=Start(run, 12.0))
+        assert np.array_equal(hs.simulate(again).position[-1], run.position[-1])
