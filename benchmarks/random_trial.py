@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from copy import deepcopy
-from math import log
+from math import cos, log
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from traceback import format_exc
@@ -103,13 +103,13 @@ def _finer(case: Case) -> Case:
 
 
 def _moved(case: Case) -> Case:
-    """The case with all bodies moved by `NEARBY` in what is free."""
+    """The case with all bodies moved by about `NEARBY` in what is free, each another way."""
     moved = deepcopy(case)
-    for body in moved["bodies"].values():
+    for k, body in enumerate(moved["bodies"].values()):
         position = body.setdefault("initial", {}).setdefault("position", [0.0] * 6)
         free = body.get("dofs", ("surge", "sway", "heave"))
         for i, dof in enumerate(("surge", "sway", "heave")):
-            position[i] += NEARBY if dof in free else 0.0
+            position[i] += NEARBY * cos(3 * k + i) if dof in free else 0.0
     return moved
 
 

@@ -49,9 +49,10 @@ def parted(compiled: Compiled, run: Run) -> Iterator[str]:
 
 
 def _twin(compiled: Compiled, run: Run, places: np.ndarray) -> Run:
-    """A run of as many evaluations as are worth it, whose bodies begin `NEARBY`."""
+    """A run of as many evaluations as are worth it, whose bodies begin `NEARBY`, each elsewhere:
+    bodies that are moved together do not notice."""
     state = compiled.first_state()
-    state.y[: places.size][places] += NEARBY
+    state.y[: places.size][places] += NEARBY * np.cos(np.arange(np.count_nonzero(places)))
     twin = new_run(run.clock, run.model, run.method, state, new_record(run.model, run.clock))
     counters, allowed = twin.counters, FIRST
     while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
