@@ -16,6 +16,7 @@ from math import cos, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from benchmarks.compiled import Several
 from benchmarks.limit import States, bare, growth, inertia_of, radiate, states_of
@@ -78,12 +79,13 @@ def sphere_of(run: Several) -> Sphere:
 
 
 def wave_loads(model: Model, step: float) -> np.ndarray:
-    """First-order loads (rows, 6) every ``step`` [s] from 0 on, a multiple of the table's own."""
+    """First-order loads (rows, 6) every ``step`` [s] from 0 on; between the rows of the table,
+    which resolve the waves, by splines of degree 7."""
     waves = model.waves
-    every = round(step / waves.step[0])
-    if not np.isclose(every * waves.step[0], step):
-        raise ValueError(f"the table of waves has a step of {waves.step[0]} s: not {step} s")
-    rows = waves.values[round(-waves.start[0] / waves.step[0]) :: every]
+    known = waves.values[round(-waves.start[0] / waves.step[0]) :]
+    time = waves.step[0] * np.arange(len(known))
+    wanted = step * np.arange(int(time[-1] / step) + 1)
+    rows = make_interp_spline(time, known, 7)(wanted)
     loads = np.zeros((len(rows), 6))
     loads[:, waves.first_dof] = rows[:, 1 : 1 + waves.first_dof.size]
     return loads * growth(step * np.arange(len(rows)), waves.ramp[0])[:, None]
