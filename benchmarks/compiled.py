@@ -53,6 +53,7 @@ def with_states(given: Several, total: int) -> Several:
         states=state_space_model(fits),
         elements=placed(model.elements, model.own + more),
         own=model.own + more,
+        slow=model.slow + more,
         energy=model.energy + more,
         size=model.size + more,
     )

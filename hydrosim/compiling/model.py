@@ -148,8 +148,8 @@ def _convolution(
     if len(tables) > 1:
         names = ", ".join(name for wet in chosen for name in wet.names)
         raise InputError(
-            f"bodies.{names}.radiation: found convolutions with different tables, those that automatic"
-            " takes where no fit holds among them; expected one length and one step for all of them."
+            f"bodies.{names}.radiation: found convolutions with different tables, among them those"
+            " that automatic takes where no fit holds; expected one length and step for all of them."
         )
     kernels = _whole(scene, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
     step = tables[0][1]
