@@ -149,7 +149,7 @@ def _convolution(
         names = ", ".join(name for wet in chosen for name in wet.names)
         raise InputError(
             f"bodies.{names}.radiation: found convolutions with different tables, among them those"
-            " that automatic takes where no fit holds; expected one length and step for all of them."
+            " that automatic takes where no fit holds; expected one length and step for all."
         )
     kernels = _whole(scene, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
     step = tables[0][1]
