@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks import sphere_with_numpy as by_numpy
 from benchmarks.base_case import FINEST, motions, short_case
@@ -353,6 +354,9 @@ def _draw(axis: Axes, trials: list[Trial], own: float) -> None:
         axis.loglog(seconds, errors, style, color=colour, label=solver, markersize=4, linewidth=1.2)
     axis.axhline(own, color="0.5", linewidth=0.8, linestyle=":")
     axis.axhline(ASKED, color="0.8", linewidth=0.8)
+    axis.xaxis.set_minor_formatter(NullFormatter())  # of less than a decade they would overlap
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    axis.xaxis.set_major_formatter("{x:g}")
     axis.set_xlabel("CPU time [s]")
     axis.grid(alpha=0.3)
     axis.spines[["top", "right"]].set_visible(False)
