@@ -10,10 +10,11 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrosim.compiling.wet import WetGroup
-from hydrosim.dofs import DOFS, about_z
-from hydrosim.linear.impedance import Change, impedance, largest_change
+from hydrosim.dofs import about_z
+from hydrosim.linear.impedance import Change, at_frequencies, impedance, largest_change
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
+from hydrosim.results.names import dofs_of
 from hydrosim.scene import ConstantRadiation, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
@@ -67,15 +68,14 @@ def memory_errors(
     size = 6 * len(scene.bodies)
     memory = np.zeros((w.size, size, size), dtype=complex)
     for group, of in zip(groups, found, strict=True):
-        memory[:, group.dofs[:, None], group.dofs] = _turned(group, _at(w, of.w, of.K))
+        memory[:, group.dofs[:, None], group.dofs] = _turned(group, at_frequencies(w, of.w, of.K))
     Z = impedance(w, memory, model, state, time)
 
     def change(group: WetGroup, of: np.ndarray) -> tuple[Change, str]:
         dZ = np.zeros_like(memory)
         dZ[:, group.dofs[:, None], group.dofs] = _turned(group, of)
         largest = largest_change(w, Z, dZ, model, state)
-        body = scene.bodies[largest.coordinate // 6].name
-        return largest, f"{DOFS[largest.coordinate % 6]} of {body}"
+        return largest, dofs_of([largest.coordinate], [body.name for body in scene.bodies])
 
     return tuple(
         MemoryErrors(
@@ -83,7 +83,7 @@ def memory_errors(
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
             change(group, _missed(group, w, of)) if group.fits else None,
-            change(group, _at(w, of.w, of.cut)),
+            change(group, at_frequencies(w, of.w, of.cut)),
         )
         for group, of in zip(groups, found, strict=True)
     )
@@ -105,7 +105,7 @@ def _missed(group: WetGroup, w: np.ndarray, of: Spectra) -> np.ndarray:
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
         missed[:, *block] = fit.modes.transfer_function(1j * of.w) - of.K[:, *block]
-    return _at(w, of.w, missed)
+    return at_frequencies(w, of.w, missed)
 
 
 def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
@@ -118,14 +118,6 @@ def _turned(group: WetGroup, values: np.ndarray) -> np.ndarray:
 
 def _between(w: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(BETWEEN * (w.size - 1) + 1) / BETWEEN, np.arange(w.size), w)
-
-
-def _at(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``known`` (nk,),
-    constant beyond."""
-    k = np.clip(np.searchsorted(known, w), 1, known.size - 1)
-    x = np.clip((w - known[k - 1]) / (known[k] - known[k - 1]), 0.0, 1.0)[:, None, None]
-    return np.asarray((1.0 - x) * values[k - 1] + x * values[k])
 
 
 def _size(change: tuple[Change, str]) -> str:

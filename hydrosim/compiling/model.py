@@ -44,8 +44,8 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
 
     Raises InputError where radiation or an element does not fit the scene.
     """
-    bodies, alone = _bodies(scene), each_alone(wet)
-    groups = [fit for group in wet for fit in _groups(group, moving(scene.bodies))]
+    bodies, alone, free = _bodies(scene), each_alone(wet), moving(scene.bodies)
+    groups = [fit for group in wet for fit in _groups(group, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own = radiating + states.decay.size
@@ -64,7 +64,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
         states=states,
-        convolution=_convolution(scene, wet, moving(scene.bodies)),
+        convolution=_convolution(scene, wet, free),
         damping=radiation.constant_damping(
             _whole(scene, [(group.dofs, group.damping) for group in wet])
         ),

@@ -166,7 +166,8 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     checksum = db.checksum
     chosen = radiation_of(bodies[0])
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
-    _check_table(db, bodies[0], table)
+    if isinstance(chosen, Memory):
+        _check_table(db, bodies[0], chosen)
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(db, centres))
     memory = radiation.retardation(
@@ -216,7 +217,7 @@ def _chosen(wet: WetGroup, fits: Sequence[StateSpace], run: MemoryBefore) -> Wet
     others; but as in the ``run`` that the scene starts from, where that has them."""
     states, convolved = [], []
     for fit in fits:
-        names = [f"{DOFS[dof % 6]} of {wet.names[dof // 6]}" for dof in fit.dofs]
+        names = [dofs_of([dof], wet.names) for dof in fit.dofs]
         if run.convolved.intersection(names):
             convolved.append(Convolved(fit.dofs, "as in the run that this one starts from"))
         elif fit.report.holds or run.states.intersection(names):

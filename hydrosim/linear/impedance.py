@@ -54,3 +54,11 @@ def largest_change(
     k = int(size.argmax())
     left = np.linalg.svd(relative[k])[0][:, 0]
     return Change(float(size[k]), float(w[k]), int(active[np.abs(left).argmax()]))
+
+
+def at_frequencies(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``known`` (nk,),
+    constant beyond."""
+    k = np.clip(np.searchsorted(known, w), 1, known.size - 1)
+    x = np.clip((w - known[k - 1]) / (known[k] - known[k - 1]), 0.0, 1.0)[:, None, None]
+    return np.asarray((1.0 - x) * values[k - 1] + x * values[k])

@@ -25,6 +25,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
+from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise, velocity_map
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.radiation import TOLERANCE
@@ -87,7 +88,10 @@ class Responder:
         radiated = w**2 * self.added_mass_infinite + 0j
         for wet in self.databases:
             db = wet.database
-            A, B = (_at(omega, db.frequency, x) for x in (db.added_mass, db.radiation_damping))
+            A, B = (
+                at_frequencies(omega, db.frequency, x)
+                for x in (db.added_mass, db.radiation_damping)
+            )
             radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
         turned = linalg.block_diag(*(about_z(b.heading) for b in self.bodies for _ in range(2)))
         along = turned.T @ self.map
@@ -151,11 +155,3 @@ def _of_model(model: Model, state: State) -> State:
     y, n = np.zeros(model.size), model.bodies.active.size
     y[:n] = state.y[:n]
     return state._replace(y=y)
-
-
-def _at(omega: np.ndarray, frequency: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (nw, n, n) at frequencies ``omega``, linear between those of the database."""
-    k = np.clip(np.searchsorted(frequency, omega), 1, frequency.size - 1)
-    x = np.clip((omega - frequency[k - 1]) / (frequency[k] - frequency[k - 1]), 0.0, 1.0)
-    x = x[:, None, None]
-    return np.asarray((1.0 - x) * values[k - 1] + x * values[k])
