@@ -51,12 +51,22 @@ def compare(
         Path | None,
         typer.Option("--output", "-o", metavar="RESIDUALS.nc", help="Series and figures."),
     ] = None,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Whether two results are identical; exit code 1 if not.")
+    ] = False,
+    but: Annotated[
+        str, typer.Option(metavar="NAMES", help="What --exact leaves out, by commas.")
+    ] = "",
 ) -> None:
     """Lay a run over a recorded series, and say channel by channel what differs.
 
     Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
-    beyond its --tolerance; that of a channel that is constant is absolute.
+    beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
+    what differs between any two results, to the bit, and nothing is written.
     """
+    if exact:
+        _exactly(run_file, recorded, _patterns(but))
+        return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
     from hydrosim.compare.comparison import beyond
@@ -90,6 +100,20 @@ def compare(
         show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
         raise typer.Exit(1)
+
+
+def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:
+    """Say what differs between two results, or that they are identical."""
+    from hydrosim.compare.exact import OF_MAKING, differences, read_result
+
+    first, second = read_result(one), read_result(other)
+    found = differences(first, second, but)
+    show(*found)
+    if found:
+        raise typer.Exit(1)
+    apart = ", ".join(sorted({*OF_MAKING, *but}))
+    counts = f"{len(first.variables)} variables and {len(first.attrs)} attributes"
+    show(f"identical: {counts}, apart from {apart}")
 
 
 def record(
