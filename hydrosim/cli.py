@@ -19,6 +19,7 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands import db
+from hydrosim.commands.case import case
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.linear import linear
@@ -40,6 +41,7 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 app.add_typer(db.app, name="db")
+app.command()(case)
 app.command()(compare)
 app.command()(record)
 app.command()(linear)

@@ -329,7 +329,8 @@ class Body:
 
     ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
     of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
-    with one ``heading`` and one ``radiation``, a model by name or with its settings.
+    with one ``heading`` and one ``radiation``, a model by name or with its settings. A database of
+    another content than ``database_checksum`` is refused.
     ``centre_of_gravity`` (3,) is in the database's frame and is the body frame's origin.
     ``location`` (2,) places the origin of the database's frame in the earth's x, y; ``heading``
     [rad] is where its x axis points to at rest, from which yaw is counted. ``position`` and
@@ -346,6 +347,7 @@ class Body:
     location: tuple[float, ...] = (0.0, 0.0)
     heading: float = 0.0
     database_body: int = 1
+    database_checksum: str | None = None
     dofs: tuple[str, ...] = DOFS
     position: tuple[float, ...] = (0.0,) * 6
     velocity: tuple[float, ...] = (0.0,) * 6

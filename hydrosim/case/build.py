@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -9,35 +10,42 @@ import numpy as np
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.elements import Where
+from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
-
-OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
 def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
     """The scene of a case; relative paths begin at the folder of ``path``."""
-    step = data.solver.step
     return scene.Scene(
         title=data.title,
         duration=data.duration,
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
-        environment=_environment(data.environment or schema.Environment(), path),
+        environment=_environment(data.water, path),
         forces={
             name: element.build(Where(f"forces.{name}", path))
             for name, element in data.forces.items()
         },
         solver=_solver(data.solver),
-        output_step=data.output.step or step * max(1, round(OUTPUT_STEP / step)),
+        output_step=data.output_step,
         output_states=data.output.states,
         wave_probes=data.output.wave_probes,
         initial=_start(data.initial, path.parent) if data.initial else None,
         accept=data.accept,
-        source={"case_file": str(path), "case": text},
+        source={
+            "case_file": str(path),
+            "case": text,
+            "case_resolved": resolved(data, path.parent),
+        },
     )
 
 
 def _start(start: schema.Start, folder: Path) -> scene.Start:
-    return scene.Start(folder / start.run, start.time)
+    return scene.Start(_place(folder, start.run), start.time)
+
+
+def _place(folder: Path, file: str) -> Path:
+    """A file that a case in ``folder`` names, by the name that all cases have for it."""
+    return Path(os.path.abspath(folder / file))
 
 
 def _solver(solver: schema.Solver) -> scene.Solver:
@@ -59,11 +67,12 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         name=name,
         mass=body.mass,
         inertia=_inertia(body),
-        hydrodynamics=folder / body.hydrodynamics if body.hydrodynamics is not None else None,
+        hydrodynamics=None if body.hydrodynamics is None else _place(folder, body.hydrodynamics),
         centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
         location=body.location,
         heading=body.heading,
         database_body=body.database_body,
+        database_checksum=body.database_checksum,
         dofs=body.dofs,
         position=body.initial.position,
         velocity=body.initial.velocity,

@@ -40,6 +40,7 @@ from hydrosim.scene import (
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
+OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
 def _named(name: str) -> str:
@@ -161,6 +162,7 @@ class Body(Strict):
     mass: of.Mass
     hydrodynamics: StrictStr | None = None
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
+    database_checksum: StrictStr | None = None
     centre_of_gravity: of.Point | None = None
     location: of.Position = (0.0, 0.0)
     heading: of.Angle = 0.0
@@ -199,8 +201,10 @@ class Body(Strict):
     def _check_place(self) -> Self:
         if self.hydrodynamics is not None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
-        if self.hydrodynamics is None and "database_body" in self.model_fields_set:
+        if self.hydrodynamics is None and self.database_body != 1:
             raise problem("database_body and no hydrodynamics", "both, or none")
+        if self.hydrodynamics is None and self.database_checksum is not None:
+            raise problem("database_checksum and no hydrodynamics", "both, or none")
         return self
 
     @model_validator(mode="after")
@@ -261,3 +265,14 @@ class CaseFile(Strict):
     output: Output = Output()
     initial: Start | None = None
     accept: tuple[Question, ...] = ()
+
+    @property
+    def output_step(self) -> float:
+        """Time between records [s]: about `OUTPUT_STEP` if the case does not say."""
+        step = self.solver.step
+        return self.output.step or step * max(1, round(OUTPUT_STEP / step))
+
+    @property
+    def water(self) -> Environment:
+        """The environment, or what is taken for it."""
+        return self.environment or Environment()

@@ -164,6 +164,7 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     _check_members(db, bodies)
     dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
     checksum = db.checksum
+    _check_content(db, checksum, bodies)
     chosen = radiation_of(bodies[0])
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     if isinstance(chosen, Memory):
@@ -302,6 +303,17 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
             f"bodies.{first.name}.radiation: found {found} for bodies of one"
             f" database, {db.source}, whose radiated waves are coupled; expected one for all."
         )
+
+
+def _check_content(db: HydroDatabase, checksum: str, bodies: Sequence[Body]) -> None:
+    """Refuse a database that is not the one that was meant."""
+    for body in bodies:
+        if body.database_checksum not in (None, checksum):
+            raise InputError(
+                f"bodies.{body.name}.database_checksum: {db.source} has another content than was"
+                f" meant: found {checksum}; expected {body.database_checksum}. Use the database"
+                " that has it, or remove the key."
+            )
 
 
 def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:

@@ -126,10 +126,12 @@ class Cyclic(Quantity):
 
 @dataclass(frozen=True)
 class Scale:
-    """What a number is multiplied with to be in SI, and the ``unit`` of that, if it was said."""
+    """What a number is multiplied with to be in SI, and the ``unit`` of that, if it was said; the
+    ``text`` that said both."""
 
     value: float
     unit: str | None = None
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,7 @@ class AnyQuantity:
             size = registry().Quantity(1.0, _known(unit)).to_base_units().magnitude
         except ValueError as error:
             raise problem(shown(value), self.expected, str(error)) from None
-        return Scale(float(number.group()) * float(size), unit)
+        return Scale(float(number.group()) * float(size), unit, text)
 
     @property
     def expected(self) -> str:

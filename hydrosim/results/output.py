@@ -14,9 +14,11 @@ The whole state y is in `state_value` (state_time, state) by name, for a start f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from math import prod
 from pathlib import Path
+from platform import python_version
 
 import numpy as np
 import xarray as xr
@@ -168,6 +170,13 @@ def program_version() -> str:
         return version("hydrosim")
     except PackageNotFoundError:
         return "not installed"
+
+
+@lru_cache
+def versions() -> str:
+    """Of what numbers depend on besides this program."""
+    packages = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "llvmlite"))
+    return ", ".join([f"Python {python_version()}", *packages])
 
 
 def unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:

@@ -24,7 +24,7 @@ from hydrosim.linear.stability import Combination, StepLimit, step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warned
 from hydrosim.results.names import force_names, state_names
-from hydrosim.results.output import program_version, to_dataset, unpack
+from hydrosim.results.output import program_version, to_dataset, unpack, versions
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record
@@ -263,6 +263,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "title": scene.title,
         **scene.source,
         "program": f"hydrosim {program_version()}",
+        "versions": versions(),
         "seeds": [wave.seed for wave in scene.environment.waves] or None,
         "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
         "solver_method": str(scene.solver.method),

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hydrosim.case import Case, load_case
+from hydrosim.case.resolve import resolved
 from hydrosim.errors import InputError
 
 Load = Callable[..., Case]
@@ -45,7 +46,13 @@ def test_a_case_is_its_path_text_and_values(load: Load, tmp_path: Path) -> None:
     assert case.path == tmp_path / "case.yaml"
     assert case.text == BLOCK
     assert case.data.bodies["block"].mass == 1e6
-    assert case.scene().source == {"case_file": str(case.path), "case": BLOCK}
+    whole = resolved(case.data, tmp_path)
+    assert case.scene().source == {
+        "case_file": str(case.path),
+        "case": BLOCK,
+        "case_resolved": whole,
+    }
+    assert resolved(load(whole).data, tmp_path) == whole
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,58 @@
+"""A validated case written out: every key that it has or could have left out, so that the text says
+all that a run depends on, whatever later versions take for granted."""
+
+from __future__ import annotations
+
+import os
+from enum import Enum
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+from pydantic import BaseModel
+
+from hydrosim.documents.layers import FILES
+from hydrosim.documents.units import Scale
+
+if TYPE_CHECKING:
+    from hydrosim.case.schema import CaseFile
+
+
+def resolved(data: CaseFile, folder: Path) -> str:
+    """A case file (YAML) that says of each key of ``data`` what is taken for it: in SI and radians,
+    with the defaults, relative paths, which begin at ``folder``, as absolute ones."""
+    output = data.output.model_copy(update={"step": data.output_step})
+    whole = data.model_copy(update={"output": output, "environment": data.water})
+    return yaml.dump(
+        _plain(whole, folder),
+        Dumper=yaml.SafeDumper,
+        default_flow_style=None,  # what is in one piece stands in one line
+        sort_keys=False,
+        allow_unicode=True,
+        width=100,
+    )
+
+
+def _plain(value: Any, folder: Path) -> Any:
+    """A value as YAML has it; None is left out of mappings."""
+    match value:
+        case BaseModel():
+            return _plain(dict(value), folder)
+        case dict():
+            return {
+                str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain
+                for key, item in value.items()
+                if (plain := _plain(item, folder)) is not None
+            }
+        case tuple() | list():
+            return [_plain(item, folder) for item in value]
+        case Scale():
+            return value.text or value.value
+        case Enum():
+            return str(value)
+    return "infinite" if value == inf else value
+
+
+def _is_file(key: object, item: object) -> bool:
+    return key in FILES and isinstance(item, str)

@@ -1,0 +1,85 @@
+"""`case_of`: the case that repeats a run, from what the run holds of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.restart import MET
+from hydrosim.documents.layers import apply_setting, settings_of, written
+from hydrosim.documents.nodes import compose, plain
+from hydrosim.errors import InputError
+
+RESOLVED, RUN = "case_resolved", "run"
+
+
+def case_of(result: xr.Dataset, number: int | None = None) -> str:
+    """A case file (YAML) with every default of a run and what was chosen where the case leaves it
+    to the program, which repeats it; of a file of many runs that of the ``number``, from 0 on.
+
+    What radiation: automatic has chosen is a remark: it follows from database and settings.
+    Raises InputError where the result is not of a case file.
+    """
+    run = _one(result, number)
+    text = run.attrs.get(RESOLVED)
+    document = compose(str(text), RESOLVED) if text else None
+    if document is None or "body" not in run:
+        raise InputError("found no resolved case; expected the result of a case file.")
+    settings = [*_met(run), *_contents(run), *_seeds(run, plain(document))]
+    for setting in settings_of(dict(settings)):
+        document = apply_setting(document, setting)
+    remarks = "".join(f"# {' '.join(line.split())}\n" for line in _remarks(run))
+    return f"{remarks}{written(document)}"
+
+
+def _one(result: xr.Dataset, number: int | None) -> xr.Dataset:
+    """A run with its own texts as attributes."""
+    if RUN not in result.dims:
+        if number is not None:
+            raise InputError(f"--run: found {number}, and the result of one run; remove it.")
+        return result
+    last = result.sizes[RUN] - 1
+    if number is None or not 0 <= number <= last:
+        found = "a result of many runs" if number is None else f"{number}"
+        raise InputError(f"--run: found {found}; expected a number from 0 to {last}.")
+    run = result.isel({RUN: number})
+    texts = {
+        str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"
+    }
+    return run.assign_attrs(texts)
+
+
+def _met(run: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Where waves met the bodies."""
+    for body in map(str, run.body.values):
+        chosen = str(run.attrs.get(f"{MET}_{body}", "")).split()
+        for key, place in zip(("position", "headings"), chosen, strict=False):
+            yield f"bodies.{body}.wave_forces.{key}", place
+
+
+def _contents(run: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """What was in the databases."""
+    for body in map(str, run.body.values):
+        if checksum := run.attrs.get(f"database_checksum_{body}"):
+            yield f"bodies.{body}.database_checksum", str(checksum)
+
+
+def _seeds(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
+    """Of one run of many, which a study may have given other seeds than its case."""
+    if "seed" in run.variables:
+        trains = case["environment"]["waves"]
+        waves = [k for k, train in enumerate(trains) if train["spectrum"] != "none"]
+        for k, seed in zip(waves, np.ravel(run["seed"].values), strict=True):
+            if "seed" in trains[k]:
+                yield f"environment.waves.{k}.seed", int(seed)
+
+
+def _remarks(run: xr.Dataset) -> Iterator[str]:
+    yield f"all of {run.attrs['case_file']}, in SI and radians"
+    yield f"as {run.attrs['program']} took it, with {run.attrs['versions']}"
+    for body in map(str, run.body.values):
+        if chosen := run.attrs.get(f"radiation_{body}"):
+            yield f"radiation of {body}: {chosen}"
