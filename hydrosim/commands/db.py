@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.given import overruled, with_given
+from hydrosim.commands.options import Settings
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -104,11 +105,12 @@ def build(
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
     picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
+    settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. It can be interrupted and goes on where it was."""
     from hydrosim.database.build.command import build_database
 
-    for path in build_database(recipe, output, jobs, picture):
+    for path in build_database(recipe, output, jobs, picture, settings):
         show(f"result    {path}")
 
 

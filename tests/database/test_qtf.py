@@ -35,7 +35,7 @@ def box(length: float, beam: float, draught: float, centre, fine: int = 1):
     mesh = hull.Resolution(along, across, down, 2 * across, down, lid, 2 * fine)
     shift = [-length / 2, 0.0, 0.0]
     half, inside = hull.half_hull(shape, mesh) + shift, hull.half_lid(shape, mesh) + shift
-    return bem.Hull(half, inside, True, tuple(centre))
+    return bem.Hull(half, inside, True, (tuple(centre),))
 
 
 def shell(profile: np.ndarray, around: int, lid: int):
@@ -50,7 +50,7 @@ def shell(profile: np.ndarray, around: int, lid: int):
         return np.stack(rings, axis=2).reshape(-1, 4, 3)
 
     disc = np.stack([np.linspace(0, profile[-1, 0], lid + 1), np.zeros(lid + 1)], axis=-1)
-    return bem.Hull(swept(profile), swept(disc), True, (0.0, 0.0, 0.0))
+    return bem.Hull(swept(profile), swept(disc), True, ((0.0, 0.0, 0.0),))
 
 
 def hemisphere(down: int, around: int):

@@ -17,12 +17,13 @@ LATERAL = np.array([False, True, False, True, False, True])
 
 @dataclass(frozen=True)
 class Floating:
-    """A floating body in the database's frame: ``centre_of_gravity`` and ``centre_of_buoyancy``
-    (3,) [m], ``volume`` [m^3], ``inertia`` and ``stiffness`` (6, 6) about the centre of gravity."""
+    """Floating bodies in the database's frame: ``centre_of_gravity`` and ``centre_of_buoyancy``
+    (bodies, 3) [m], ``volume`` (bodies,) [m^3], ``inertia`` and ``stiffness`` (n, n) about the
+    centres of gravity, n = 6 x number of bodies."""
 
     centre_of_gravity: Real
     centre_of_buoyancy: Real
-    volume: float
+    volume: Real
     inertia: Real
     stiffness: Real
 
@@ -38,7 +39,7 @@ def assemble(
     symmetric: bool = True,
     drift: Collection[Drifting] = tuple(Drifting),
 ) -> HydroDatabase:
-    """Database of one body from its ``solutions``.
+    """Database of one or several bodies from their ``solutions``.
 
     ``limits`` are the added masses at zero frequency, if known, and at infinite frequency. Added
     mass and damping are made symmetric and, for a ``symmetric`` hull, everything that
@@ -74,10 +75,10 @@ def assemble(
         drift_imbalance=np.array(imbalance[0]) if imbalance else None,
         hydrostatic_stiffness=body.stiffness,
         inertia_matrix=body.inertia,
-        volume=np.array([body.volume]),
-        centre_of_buoyancy=body.centre_of_buoyancy[None],
-        centre_of_gravity=body.centre_of_gravity[None],
-        reference_point=body.centre_of_gravity[None],
+        volume=body.volume,
+        centre_of_buoyancy=body.centre_of_buoyancy,
+        centre_of_gravity=body.centre_of_gravity,
+        reference_point=body.centre_of_gravity,
         water_depth=water.depth,
         water_density=water.density,
         gravity=water.gravity,
@@ -87,7 +88,7 @@ def assemble(
 
 
 def asymmetry(matrices: Real) -> Real:
-    """(6, 6): largest |M_ij - M_ji| over the frequencies, relative to the largest M_ii and M_jj."""
+    """(n, n): largest |M_ij - M_ji| over the frequencies, relative to the largest M_ii and M_jj."""
     skew = np.abs(matrices - np.swapaxes(matrices, -1, -2)).max(axis=0)
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0))
     return skew / np.outer(scale, scale)
@@ -117,11 +118,13 @@ class Rules:
     headings: Real
 
     def matrices(self, matrices: Real) -> Real:
-        """The symmetric part (..., 6, 6), without coupling across the plane of symmetry."""
-        coupled = (LATERAL[:, None] == LATERAL) | (not self.symmetric)
+        """The symmetric part (..., n, n), without coupling across the plane of symmetry."""
+        lateral = np.resize(LATERAL, matrices.shape[-1])
+        coupled = (lateral[:, None] == lateral) | (not self.symmetric)
         return np.where(coupled, (matrices + np.swapaxes(matrices, -1, -2)) / 2, 0.0)
 
     def loads(self, loads: Sequence[np.ndarray]) -> np.ndarray:
-        """(frequencies, headings, 6) without sway, roll and yaw in waves along the hull."""
+        """(frequencies, headings, n) without sway, roll and yaw in waves along the hull."""
+        found = np.array(loads)
         along = np.isclose(np.sin(self.headings), 0.0, atol=1e-9) & self.symmetric
-        return np.where(along[:, None] & LATERAL, 0.0, np.array(loads))
+        return np.where(along[:, None] & np.resize(LATERAL, found.shape[-1]), 0.0, found)

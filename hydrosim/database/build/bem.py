@@ -1,4 +1,4 @@
-"""Linear potential flow round one hull, by Capytaine.
+"""Linear potential flow round the hulls of one or several bodies, by Capytaine.
 
 Capytaine's time factor is exp(-i w t); loads are conjugated here, to exp(+i w t), and nowhere else.
 The Kochin functions stay as they are, for `drift`.
@@ -6,7 +6,8 @@ The Kochin functions stay as they are, for `drift`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -22,39 +23,57 @@ from hydrosim.database.build import green
 from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
+from hydrosim.dofs import DOFS
 
 Progress = Callable[[int, int], None]  # told how many frequencies are done, and of how many
-DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Hull:
-    """Panels (n, 4, 3) of the wetted hull, normals into the water, and of the lid on the waterplane
-    inside it, which removes the irregular frequencies, or none (0, 4, 3). If ``symmetric``, of
-    those at y >= 0 only. A triangle has its last corner twice. Moments are about ``centre`` [m].
-    If ``direct``, pressures are by the integral equation for the potential; otherwise, and the far
+    """Panels (n, 4, 3) of the wetted hulls, normals into the water, and of the lids on the
+    waterplanes inside them, which remove the irregular frequencies, or none (0, 4, 3). If
+    ``symmetric``, of those at y >= 0 only. A triangle has its last corner twice.
+
+    Moments of each body are about its own point of ``centres`` [m]; ``owner`` says which body each
+    panel of the whole is part of, those of the mirror image last, and may be left out for one. If
+    ``direct``, pressures are by the integral equation for the potential; otherwise, and the far
     field always, by that for sources on the panels.
     """
 
     panels: Real
     lid: Real
     symmetric: bool
-    centre: tuple[float, float, float]
+    centres: tuple[Point, ...]
     direct: bool = False
+    owner: tuple[int, ...] = ()
 
     @cached_property
     def body(self) -> cpt.FloatingBody:
-        """Capytaine's body."""
+        """Capytaine's body, which stands for all of them."""
+        mesh = self._mesh(self.panels)
         return cpt.FloatingBody(
-            mesh=self._mesh(self.panels),
+            mesh=mesh,
             lid_mesh=self._mesh(self.lid) if len(self.lid) else None,
-            dofs=cpt.rigid_body_dofs(rotation_center=self.centre),
-            center_of_mass=self.centre,
+            dofs=self._motions(mesh.faces_centers),
+            center_of_mass=self.centres[0],
         )
 
     def _mesh(self, panels: Real) -> cpt.Mesh | cpt.ReflectionSymmetricMesh:
         mesh = mesh_of(panels)
         return cpt.ReflectionSymmetricMesh(half=mesh, plane="xOz") if self.symmetric else mesh
+
+    def _motions(self, points: Real) -> dict[str, Real]:
+        """Motions (panels, 3) of each DOF, body by body; the others stay where they are."""
+        owner = np.array(self.owner or np.zeros(len(points)))
+        found = {}
+        for number, centre in enumerate(self.centres):
+            own = (owner == number)[:, None]
+            for dof, along in zip(DOFS[:3], np.eye(3), strict=True):
+                found[f"{number} {dof}"] = own * along
+            for dof, about in zip(DOFS[3:], np.eye(3), strict=True):
+                found[f"{number} {dof}"] = own * np.cross(about, points - np.array(centre))
+        return found
 
 
 def mesh_of(panels: Real) -> cpt.Mesh:
@@ -65,9 +84,9 @@ def mesh_of(panels: Real) -> cpt.Mesh:
 
 
 class Solution(NamedTuple):
-    """One frequency [rad/s] in SI: added mass and damping (6, 6), loads per unit wave amplitude
-    (headings, 6), Kochin functions of unit motions (6, directions) and of the diffracted waves of
-    unit amplitude (headings, directions)."""
+    """One frequency [rad/s] in SI, n = 6 x number of bodies: added mass and damping (n, n), loads
+    per unit wave amplitude (headings, n), Kochin functions of unit motions (n, directions) and of
+    the diffracted waves of unit amplitude (headings, directions)."""
 
     frequency: float
     added_mass: Real
@@ -97,22 +116,32 @@ def solve_all(
 def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solution:
     """Radiation and diffraction at one ``frequency`` [rad/s] for ``headings`` [rad]."""
     given, used = _given(hull, water, frequency), solver(water.is_deep)
-    moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS]
+    moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in hull.body.dofs]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
     radiated, diffracted = _solved(used, moving), _solved(used, fixed)
-    far = radiated, diffracted
+    far = kochin([*radiated, *diffracted])
     if hull.direct:
         used = solver(water.is_deep, direct=True)
         radiated, diffracted = _solved(used, moving), _solved(used, fixed)
     incident = froude_krylov(hull, water, frequency, headings)
+    scattered = loads_of(hull.body, (result.forces for result in diffracted))
     return Solution(
         frequency,
-        by_dof(result.added_masses for result in radiated).T,
-        by_dof(result.radiation_dampings for result in radiated).T,
-        np.conj(by_dof(result.forces for result in diffracted)) + incident,
+        loads_of(hull.body, (result.added_masses for result in radiated)).T,
+        loads_of(hull.body, (result.radiation_dampings for result in radiated)).T,
+        np.conj(scattered) + incident,
         incident,
-        *(np.array([compute_kochin(result, DIRECTIONS) for result in each]) for each in far),
+        far[: len(moving)],
+        far[len(moving) :],
     )
+
+
+def kochin(results: Sequence[cpt.LinearPotentialFlowResult]) -> Complex:
+    """Kochin functions (results, directions) of results of one body and frequency, together: most
+    of the time goes into waves that they share."""
+    together = copy(results[0])
+    together.sources = np.array([result.sources for result in results]).T
+    return np.ascontiguousarray(compute_kochin(together, DIRECTIONS).T)
 
 
 def _solved(used: cpt.BEMSolver, problems: Iterable[Any]) -> list[Any]:
@@ -120,19 +149,19 @@ def _solved(used: cpt.BEMSolver, problems: Iterable[Any]) -> list[Any]:
 
 
 def froude_krylov(hull: Hull, water: Water, frequency: float, headings: Real) -> Complex:
-    """Loads (headings, 6) of the undisturbed waves per unit amplitude."""
+    """Loads (headings, n) of the undisturbed waves per unit amplitude."""
     given = _given(hull, water, frequency)
     waves = (cpt.DiffractionProblem(wave_direction=b, **given) for b in headings)
-    return np.conj(by_dof(froude_krylov_force(problem) for problem in waves))
+    return np.conj(loads_of(hull.body, (froude_krylov_force(problem) for problem in waves)))
 
 
 def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
-    """Added mass (6, 6) at ``frequency`` infinity or, in deep water only, 0."""
+    """Added mass (n, n) at ``frequency`` infinity or, in deep water only, 0."""
 
     def compute() -> list[Real]:
         given, used = _given(hull, water, frequency), solver(water.is_deep, hull.direct)
-        moving = (cpt.RadiationProblem(radiating_dof=d, **given) for d in DOFS)
-        return [by_dof(result.added_masses for result in _solved(used, moving)).T]
+        moving = (cpt.RadiationProblem(radiating_dof=d, **given) for d in hull.body.dofs)
+        return [loads_of(hull.body, (each.added_masses for each in _solved(used, moving))).T]
 
     return remembered(solution_key(hull, water, frequency, np.empty(0)), compute)[0]
 
@@ -145,9 +174,9 @@ def _stored(hull: Hull, water: Water, frequency: float, headings: Real) -> Solut
 
 def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> str:
     """Hash of all that `solve` and `limit_added_mass` depend on, the program included."""
-    shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centre), hull.direct
+    shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centres), hull.direct
     numbers = water.density, water.gravity, water.depth, frequency, headings, DIRECTIONS
-    return key_of(cpt.__version__, *_sources(), *shape, *numbers)
+    return key_of(cpt.__version__, *_sources(), *shape, np.array(hull.owner), *numbers)
 
 
 @cache
@@ -174,6 +203,7 @@ def solver(deep: bool = True, direct: bool = False) -> cpt.BEMSolver:
     return cpt.BEMSolver(method="direct" if direct else "indirect", **given)
 
 
-def by_dof(loads: Iterable[dict]) -> np.ndarray:
-    """The loads (n, 6) in the order of the degrees of freedom."""
-    return np.array([[load[dof] for dof in DOFS] for load in loads])
+def loads_of(body: cpt.FloatingBody, loads: Iterable[dict[str, complex]]) -> np.ndarray:
+    """The loads (m, n) in the order of the body's degrees of freedom."""
+    found = [[load[dof] for dof in body.dofs] for load in loads]
+    return np.array(found).reshape(-1, len(body.dofs))

@@ -5,47 +5,28 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
+from itertools import count
 
 import capytaine
 import numpy as np
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.build import barge, mesh, sphere
-from hydrosim.database.build.assemble import Floating, assemble, asymmetry
-from hydrosim.database.build.barge import Hydrostatics, Panels, mirrored
+from hydrosim.database.build.afloat import Afloat, afloat, floating
+from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetry
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
+from hydrosim.database.build.drift import Real
+from hydrosim.database.build.extrapolate import Radiation, extrapolated
+from hydrosim.database.build.far_field import by_far_field
 from hydrosim.database.build.green import SHALLOWEST
+from hydrosim.database.build.hull_keys import AnyHull, MeshHull, SphereHull
 from hydrosim.database.build.near_field import first_order_all, wetted_surface
 from hydrosim.database.build.qtf import difference_qtf
-from hydrosim.database.build.recipe import (
-    BargeHull,
-    BoxHull,
-    DifferenceQtf,
-    Lid,
-    MeshHull,
-    Method,
-    Recipe,
-    SphereHull,
-    Symmetry,
-)
+from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
-
-
-@dataclass(frozen=True)
-class Afloat:
-    """A hull in the database's frame: what the solver sees, and its hydrostatics."""
-
-    hull: Hull
-    integrals: Hydrostatics
-
-    @property
-    def panels(self) -> Panels:
-        """All panels of the wetted hull (n, 4, 3)."""
-        return mirrored(self.hull.panels) if self.hull.symmetric else self.hull.panels
 
 
 def silent(done: int, total: int) -> None:
@@ -62,21 +43,15 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
     data = recipe.data
     water = Water(data.water.density, data.water.gravity, data.water.depth)
     floats = afloat(recipe)
-    body = floating(recipe, floats.integrals, water)
+    body = floating(recipe, floats, water)
     _check_depth(recipe, floats, water)
     _warn_of_irregular(recipe, floats, water)
-    zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
-    limits = zero, limit_added_mass(floats.hull, water, np.inf)
-    first = len(recipe.frequencies)
-
-    def linear(done: int, _: int) -> None:
-        progress(done, recipe.steps)
-
-    def quadratic(done: int, _: int) -> None:
-        progress(first + done, recipe.steps)
-
-    solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, linear)
+    limits = _limits(floats.hull, water)
+    progress = _all_of(recipe.steps, progress)
+    solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, progress)
     attributes = _attributes(recipe, floats, solutions)
+    if data.far_field is not None:
+        solutions = by_far_field(solutions, recipe.headings, data.far_field, water)
     db = assemble(
         body,
         water,
@@ -84,10 +59,43 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
         solutions,
         limits,
         attributes,
-        symmetric=floats.hull.symmetric,
-        drift=data.drift,
+        symmetric=floats.alike,
+        drift=data.drift if isinstance(data, OneBody) else (),
     )
-    return db if data.qtf is None else _with_qtf(db, data.qtf, floats.hull, body, jobs, quadratic)
+    if isinstance(data, OneBody) and data.extrapolate is not None:
+        db = _extrapolated(db, recipe, data.extrapolate, water, jobs, progress)
+    if isinstance(data, OneBody) and data.qtf is not None:
+        db = _with_qtf(db, data.qtf, floats.hull, body, jobs, progress)
+    return db
+
+
+def _all_of(total: int, progress: Progress) -> Progress:
+    """Tells ``progress`` how many of all frequencies are done, whatever they are solved for."""
+    done = count(1)
+    return lambda _, __: progress(next(done), total)
+
+
+def _limits(hull: Hull, water: Water) -> tuple[Real | None, Real]:
+    """Added mass at zero frequency, in deep water only, and at infinite frequency."""
+    zero = limit_added_mass(hull, water, 0.0) if water.is_deep else None
+    return zero, limit_added_mass(hull, water, np.inf)
+
+
+def _extrapolated(
+    db: HydroDatabase, recipe: Recipe, share: float, water: Water, jobs: int, progress: Progress
+) -> HydroDatabase:
+    """``db`` with added mass and damping extrapolated from a ``share`` of its panels."""
+    floats = afloat(recipe, share)
+    solved = solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
+    rules = Rules(floats.alike, recipe.headings)
+    zero, infinite = _limits(floats.hull, water)
+    coarse = Radiation(
+        rules.matrices(np.array([s.added_mass for s in solved])),
+        rules.matrices(np.array([s.damping for s in solved])),
+        rules.matrices(infinite),
+        None if zero is None else rules.matrices(zero),
+    )
+    return extrapolated(db, coarse, share)
 
 
 def _with_qtf(
@@ -110,88 +118,6 @@ def _with_qtf(
         qtf_difference=transfer,
         attributes={**db.attributes, "qtf_difference_by": QTF},
     )
-
-
-def afloat(recipe: Recipe) -> Afloat:
-    """The hull of ``recipe``. Barges, boxes and spheres have the origin over their centre of
-    buoyancy, a mesh where its file has it."""
-    hull = recipe.data.hull
-    if isinstance(hull, MeshHull):
-        return _mesh(recipe, hull)
-    if isinstance(hull, SphereHull):
-        panels = sphere.half_hull, sphere.half_lid
-        half, lid = (half_of(hull.radius, hull.panels) for half_of in panels)
-        return _of_halves(recipe, half, lid, sphere.hydrostatics(hull.radius))
-    return _barge(recipe, hull)
-
-
-def _barge(recipe: Recipe, given: BargeHull | BoxHull) -> Afloat:
-    shape, panels = given.shape(recipe.data.water), given.panels
-    counts = barge.resolution(shape, panels) if isinstance(panels, float) else panels.resolution()
-    integrals = barge.hydrostatics(shape)
-    shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
-    half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
-    return _of_halves(recipe, half, lid, integrals)
-
-
-def _of_halves(recipe: Recipe, half: Panels, lid: Panels, integrals: Hydrostatics) -> Afloat:
-    """A hull of the panels at y >= 0 and their mirror image, with or without the lid."""
-    if recipe.data.lid is Lid.NONE:
-        lid = mesh.NONE
-    if recipe.data.symmetry is Symmetry.NONE:
-        half, lid = mirrored(half), mirrored(lid)
-    symmetric = recipe.data.symmetry is Symmetry.AUTO
-    return Afloat(_hull(recipe, half, lid, symmetric), integrals)
-
-
-def _mesh(recipe: Recipe, given: MeshHull) -> Afloat:
-    file = recipe.path.parent / given.file
-    panels = mesh.read_panels(file, given.scale, given.waterline)
-    lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NONE
-    integrals = mesh.integrals(panels)
-    symmetric = recipe.data.symmetry is Symmetry.AUTO and mesh.is_symmetric(panels)
-    if symmetric:
-        panels = mesh.port_half(panels)
-        lid = mesh.port_half(lid) if len(lid) else lid
-    return Afloat(_hull(recipe, panels, lid, symmetric), integrals)
-
-
-def _hull(recipe: Recipe, panels: Panels, lid: Panels, symmetric: bool) -> Hull:
-    direct = recipe.data.method is Method.DIRECT
-    return Hull(panels, lid, symmetric, recipe.data.centre_of_gravity, direct)
-
-
-def floating(recipe: Recipe, integrals: Hydrostatics, water: Water) -> Floating:
-    """Mass and stiffness with the weight equal to the buoyancy and over it."""
-    data = recipe.data
-    gravity, buoyancy = np.array(data.centre_of_gravity), integrals.centre_of_buoyancy.copy()
-    if not isinstance(data.hull, MeshHull):
-        buoyancy[0] = 0.0
-    aside = np.hypot(*(gravity - buoyancy)[:2])
-    if aside > 0.01 * np.cbrt(integrals.volume):
-        x, y = buoyancy[:2]
-        raise InputError(
-            f"{recipe.path}: centre_of_gravity: found it {aside:g} m beside the centre of buoyancy;"
-            f" expected it above or below that, at x = {x:g} m, y = {y:g} m, or the hull heels."
-        )
-    mass = water.density * integrals.volume
-    turning = _turning(recipe, mass)
-    inertia = np.diag([mass] * 3 + [0.0] * 3)
-    inertia[3:, 3:] = turning
-    return Floating(
-        centre_of_gravity=gravity,
-        centre_of_buoyancy=buoyancy,
-        volume=integrals.volume,
-        inertia=inertia,
-        stiffness=integrals.stiffness(gravity[2], water.density, water.gravity),
-    )
-
-
-def _turning(recipe: Recipe, mass: float) -> np.ndarray:
-    """Moments of inertia (3, 3) about the centre of gravity."""
-    if recipe.data.radii_of_gyration is None:
-        return np.array(recipe.data.inertia)
-    return np.diag([mass * radius**2 for radius in recipe.data.radii_of_gyration])
 
 
 def _check_depth(recipe: Recipe, floats: Afloat, water: Water) -> None:
@@ -248,7 +174,13 @@ def _attributes(recipe: Recipe, floats: Afloat, solutions: Sequence[Solution]) -
 
 
 def _described(recipe: Recipe) -> dict[str, object]:
-    hull = recipe.data.hull
+    data = recipe.data
+    if isinstance(data, SeveralBodies):
+        return {name: _hull(recipe, part.hull) for name, part in data.bodies.items()}
+    return _hull(recipe, data.hull)
+
+
+def _hull(recipe: Recipe, hull: AnyHull) -> dict[str, object]:
     if isinstance(hull, MeshHull | SphereHull):
         return dict(hull)
     return asdict(hull.shape(recipe.data.water))

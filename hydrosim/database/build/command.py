@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -13,13 +14,17 @@ from hydrosim.errors import InputError
 NEEDED = "hydrosim db build needs Capytaine; install it with: pip install hydrosim[bem]"
 
 
-def build_database(recipe: Path, output: Path | None, jobs: int, picture: bool) -> list[Path]:
-    """Compute the database of ``recipe`` by ``jobs`` processes, with a progress bar, and write it
-    to ``output``, or beside the recipe; with ``picture`` also pages about it. The files written.
+def build_database(
+    recipe: Path, output: Path | None, jobs: int, picture: bool, settings: Sequence[str] = ()
+) -> list[Path]:
+    """Compute the database of ``recipe``, with ``settings`` KEY=VALUE laid over it, by ``jobs``
+    processes, with a progress bar, and write it to ``output``, or beside the recipe; with
+    ``picture`` also pages about it. The files written.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # processes share the work, not threads
     try:
-        from hydrosim.database.build.build import afloat, build
+        from hydrosim.database.build.afloat import afloat
+        from hydrosim.database.build.build import build
         from hydrosim.database.build.recipe import load_recipe
     except ModuleNotFoundError as error:
         raise InputError(f"{NEEDED} (there is no module {error.name}).") from error
@@ -28,7 +33,7 @@ def build_database(recipe: Path, output: Path | None, jobs: int, picture: bool) 
 
     path = recipe.with_suffix(".nc") if output is None else output
     writable(path)
-    given = load_recipe(recipe)
+    given = load_recipe(recipe, settings)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     console = Console(stderr=True)
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:

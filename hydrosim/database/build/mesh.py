@@ -62,9 +62,14 @@ def integrals(panels: Panels) -> Hydrostatics:
 
 def is_symmetric(panels: Panels) -> bool:
     """True if every panel has its mirror image in y = 0."""
-    centres = mesh_of(panels).faces_centers
-    apart, _ = cKDTree(centres).query(centres * [1, -1, 1])
-    return bool(apart.max() < _SAME * np.ptp(centres, axis=0).max())
+    middles = centres(panels)
+    apart, _ = cKDTree(middles).query(middles * [1, -1, 1])
+    return bool(apart.max() < _SAME * np.ptp(middles, axis=0).max())
+
+
+def centres(panels: Panels) -> np.ndarray:
+    """Centres (n, 3) of the panels."""
+    return np.asarray(mesh_of(panels).faces_centers)
 
 
 def port_half(panels: Panels) -> Panels:

@@ -18,7 +18,7 @@ import numpy as np
 from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, froude_krylov_force
 
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.bem import DOFS, Hull, Progress, by_dof, solution_key, solver
+from hydrosim.database.build.bem import Hull, Progress, loads_of, solution_key, solver
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
@@ -77,11 +77,12 @@ def first_order(
     a fraction of the error of the sources' own velocity; across it is the hull's.
     """
     given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
-    radiated = [solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in DOFS]
+    radiated = [solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in body.dofs]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
     diffracted = [solver().solve(problem) for problem in fixed]
-    incident = by_dof(froude_krylov_force(problem) for problem in fixed)
-    excitation = np.conj(by_dof(result.forces for result in diffracted) + incident)
+    incident = loads_of(body, (froude_krylov_force(problem) for problem in fixed))
+    scattered = loads_of(body, (result.forces for result in diffracted))
+    excitation = np.conj(scattered + incident)
     motion, load = _response(floating, radiated, excitation)
     # Sources have Capytaine's time factor, so they need the conjugate motion.
     sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
@@ -138,8 +139,9 @@ def _response(
     if floating is None:
         return np.zeros_like(excitation), excitation
     w = radiated[0].omega
-    added_mass = by_dof(result.added_masses for result in radiated).T
-    damping = by_dof(result.radiation_dampings for result in radiated).T
+    body = radiated[0].body
+    added_mass = loads_of(body, (result.added_masses for result in radiated)).T
+    damping = loads_of(body, (result.radiation_dampings for result in radiated)).T
     fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
     impedance = fluid - w**2 * floating.inertia
     motion = np.asarray(np.linalg.solve(impedance, excitation.T).T, dtype=np.complex128)

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
-from hydrosim.database.build import barge
 from hydrosim.database.build.drift import STEP, Drifting, Real
+from hydrosim.database.build.hull_keys import AnyHull, MeshHull, Water, check_hull
 from hydrosim.documents import quantities as of
-from hydrosim.documents.layers import read_case
+from hydrosim.documents.layers import apply_setting, read_case, written
+from hydrosim.documents.nodes import entries
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.documents.validate import validated
 
 MOST = 1000  # frequencies or headings
 
-Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
-Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
 Frequency = Annotated[float, Quantity("wave frequency", "rad/s", "0.1 rad/s", above=0)]
-Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
-Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
+Share = Annotated[float, Quantity("share", "", "50 %", above=0, at_most=1)]
+Coarser = Annotated[float, Quantity("part of the panels", "", "0.6", above=0, at_most=0.9)]
 T = TypeVar("T")
 
 
@@ -70,12 +69,16 @@ class Steps(Strict, Generic[T]):
         return tuple(np.linspace(start, stop, round(steps) + 1).round(15).tolist())
 
 
-def _listed(value: Any) -> Any:
-    return value.values() if isinstance(value, Steps) else value
-
-
 def _form(value: object) -> str:
     return "steps" if isinstance(value, dict) else "list"
+
+
+def _values(given: Any) -> tuple[float, ...]:
+    """All values of steps, or of a list in which there may be steps."""
+    if isinstance(given, Steps):
+        return given.values()
+    parts = [entry.values() if isinstance(entry, Steps) else (entry,) for entry in given]
+    return tuple(value for part in parts for value in part)
 
 
 def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
@@ -87,118 +90,25 @@ def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
     return headings
 
 
-Frequencies = Annotated[
-    Annotated[Steps[Frequency], Tag("steps")] | Annotated[tuple[Frequency, ...], Tag("list")],
+_Entry = Annotated[
+    Annotated[Steps[Frequency], Tag("steps")] | Annotated[Frequency, Tag("list")],
     Discriminator(_form),
-    AfterValidator(_listed),
+]
+Frequencies = Annotated[
+    Annotated[Steps[Frequency], Tag("steps")] | Annotated[tuple[_Entry, ...], Tag("list")],
+    Discriminator(_form),
+    AfterValidator(_values),
     AfterValidator(of.some),
     of.RISING,
 ]
 Headings = Annotated[
     Annotated[Steps[of.Angle], Tag("steps")] | Annotated[tuple[of.Angle, ...], Tag("list")],
     Discriminator(_form),
-    AfterValidator(_listed),
+    AfterValidator(_values),
     AfterValidator(of.some),
     of.RISING,
     AfterValidator(_on_grid),
 ]
-
-
-class Counts(Strict):
-    """Numbers of panels, see `barge.Resolution`."""
-
-    along: tuple[Count, Count, Count, Count, Count]
-    across: Count
-    down: Count
-    wall_across: Count
-    wall_down: Count
-    lid_along: tuple[Count, Count, Count]
-    lid_across: Count
-
-    def resolution(self) -> barge.Resolution:
-        """As the barge's panels need them."""
-        return barge.Resolution(**dict(self))
-
-
-PanelsOf = Annotated[
-    Annotated[Counts, Tag("counts")] | Annotated[Size, Tag("size")],
-    Discriminator(lambda value: "counts" if isinstance(value, dict) else "size"),
-]
-
-
-class BargeHull(Strict):
-    """A launch barge; its full beam is as long as ``stern_length`` or the heave stiffness says."""
-
-    type: Literal["barge"]
-    length: Size
-    beam: Size
-    draught: Size
-    bow_beam: Size
-    bow_length: Size
-    stern_length: Size | None = None
-    heave_stiffness: Stiffness | None = None
-    wall_depth: Size
-    rake_length: Size
-    panels: PanelsOf
-
-    @model_validator(mode="after")
-    def _check_stern(self) -> Self:
-        given = self.given("stern_length", "heave_stiffness")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "none", "stern_length or heave_stiffness")
-        if self.wall_depth > self.draught:
-            raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
-        return self
-
-    def shape(self, water: Water) -> barge.Barge:
-        """The barge afloat in ``water``."""
-        taper = (self.beam + self.bow_beam) / 2
-        stern = self.stern_length
-        if stern is None:
-            area = float(self.heave_stiffness or 0.0) / (water.density * water.gravity)
-            rest = area - self.bow_beam * self.bow_length - taper * (self.length - self.bow_length)
-            stern = rest / (self.beam - taper) if self.beam > taper else -1.0
-        names = ("length", "beam", "draught", "bow_beam", "bow_length", "wall_depth", "rake_length")
-        return barge.Barge(stern_length=stern, **{name: getattr(self, name) for name in names})
-
-
-class BoxHull(Strict):
-    """A rectangular box."""
-
-    type: Literal["box"]
-    length: Size
-    beam: Size
-    draught: Size
-    panels: PanelsOf
-
-    def shape(self, _: Water) -> barge.Barge:
-        """The box as a barge."""
-        return barge.box(self.length, self.beam, self.draught)
-
-
-class SphereHull(Strict):
-    """A sphere with its centre on the waterline."""
-
-    type: Literal["sphere"]
-    radius: Size
-    panels: Size
-
-
-class MeshHull(Strict):
-    """A hull from a file beside the recipe, at ``waterline`` above the file's z = 0 (scaled)."""
-
-    type: Literal["mesh"]
-    file: StrictStr
-    scale: Scale = 1.0
-    waterline: of.Length = 0.0
-
-
-class Water(Strict):
-    """Density, gravity and depth."""
-
-    density: of.Density = 1025.0
-    gravity: of.Gravity = 9.81
-    depth: of.Depth = math.inf
 
 
 class DifferenceQtf(Strict):
@@ -208,33 +118,94 @@ class DifferenceQtf(Strict):
     headings: Headings
 
 
-class RecipeFile(Strict):
-    """All of a recipe, in SI and radians."""
+class FarField(Strict):
+    """How much of the loads is from the waves that motions make far away, see `far_field`: none up
+    to the first frequency of ``rising``, the ``share`` from the second on."""
 
-    title: StrictStr
-    hull: Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]
-    water: Water = Water()
+    share: Share
+    rising: tuple[Frequency, Frequency]
+
+
+class Part(Strict):
+    """A body: its hull, where that is, and what it carries. The centre of gravity is in the hull's
+    own frame, of which ``position`` and ``heading`` are those in the database's."""
+
+    hull: AnyHull
+    position: of.Position = (0.0, 0.0)
+    heading: of.Angle = 0.0
     centre_of_gravity: of.Point
     radii_of_gyration: of.Vector[of.Radius] | None = None
     inertia: of.InertiaMatrix | None = None
+
+    @model_validator(mode="after")
+    def _check_turning(self) -> Self:
+        given = self.given("radii_of_gyration", "inertia")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
+        return self
+
+
+class Common(Strict):
+    """What recipes of one and of several bodies have in common, in SI and radians."""
+
+    title: StrictStr
+    water: Water = Water()
     frequencies: Frequencies
     headings: Headings
     lid: Lid = Lid.AUTO
     symmetry: Symmetry = Symmetry.AUTO
     method: Method = Method.INDIRECT
-    drift: tuple[Drifting, ...] = tuple(Drifting)
-    qtf: DifferenceQtf | None = None
+    far_field: FarField | None = None
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
 
     @model_validator(mode="after")
+    def _check_far_field(self) -> Self:
+        if self.far_field is not None:
+            headings = np.array(self.headings)
+            turn = np.diff(headings, append=headings[0] + 2 * math.pi)
+            if np.ptp(turn) > 1e-6:
+                raise problem("far_field", "headings all round the circle, evenly spaced")
+            if math.isfinite(self.water.depth):
+                raise problem(f"far_field in {self.water.depth:g} m of water", "deep water")
+        return self
+
+
+class SeveralBodies(Common):
+    """The recipe of bodies whose waves meet: by name, in the order of the database."""
+
+    bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+
+    @model_validator(mode="after")
     def _check(self) -> Self:
-        given = self.given("radii_of_gyration", "inertia")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
-        if isinstance(self.hull, BargeHull | BoxHull):
-            _check_corners(self.hull.shape(self.water))
+        for part in self.bodies.values():
+            check_hull(part.hull, self.water)
+        return self
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The bodies."""
+        return tuple(self.bodies.values())
+
+
+class OneBody(Part, Common):
+    """The recipe of one body."""
+
+    drift: tuple[Drifting, ...] = tuple(Drifting)
+    qtf: DifferenceQtf | None = None
+    extrapolate: Coarser | None = None
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The body."""
+        return (self,)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        check_hull(self.hull, self.water)
         if self.qtf is not None:
             self._check_qtf(self.qtf)
+        if self.extrapolate is not None and isinstance(self.hull, MeshHull):
+            raise problem("extrapolate with a mesh", "a barge, a box or a sphere")
         return self
 
     def _check_qtf(self, qtf: DifferenceQtf) -> None:
@@ -259,26 +230,13 @@ def _ends(values: Frequencies) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _check_corners(shape: barge.Barge) -> None:
-    corners = shape.corners()
-    ends = [0.0, shape.stern_length, shape.length - shape.bow_length, shape.length]
-    spans = [b - a for a, b in [*pairwise(corners), *pairwise(ends)]]
-    if len(corners) != 6 or corners[0] != 0.0 or min(spans) <= 1e-6 * shape.length:
-        found = ", ".join(f"{x:g}" for x in corners)
-        raise problem(
-            f"corners of the hull at {found} m from the stern",
-            "six in different places: both ends, both rakes, both ends of the taper",
-            "mend stern_length (or heave_stiffness), bow_length or rake_length",
-        )
-
-
 @dataclass(frozen=True)
 class Recipe:
     """A validated recipe: the file's ``path``, its whole ``text`` and its ``data``."""
 
     path: Path
     text: str
-    data: RecipeFile
+    data: OneBody | SeveralBodies
 
     @property
     def frequencies(self) -> Real:
@@ -292,16 +250,26 @@ class Recipe:
 
     @property
     def steps(self) -> int:
-        """How many frequencies are solved, those of the QTF once more."""
+        """How many frequencies are solved, those of the QTF and of fewer panels once more."""
+        count = self.frequencies.size
+        if isinstance(self.data, SeveralBodies):
+            return count
         qtf = self.data.qtf
-        return len(self.frequencies) + (0 if qtf is None else np.array(qtf.frequencies).size)
+        more = 0 if qtf is None else np.array(qtf.frequencies).size
+        return more + count * (1 if self.data.extrapolate is None else 2)
 
 
-def load_recipe(path: Path | str) -> Recipe:
-    """The recipe in the YAML file ``path``; raises `InputError` with a line for each problem.
+def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
+    """The recipe in the YAML file ``path``, with ``settings`` KEY=VALUE laid over it; raises
+    `InputError` with a line for each problem.
 
     The key `extends` lays it over another recipe, as in case files.
     """
     path = Path(path)
     text, document = read_case(path)
-    return Recipe(path, text, validated(document, RecipeFile))
+    for setting in settings:
+        document = apply_setting(document, setting)
+    text = written(document) if settings else text
+    if "bodies" in entries(document):
+        return Recipe(path, text, validated(document, SeveralBodies))
+    return Recipe(path, text, validated(document, OneBody))

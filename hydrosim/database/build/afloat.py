@@ -1,0 +1,205 @@
+"""Hulls of a recipe where they float: what the solver sees, and their hydrostatics.
+
+Barges, boxes and spheres have their own origin over their centre of buoyancy, a mesh where its file
+has it. A body alone is at the database's origin; several are placed and turned, and computed by
+halves where they are together their own mirror image in y = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.spatial import cKDTree
+
+from hydrosim.database.build import barge, mesh, sphere
+from hydrosim.database.build.assemble import Floating
+from hydrosim.database.build.barge import Hydrostatics, Panels, mirrored
+from hydrosim.database.build.bem import Hull
+from hydrosim.database.build.extrapolate import coarser
+from hydrosim.database.build.hull_keys import MeshHull, SphereHull, resolution
+from hydrosim.database.build.recipe import Lid, Method, Part, Recipe, Symmetry
+from hydrosim.database.build.water import Water
+from hydrosim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Afloat:
+    """Hulls in the database's frame: what the solver sees, and the hydrostatics of each in its own
+    frame. ``alike``: each body is its own mirror image in y = 0."""
+
+    hull: Hull
+    integrals: tuple[Hydrostatics, ...]
+    alike: bool
+
+    @property
+    def panels(self) -> Panels:
+        """All panels of the wetted hulls (n, 4, 3)."""
+        return mirrored(self.hull.panels) if self.hull.symmetric else self.hull.panels
+
+
+@dataclass(frozen=True)
+class _Own:
+    """A hull in its own frame: all its panels (n, 4, 3) and those of its lid, or of both those at
+    y >= 0 where it is ``halved``."""
+
+    panels: Panels
+    lid: Panels
+    halved: bool
+    integrals: Hydrostatics
+
+    def whole(self) -> tuple[Panels, Panels]:
+        """All panels and all of the lid."""
+        return (
+            (mirrored(self.panels), mirrored(self.lid)) if self.halved else (self.panels, self.lid)
+        )
+
+
+def afloat(recipe: Recipe, share: float = 1.0) -> Afloat:
+    """The hulls of ``recipe``, with a ``share`` of the panels that it says."""
+    own = [_own(recipe, part, share) for part in recipe.data.parts]
+    integrals = tuple(each.integrals for each in own)
+    direct = recipe.data.method is Method.DIRECT
+    centres = tuple(_placed(part, np.array(part.centre_of_gravity)) for part in recipe.data.parts)
+    points = tuple((float(x), float(y), float(z)) for x, y, z in centres)
+    if len(own) == 1 and not _moved(recipe.data.parts[0]):
+        (one,) = own
+        hull = Hull(one.panels, one.lid, one.halved, points, direct)
+        return Afloat(hull, integrals, one.halved)
+    whole = [each.whole() for each in own]
+    panels, lids = (
+        [_placed(part, both[k]) for part, both in zip(recipe.data.parts, whole, strict=True)]
+        for k in (0, 1)
+    )
+    _check_apart(recipe, panels)
+    hull, alike = _together(panels, lids, recipe.data.symmetry is Symmetry.AUTO)
+    return Afloat(replace(hull, centres=points, direct=direct), integrals, alike)
+
+
+def floating(recipe: Recipe, floats: Afloat, water: Water) -> Floating:
+    """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and over it."""
+    pairs = zip(recipe.data.parts, floats.integrals, strict=True)
+    bodies = [_floating(recipe, part, integrals, water) for part, integrals in pairs]
+    return Floating(
+        centre_of_gravity=np.array([body.centre_of_gravity for body in bodies]),
+        centre_of_buoyancy=np.array([body.centre_of_buoyancy for body in bodies]),
+        volume=np.array([body.volume for body in bodies]),
+        inertia=block_diag(*(body.inertia for body in bodies)),
+        stiffness=block_diag(*(body.stiffness for body in bodies)),
+    )
+
+
+def _moved(part: Part) -> bool:
+    return bool(np.any(part.position) or part.heading)
+
+
+def _turn(part: Part) -> np.ndarray:
+    c, s = math.cos(part.heading), math.sin(part.heading)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _placed(part: Part, points: np.ndarray) -> np.ndarray:
+    """Points (..., 3) of the body's own frame in the database's."""
+    if not _moved(part):
+        return points
+    turned = points @ _turn(part).T if part.heading else points
+    return np.asarray(turned + np.array([*part.position, 0.0]))
+
+
+def _together(panels: list[Panels], lids: list[Panels], halve: bool) -> tuple[Hull, bool]:
+    """All hulls, or where they may be halved and are their own mirror image those at y >= 0; and
+    whether that is so of each body."""
+    every, lid = np.concatenate(panels), np.concatenate(lids)
+    owner = np.repeat(np.arange(len(panels)), [len(each) for each in panels])
+    none = ((0.0, 0.0, 0.0),)
+    if not (halve and mesh.is_symmetric(every)):
+        return Hull(every, lid, False, none, owner=tuple(owner.tolist())), False
+    centres = mesh.centres(every)
+    port = centres[:, 1] > 0
+    _, image = cKDTree(centres).query(centres[port] * [1, -1, 1])
+    both = np.concatenate([owner[port], owner[image]])
+    lid = lid[mesh.centres(lid)[:, 1] > 0] if len(lid) else lid
+    alike = bool((owner[port] == owner[image]).all())
+    return Hull(every[port], lid, True, none, owner=tuple(both.tolist())), alike
+
+
+def _check_apart(recipe: Recipe, panels: Sequence[Panels]) -> None:
+    """No hull begins where another one is, seen from above in boxes around each."""
+    names = [*getattr(recipe.data, "bodies", {"hull": None})]
+    ends = [(each.min(axis=(0, 1)), each.max(axis=(0, 1))) for each in panels]
+    for i, (low, high) in enumerate(ends):
+        for j, (lower, higher) in enumerate(ends[:i]):
+            if (low[:2] < higher[:2]).all() and (lower[:2] < high[:2]).all():
+                raise InputError(
+                    f"{recipe.path}: bodies.{names[i]}.position: found it in the place of"
+                    f" {names[j]}, seen from above; expected boxes around the hulls that are apart."
+                )
+
+
+def _own(recipe: Recipe, part: Part, share: float) -> _Own:
+    if isinstance(part.hull, MeshHull):
+        return _of_file(recipe, part.hull)
+    if isinstance(part.hull, SphereHull):
+        radius, size = part.hull.radius, part.hull.size() / share
+        half, lid = sphere.half_hull(radius, size), sphere.half_lid(radius, size)
+        integrals = sphere.hydrostatics(radius)
+    else:
+        shape = part.hull.shape(recipe.data.water)
+        counts = coarser(resolution(part.hull, shape), share)
+        integrals = barge.hydrostatics(shape)
+        shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
+        half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
+    if recipe.data.lid is Lid.NONE:
+        lid = mesh.NONE
+    if recipe.data.symmetry is Symmetry.NONE:
+        return _Own(mirrored(half), mirrored(lid), False, integrals)
+    return _Own(half, lid, True, integrals)
+
+
+def _of_file(recipe: Recipe, given: MeshHull) -> _Own:
+    file = recipe.path.parent / given.file
+    panels = mesh.read_panels(file, given.scale, given.waterline)
+    lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NONE
+    integrals = mesh.integrals(panels)
+    symmetric = recipe.data.symmetry is Symmetry.AUTO and mesh.is_symmetric(panels)
+    if symmetric:
+        panels = mesh.port_half(panels)
+        lid = mesh.port_half(lid) if len(lid) else lid
+    return _Own(panels, lid, symmetric, integrals)
+
+
+def _floating(recipe: Recipe, part: Part, integrals: Hydrostatics, water: Water) -> Floating:
+    """One body, in the database's frame."""
+    gravity, buoyancy = np.array(part.centre_of_gravity), integrals.centre_of_buoyancy.copy()
+    if not isinstance(part.hull, MeshHull):
+        buoyancy[0] = 0.0
+    aside = np.hypot(*(gravity - buoyancy)[:2])
+    if aside > 0.01 * np.cbrt(integrals.volume):
+        x, y = buoyancy[:2]
+        raise InputError(
+            f"{recipe.path}: centre_of_gravity: found it {aside:g} m beside the centre of buoyancy;"
+            f" expected it above or below that, at x = {x:g} m, y = {y:g} m, or the hull heels."
+        )
+    mass = water.density * integrals.volume
+    inertia = block_diag(mass * np.eye(3), _turning(part, mass))
+    stiffness = integrals.stiffness(gravity[2], water.density, water.gravity)
+    if part.heading:
+        turn = block_diag(_turn(part), _turn(part))
+        inertia, stiffness = (turn @ matrix @ turn.T for matrix in (inertia, stiffness))
+    return Floating(
+        centre_of_gravity=_placed(part, gravity),
+        centre_of_buoyancy=_placed(part, buoyancy),
+        volume=np.array(integrals.volume),
+        inertia=inertia,
+        stiffness=stiffness,
+    )
+
+
+def _turning(part: Part, mass: float) -> np.ndarray:
+    """Moments of inertia (3, 3) about the centre of gravity."""
+    if part.radii_of_gyration is None:
+        return np.array(part.inertia)
+    return np.diag([mass * radius**2 for radius in part.radii_of_gyration])

@@ -1,0 +1,152 @@
+"""Keys of a recipe's hulls, and of the water that they float in."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
+
+from hydrosim.database.build import barge
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import Quantity, problem
+
+Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
+Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
+Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
+PANELS = 1000  # of the default size that would cover the wetted hull
+
+
+class Water(Strict):
+    """Density, gravity and depth."""
+
+    density: of.Density = 1025.0
+    gravity: of.Gravity = 9.81
+    depth: of.Depth = math.inf
+
+
+class Counts(Strict):
+    """Numbers of panels, see `barge.Resolution`."""
+
+    along: tuple[Count, Count, Count, Count, Count]
+    across: Count
+    down: Count
+    wall_across: Count
+    wall_down: Count
+    lid_along: tuple[Count, Count, Count]
+    lid_across: Count
+
+    def resolution(self) -> barge.Resolution:
+        """As the barge's panels need them."""
+        return barge.Resolution(**dict(self))
+
+
+PanelsOf = Annotated[
+    Annotated[Counts, Tag("counts")] | Annotated[Size, Tag("size")],
+    Discriminator(lambda value: "counts" if isinstance(value, dict) else "size"),
+]
+
+
+class BargeHull(Strict):
+    """A launch barge; its full beam is as long as ``stern_length`` or the heave stiffness says."""
+
+    type: Literal["barge"]
+    length: Size
+    beam: Size
+    draught: Size
+    bow_beam: Size
+    bow_length: Size
+    stern_length: Size | None = None
+    heave_stiffness: Stiffness | None = None
+    wall_depth: Size
+    rake_length: Size
+    panels: PanelsOf | None = None
+
+    @model_validator(mode="after")
+    def _check_stern(self) -> Self:
+        given = self.given("stern_length", "heave_stiffness")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "stern_length or heave_stiffness")
+        if self.wall_depth > self.draught:
+            raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
+        return self
+
+    def shape(self, water: Water) -> barge.Barge:
+        """The barge afloat in ``water``."""
+        taper = (self.beam + self.bow_beam) / 2
+        stern = self.stern_length
+        if stern is None:
+            area = float(self.heave_stiffness or 0.0) / (water.density * water.gravity)
+            rest = area - self.bow_beam * self.bow_length - taper * (self.length - self.bow_length)
+            stern = rest / (self.beam - taper) if self.beam > taper else -1.0
+        names = ("length", "beam", "draught", "bow_beam", "bow_length", "wall_depth", "rake_length")
+        return barge.Barge(stern_length=stern, **{name: getattr(self, name) for name in names})
+
+
+class BoxHull(Strict):
+    """A rectangular box."""
+
+    type: Literal["box"]
+    length: Size
+    beam: Size
+    draught: Size
+    panels: PanelsOf | None = None
+
+    def shape(self, _: Water) -> barge.Barge:
+        """The box as a barge."""
+        return barge.box(self.length, self.beam, self.draught)
+
+
+class SphereHull(Strict):
+    """A sphere with its centre on the waterline."""
+
+    type: Literal["sphere"]
+    radius: Size
+    panels: Size | None = None
+
+    def size(self) -> float:
+        """Largest size of the panels [m]."""
+        return self.panels or math.sqrt(2 * math.pi * self.radius**2 / PANELS)
+
+
+class MeshHull(Strict):
+    """A hull from a file beside the recipe, at ``waterline`` above the file's z = 0 (scaled)."""
+
+    type: Literal["mesh"]
+    file: StrictStr
+    scale: Scale = 1.0
+    waterline: of.Length = 0.0
+
+
+AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]
+
+
+def resolution(hull: BargeHull | BoxHull, shape: barge.Barge) -> barge.Resolution:
+    """The panels of a barge or a box: as many as given, or of the given size, or of the default."""
+    if isinstance(hull.panels, Counts):
+        return hull.panels.resolution()
+    around = 2 * (shape.length + shape.beam) * shape.draught
+    usual = math.sqrt((shape.length * shape.beam + around) / PANELS)
+    return barge.resolution(shape, hull.panels or usual)
+
+
+def check_hull(hull: AnyHull, water: Water) -> None:
+    """Refuses a barge whose corners are not where they must be."""
+    if isinstance(hull, BargeHull | BoxHull):
+        _check_corners(hull.shape(water))
+
+
+def _check_corners(shape: barge.Barge) -> None:
+    corners = shape.corners()
+    ends = [0.0, shape.stern_length, shape.length - shape.bow_length, shape.length]
+    spans = [b - a for a, b in [*pairwise(corners), *pairwise(ends)]]
+    if len(corners) != 6 or corners[0] != 0.0 or min(spans) <= 1e-6 * shape.length:
+        found = ", ".join(f"{x:g}" for x in corners)
+        raise problem(
+            f"corners of the hull at {found} m from the stern",
+            "six in different places: both ends, both rakes, both ends of the taper",
+            "mend stern_length (or heave_stiffness), bow_length or rake_length",
+        )
