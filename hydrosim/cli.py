@@ -23,16 +23,18 @@ from hydrosim.commands.case import case
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.linear import linear
-from hydrosim.commands.options import CaseFile, Settings, numbers, one_of, result_path
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import show
 from hydrosim.errors import HydrosimError, InputError, SimulationError
+from hydrosim.interrupts import taken_as_interrupts
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.case import Case
+    from hydrosim.outputs import Output
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -62,22 +64,26 @@ def run(
     ] = None,
     settings: Settings = [],  # noqa: B006  typer copies it
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
     from hydrosim.case import load_case
 
     case = load_case(case_file, settings)
-    path = result_path(output, case_file)
+    inputs = case.inputs()
+    result = placed(output, case_file.stem, "run", case_file, inputs=inputs, overwrite=overwrite)
+    if plot_too:
+        _planned_pictures(result)
     _complete(case)
     try:
         dataset = _simulate_with_progress(case)
     except SimulationError as error:
-        _save(error.dataset, path)
+        show(f"result    {_save(error.dataset, result)}")
         raise
-    _save(dataset, path)
+    path = _save(dataset, result)
     _summary(dataset, path)
     if plot_too:
-        plot(path)
+        plot(path, overwrite=overwrite)
     if dataset.attrs["status"] == "interrupted":
         raise typer.Exit(130)
 
@@ -112,6 +118,7 @@ def converge(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="STUDY.nc", help="Result file.")
     ] = None,
+    overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Error against run time, over methods and steps: table, picture and netCDF."""
@@ -123,18 +130,20 @@ def converge(
     from hydrosim.studies.converge import converge as study_of
     from hydrosim.studies.converge import to_dataset
 
-    path = result_path(output, case_file.with_stem(f"{case_file.stem}_converge"))
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
-    case = load_case(case_file, settings)
+    case, name = load_case(case_file, settings), f"{case_file.stem}_converge"
+    inputs = case.inputs()
+    made = placed(output, name, "convergence", case_file, inputs=inputs, overwrite=overwrite)
+    page = made.at(made.path.with_suffix(".png"), "picture").checked()
     _complete(case)
     scene = case.scene()
     with announced(err), err.status("running") as status:
         study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
     dataset = to_dataset(study, scene.title)
-    write(dataset, path)
-    draw_work_precision(dataset, path.with_suffix(".png"))
-    show(convergence(study), f"result    {path}, {path.with_suffix('.png')}")
+    write(dataset, made)
+    draw_work_precision(dataset, page)
+    show(convergence(study), f"result    {made.path}, {page.path}")
 
 
 @app.command()
@@ -143,6 +152,7 @@ def plot(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to put them.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Draw motions, forces, contact and energies of a run as PNG."""
     from hydrosim.plot import draw, open_run
@@ -151,7 +161,7 @@ def plot(
     folder = run_file.parent if output is None else output
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
-    for picture in draw(dataset, folder, run_file.stem):
+    for picture in draw(dataset, folder, run_file.stem, run_file, overwrite):
         show(f"picture   {picture}")
 
 
@@ -197,10 +207,22 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
         return simulate(scene, report)
 
 
-def _save(dataset: xr.Dataset, path: Path) -> None:
+def _planned_pictures(result: Output) -> None:
+    """Refuses, before the run, pictures that would replace others."""
+    from hydrosim.plot.pictures import planned
+
+    planned(result.path.parent, result.path.stem, result.path, result.overwrite)
+
+
+def _save(dataset: xr.Dataset, result: Output) -> Path:
+    """Write a run; one that did not come to its end stands aside for what is there, and any for
+    what has come there meanwhile. Its path."""
     from hydrosim.results.output import write
 
-    write(dataset, path)
+    whole = dataset.attrs["status"] == "complete"
+    result = result.settled() if whole or not result.path.exists() else result.aside()
+    write(dataset, result)
+    return result.path
 
 
 def _summary(dataset: xr.Dataset, path: Path) -> None:
@@ -211,6 +233,7 @@ def _summary(dataset: xr.Dataset, path: Path) -> None:
 
 def main() -> None:
     """Run the command line; a message meant for people ends it with its own exit code."""
+    taken_as_interrupts()
     try:
         app()
     except HydrosimError as error:

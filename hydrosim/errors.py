@@ -30,3 +30,9 @@ class SimulationError(HydrosimError):
     def __init__(self, message: str, dataset: xr.Dataset) -> None:
         super().__init__(message)
         self.dataset = dataset
+
+
+class WritingError(HydrosimError):
+    """A file that cannot be written, as on a full disk: what stood there before still stands."""
+
+    exit_code = 3

@@ -12,7 +12,8 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
-errors cache dofs
+errors cache dofs interrupts
+outputs
 jit documents scene
 rigid integrate waves radiation recordings
 database forces

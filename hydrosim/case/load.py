@@ -12,6 +12,7 @@ from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of, written
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.validate import validated
+from hydrosim.outputs import files_named
 from hydrosim.scene import Scene
 
 
@@ -29,6 +30,10 @@ class Case:
         from hydrosim.case.build import build_scene  # the force elements load numba
 
         return build_scene(self.data, self.path, self.text)
+
+    def inputs(self) -> tuple[Path, ...]:
+        """The case file and all files that it names: databases, series, the run to start from."""
+        return (self.path, *files_named(self.data, self.path.parent))
 
     def stages(self) -> tuple[Stage, ...]:
         """The runs of other cases that this one needs: recorded series with a case of their own."""

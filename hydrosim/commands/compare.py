@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import numbers, result_path
+from hydrosim.commands.options import Overwrite, numbers, placed
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -57,6 +57,7 @@ def compare(
     but: Annotated[
         str, typer.Option(metavar="NAMES", help="What --exact leaves out, by commas.")
     ] = "",
+    overwrite: Overwrite = False,
 ) -> None:
     """Lay a run over a recorded series, and say channel by channel what differs.
 
@@ -77,9 +78,9 @@ def compare(
     from hydrosim.recordings import read_recording
     from hydrosim.results.output import write
 
-    path = result_path(output, run_file.with_stem(f"{run_file.stem}_compare"))
-    picture = path.with_suffix(".png")
-    _spare([path, picture], [run_file, recorded])
+    name, inputs = f"{run_file.stem}_compare", [path for path in (recorded, mapping) if path]
+    result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
+    page = result.at(result.path.with_suffix(".png"), "picture").checked()
     tolerances = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     found = comparison_of(
@@ -92,10 +93,10 @@ def compare(
         only=_patterns(channels) or ("*",),
     )
     out_of = beyond(found, tolerances)
-    write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), path)
-    draw_comparison(found, f"{run_file.name} and {recorded.name}", picture)
+    write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), result)
+    draw_comparison(found, f"{run_file.name} and {recorded.name}", page)
     show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
-    show(f"result    {path}, {picture}")
+    show(f"result    {result.path}, {page.path}")
     if tolerances:
         show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
@@ -126,6 +127,7 @@ def record(
     digits: Annotated[
         int, typer.Option(min=1, max=17, help="Significant; 17 are read back exactly.")
     ] = 17,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write channels of a run as a table in text, with names and units, for other programs.
 
@@ -136,22 +138,14 @@ def record(
     from hydrosim.recordings import write_recording
     from hydrosim.results.channels import chosen, usual
 
-    path = result_path(output, run_file)
-    _spare([path], [run_file])
+    result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
     if step is not None and not (isfinite(step) and step > 0.0):
         raise InputError(f"--step: found {step:g}; expected a positive number of seconds.")
     run = open_run(run_file)
     asked = _patterns(channels)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    write_recording(run, path, names, step, digits)
-    show(f"result    {path}, {len(names)} channels")
-
-
-def _spare(results: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """Refuses results that would be written over what is read, or over each other."""
-    taken = {path.resolve() for path in inputs}
-    if taken & {path.resolve() for path in results} or len({*results}) < len(results):
-        raise InputError(f"--output: {results[0]} would write over a file; expected another name.")
+    write_recording(run, result, names, step, digits)
+    show(f"result    {result.path}, {len(names)} channels")
 
 
 def _patterns(text: str | None) -> list[str]:

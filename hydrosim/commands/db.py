@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.given import overruled, with_given
-from hydrosim.commands.options import Settings
+from hydrosim.commands.options import Overwrite, Settings, placed
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.database.given import Given
+    from hydrosim.outputs import Output
 
 app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make.")
 
@@ -44,6 +45,7 @@ def check(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it, too.")
     ] = None,
+    overwrite: Overwrite = False,
     *,
     given: Given,
 ) -> None:
@@ -55,17 +57,16 @@ def check(
     from hydrosim.database.load import read
     from hydrosim.database.summary import memory, remarks, verdicts
 
-    if output is not None:
-        _drawable(output)
+    drawn = None if output is None else _picture(output, file, overwrite)
     db = read(file, given)
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
     told = [] if refused else [memory(db)]
     show(verdicts(findings), *remarks(findings), *told, *_not_used(db, given))
-    if output is not None:
+    if drawn is not None:
         from hydrosim.plot.database import draw_database
 
-        draw_database(db, output)
+        draw_database(db, drawn)
         show(f"picture   {output}")
     if refused:
         raise typer.Exit(2)
@@ -78,6 +79,8 @@ def check(
 def convert(
     file: DatabaseFile,
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
+    overwrite: Overwrite = False,
+    *,
     given: Given,
 ) -> None:
     """Read a database of any format and write it in another, checked.
@@ -85,14 +88,18 @@ def convert(
     Options are for what the file does not hold: numbers in SI or with a unit, as in
     --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
     """
-    from hydrosim.database.convert import writable, write
+    from hydrosim.database.convert import format_of, set_of, write
     from hydrosim.database.load import load
 
-    writable(out)
+    format_of(out)
+    inputs = set_of(file)
+    output = placed(
+        out, out.stem, "database", file, inputs=inputs, overwrite=overwrite, suffix=None
+    )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         db = load(file, given)
-        files = write(db, out)
+        files = write(db, output)
     show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
     show(*(f"result    {path}" for path in files))
 
@@ -105,12 +112,15 @@ def build(
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
     picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
+    overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. It can be interrupted and goes on where it was."""
     from hydrosim.database.build.command import build_database
 
-    for path in build_database(recipe, output, jobs, picture, settings):
+    place = output or recipe.with_suffix(".nc")
+    made = placed(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
+    for path in build_database(made, jobs, picture, settings):
         show(f"result    {path}")
 
 
@@ -121,9 +131,8 @@ def _not_used(db: HydroDatabase, given: Given) -> list[str]:
     ]
 
 
-def _drawable(path: Path) -> None:
-    """Raises `InputError` where a picture cannot be written to ``path``."""
+def _picture(path: Path, file: Path, overwrite: bool) -> Output:
+    """That of a database; raises `InputError` where it cannot be written to ``path``."""
     if path.suffix not in PICTURES:
         raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURES)}.")
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError(f"--output: {path} cannot be written; is there a folder {path.parent}?")
+    return placed(path, path.stem, "picture", file, overwrite=overwrite, suffix=path.suffix)

@@ -12,7 +12,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Settings, numbers, one_of, result_path
+from hydrosim.commands.options import (
+    CaseFile,
+    Overwrite,
+    Settings,
+    numbers,
+    one_of,
+    placed,
+)
 from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
@@ -42,6 +49,7 @@ def linear(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="LINEAR.nc", help="Result file.")
     ] = None,
+    overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Place at rest without friction, natural modes, RAOs, response in the sea: tables, picture and
@@ -55,7 +63,10 @@ def linear(
     from hydrosim.studies.response import Radiation
     from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
-    path = result_path(output, case_file.with_stem(f"{case_file.stem}_linear"))
+    case, name = load_case(case_file, settings), f"{case_file.stem}_linear"
+    inputs = case.inputs()
+    made = placed(output, name, "linear", case_file, inputs=inputs, overwrite=overwrite)
+    page = made.at(made.path.with_suffix(".png"), "picture").checked()
     wanted = Wanted(
         time,
         [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
@@ -65,14 +76,14 @@ def linear(
         Radiation.DATABASE if own else Radiation.MODEL,
         contacts=one_of(Contacts, contacts, "--contacts"),
     )
-    scene = load_case(case_file, settings).scene()
+    scene = case.scene()
     with announced(err), err.status("linear analysis"):
         found = linear_analysis(scene, wanted)
-    write(found, path)
-    draw_response(found, path.with_suffix(".png"))
+    write(found, made)
+    draw_response(found, page)
     shown = [*tables(found), *(rao_tables(found) if periods else [])]
     remarks = [f"remark    {line}" for line in found.attrs["remarks"].splitlines()]
-    show(*shown, *remarks, f"result    {path}, {path.with_suffix('.png')}")
+    show(*shown, *remarks, f"result    {made.path}, {page.path}")
 
 
 def tables(found: xr.Dataset) -> list[Table]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterable
 from enum import StrEnum
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
+from rich.console import Console
 
 from hydrosim.errors import InputError
+from hydrosim.outputs import Output
 
 Choice = TypeVar("Choice", bound=StrEnum)
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
@@ -19,19 +21,41 @@ Settings = Annotated[
 ]
 
 
-def result_path(output: Path | None, case_file: Path) -> Path:
-    """Where the result goes; raises InputError before anything is computed if it cannot."""
-    path = Path(f"{case_file.stem}.nc") if output is None else output
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", help="Replace files that are not earlier results of the same."),
+]
+
+
+def placed(
+    given: Path | None,
+    default: str,
+    what: str,
+    origin: Path,
+    *,
+    inputs: Iterable[Path] = (),
+    overwrite: bool = False,
+    suffix: str | None = ".nc",
+) -> Output:
+    """Where ``what`` is made of ``origin`` goes: to the path that is ``given``, or else into this
+    folder under the ``default`` name, or another if that is read. Raises InputError before anything
+    is computed if it cannot go there."""
+    path = given or Path(f"{default}{suffix}")
+    made = Output(path, what, origin, (origin, *inputs), overwrite)
+    if given is None and made.reads_itself():
+        made = made.at(path.with_stem(f"{default}_{what}"))
+        said = f"{path} is read here: the result goes to {made.path}"
+        Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
     if path.is_dir():
-        raise InputError(f"--output: {path} is a directory; expected a file such as {path}/run.nc.")
+        example = path / f"{what}{suffix or '.txt'}"
+        raise InputError(f"--output: {path} is a directory; expected a file, such as {example}.")
     if path.suffix in (".yaml", ".yml"):
-        name = f"expected netCDF, such as {case_file.stem}.nc"
-        raise InputError(f"--output: {path} has the name of a case file; {name}.")
-    if not path.parent.is_dir():
-        raise InputError(f"--output: there is no folder {path.parent}; make it first.")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"--output: the folder {path.parent} cannot be written to.")
-    return path
+        raise InputError(
+            f"--output: {path} has the name of a case file; expected that of a result."
+        )
+    if suffix and path.suffix != suffix:
+        raise InputError(f"--output: found {path}; expected a name that ends in {suffix}.")
+    return made.checked()
 
 
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:

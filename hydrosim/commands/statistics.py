@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import result_path
+from hydrosim.commands.options import Overwrite, placed
 from hydrosim.commands.terminal import show
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
@@ -26,6 +26,7 @@ def statistics(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Result file.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Means, periods, extremes with two kinds of intervals, spectra, crawl by phase."""
     from hydrosim.errors import InputError
@@ -33,7 +34,8 @@ def statistics(
     from hydrosim.results.sentences import lines
     from hydrosim.results.statistics import statistics as of_run
 
-    path = result_path(output, run_file.with_stem(f"{run_file.stem}_statistics"))
+    name = f"{run_file.stem}_statistics"
+    result = placed(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)
     end = float(run.time[-1])
     if not start < end or run.sel(time=slice(start, None)).time.size < 4:
@@ -47,5 +49,5 @@ def statistics(
             " more: of a shorter time the record itself holds many."
         )
     found = of_run(run, start, duration)
-    write(found, path)
-    show(*lines(found), f"result    {path}")
+    write(found, result)
+    show(*lines(found), f"result    {result.path}")

@@ -10,12 +10,13 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import result_path
+from hydrosim.commands.options import Overwrite, placed
 from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hydrosim.outputs import Output
     from hydrosim.studies.sweep import Study
 
 SHOWN = 5  # failures, and combinations of parameters, that are told
@@ -30,22 +31,24 @@ def sweep(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Run a case with all combinations of parameters and seeds; write one netCDF file."""
     from hydrosim.studies.sweep import load_study
 
-    path = result_path(output, study_file)
     study = load_study(study_file)
-    with announced(err), _with_progress(study, path, workers) as runs:
+    name, inputs = study_file.stem, study.inputs
+    result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
+    with announced(err), _with_progress(study, result, workers) as runs:
         status = runs.status.values.tolist()
-        show(*_lines(runs, study.labels), f"result    {path}")
+        show(*_lines(runs, study.labels), f"result    {runs.encoding['source']}")
     if {"interrupted", "not run"} & {*status}:
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
 
 
-def _with_progress(study: Study, path: Path, workers: int | None) -> xr.Dataset:
+def _with_progress(study: Study, result: Output, workers: int | None) -> xr.Dataset:
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -61,7 +64,7 @@ def _with_progress(study: Study, path: Path, workers: int | None) -> xr.Dataset:
     times = (TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, *times, console=err, transient=True) as bar:
         task = bar.add_task("runs", total=len(study.scenes))
-        return run_study(study, path, workers, lambda done, _: bar.update(task, completed=done))
+        return run_study(study, result, workers, lambda done, _: bar.update(task, completed=done))
 
 
 def _lines(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.compare.comparison import Comparison, Result
+from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import COLOURS, DPI, thinned
 
 CHANNELS = 8  # in a picture
@@ -19,8 +20,8 @@ WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it
 CLOSE, SHARE = 120, 0.04  # times in a close-up, at least, and its share of all
 
 
-def draw_comparison(found: Comparison, title: str, path: Path) -> None:
-    """Write the picture of the channels to ``path``: of more than `CHANNELS`, those that are
+def draw_comparison(found: Comparison, title: str, output: Path | Output) -> None:
+    """Write the picture of the channels: of more than `CHANNELS`, those that are
     furthest apart."""
     furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
     shown = [result for name, result in found.results.items() if name in furthest]
@@ -39,7 +40,7 @@ def draw_comparison(found: Comparison, title: str, path: Path) -> None:
     figure.align_ylabels(axes[:, 0])
     lines, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper right", ncols=2, frameon=False)
-    figure.savefig(path)
+    save_picture(figure, output)
 
 
 def _whole(over: Axes, under: Axes, time: np.ndarray, result: Result) -> None:

@@ -16,6 +16,7 @@ from matplotlib.ticker import MultipleLocator
 from hydrosim.database import HydroDatabase
 from hydrosim.database.checks.scales import diagonal
 from hydrosim.dofs import DOFS
+from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import COLOURS, DPI
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
@@ -54,7 +55,7 @@ class _Column(NamedTuple):
         return rotation if self.rotates else translation
 
 
-def draw_database(db: HydroDatabase, path: Path) -> None:
+def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     """Draw added mass, damping, amplitude and phase of the excitation, and mean drift; the file
     appears under its name, of which the suffix is the format, only when it is complete."""
     columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in KINDS]
@@ -71,9 +72,7 @@ def draw_database(db: HydroDatabase, path: Path) -> None:
         of_column[-1].set_xlabel("wave frequency [rad/s]")
     axes[0, 0].set_xlim(0.0, db.frequency[-1])
     figure.suptitle(db.attributes.get("title", Path(db.source).name))
-    partial = path.with_name(f"{path.name}.partial")
-    figure.savefig(partial, format=path.suffix[1:])
-    partial.replace(path)
+    save_picture(figure, output)
 
 
 def _added_mass(column: _Column, axis: Axes) -> None:

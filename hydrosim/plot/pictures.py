@@ -6,39 +6,47 @@ picture without panels is not drawn.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
+from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import Panel, Series, apart, bands, lines, peak, picture
 
 STILL = 1e-6  # m or rad: what moves less does not move
 ROTATIONS = ("roll", "pitch", "yaw")
 
 
-def draw(run: xr.Dataset, folder: Path, stem: str) -> list[Path]:
+def draw(
+    run: xr.Dataset, folder: Path, stem: str, origin: Path | None = None, overwrite: bool = False
+) -> list[Path]:
     """Write the pictures of ``run`` as PNG: ``stem``.png is the overview, ``stem``_motions.png and
-    so on are the details. Returns their paths; raises InputError if the folder cannot be made."""
-    pictures = {
-        "": overview(run),
-        "_motions": motions(run),
-        "_forces": fender_forces(run),
-        "_contact": contact(run),
-        "_energies": energies(run),
-    }
+    so on are the details. Returns their paths; raises InputError if the folder cannot be made, or
+    where other files than earlier pictures of the same run, ``origin``, have these names."""
+    outputs = planned(folder, stem, origin, overwrite)
+    drawn = zip(outputs, (of(run) for of in PICTURES.values()), strict=True)
+    return [
+        save_picture(picture(panels, _title(run)), output) for output, panels in drawn if panels
+    ]
+
+
+def planned(
+    folder: Path, stem: str, origin: Path | None = None, overwrite: bool = False
+) -> list[Output]:
+    """All pictures that there can be of a run; raises as `draw` does."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made as a folder for pictures ({error}).") from None
-    paths = []
-    for suffix, panels in pictures.items():
-        if panels:
-            paths.append(folder / f"{stem}{suffix}.png")
-            picture(panels, _title(run)).savefig(paths[-1])
-    return paths
+    made_of = origin or folder / f"{stem}.nc"
+    paths = [folder / f"{stem}{suffix}.png" for suffix in PICTURES]
+    return [
+        Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked()
+        for path in paths
+    ]
 
 
 def overview(run: xr.Dataset) -> list[Panel]:
@@ -96,6 +104,16 @@ def energies(run: xr.Dataset) -> list[Panel]:
         }
         panels += [_lines(run, label, "J", series)] if series else []
     return [*panels, _lines(run, "residual", "J", {"": run.energy_residual.values})]
+
+
+PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
+    "": overview,
+    "_motions": motions,
+    "_forces": fender_forces,
+    "_contact": contact,
+    "_energies": energies,
+}
+"""What can be drawn of a run, by what is added to its name."""
 
 
 def _title(run: xr.Dataset) -> str:

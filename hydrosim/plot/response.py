@@ -9,11 +9,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydrosim.outputs import Output, save_picture
+
 TURNS = ("roll", "pitch", "yaw")
 STILL = 1e-6  # of the largest motion: it has no phase
 
 
-def draw_response(found: xr.Dataset, path: Path) -> None:
+def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     """Amplitudes and phases of all motions that waves excite, those of all bodies together."""
     dofs = [str(d) for d in found.dof.values if float(found.rao_amplitude.sel(dof=d).max()) > 0.0]
     rows = max(len(dofs), 1)
@@ -30,7 +32,7 @@ def draw_response(found: xr.Dataset, path: Path) -> None:
     if dofs:
         axes[0, 0].legend(frameon=False, fontsize="small")
     figure.suptitle(f"{found.title}: response to waves of unit amplitude")
-    figure.savefig(path, dpi=100)
+    save_picture(figure, output, dpi=100)
 
 
 def _draw_motion(at: xr.Dataset, dof: str, size: Axes, phase: Axes) -> None:

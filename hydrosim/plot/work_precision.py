@@ -8,10 +8,11 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import STYLES
 
 
-def draw_work_precision(study: xr.Dataset, path: Path) -> None:
+def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
     """Error of the motion against run time and against evaluations, a line per method."""
     figure = Figure(figsize=(10, 4.5), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
@@ -28,4 +29,4 @@ def draw_work_precision(study: xr.Dataset, path: Path) -> None:
     figure.axes[0].set_ylabel("largest error of a place [m]")
     figure.axes[1].legend()
     figure.suptitle(study.attrs["title"])
-    figure.savefig(path)
+    save_picture(figure, output)

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from hydrosim.documents.series import select
 from hydrosim.documents.text import Source
+from hydrosim.outputs import Output, as_output
 
 EXACT = 17  # significant digits that tell any two float64 apart
 GAP = 2  # blanks between columns, at least
@@ -25,17 +26,18 @@ GAP = 2  # blanks between columns, at least
 
 def write_recording(
     run: xr.Dataset,
-    path: Path,
+    target: Path | Output,
     channels: Sequence[str],
     step: float | None = None,
     digits: int = EXACT,
 ) -> None:
-    """Write ``channels`` ("position.barge.heave") of a run to the text file ``path``, at the run's
+    """Write ``channels`` ("position.barge.heave") of a run to a text file, at the run's
     times or at every ``step`` [s] from its start on, there by cubic splines.
 
     The file appears under its name when it is complete. Raises InputError for unknown channels.
     """
-    columns = [select(Source(path), run, channel) for channel in channels]
+    output = as_output(target, "recording")
+    columns = [select(Source(output.path), run, channel) for channel in channels]
     time, rows = run.time.values, np.stack([values for values, _ in columns], axis=1)
     if step is not None:
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
@@ -48,17 +50,16 @@ def write_recording(
     ]
     heading = [
         f"# {run.attrs.get('title', '')}".rstrip(),
-        f"# {run.attrs.get('program', 'hydrosim')}; SI and radians; {digits} significant digits",
+        f"# {output.mark}; SI and radians; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]
-    partial = path.with_name(path.name + ".partial")
-    np.savetxt(
-        partial,
-        np.column_stack([time, rows]),
-        fmt=[f"%{width}.{digits - 1}e" for width in widths],
-        delimiter="",
-        header="\n".join(heading),
-        comments="",
-        encoding="utf-8",
-    )
-    partial.replace(path)
+    with output.written() as path:
+        np.savetxt(
+            path,
+            np.column_stack([time, rows]),
+            fmt=[f"%{width}.{digits - 1}e" for width in widths],
+            delimiter="",
+            header="\n".join(heading),
+            comments="",
+            encoding="utf-8",
+        )

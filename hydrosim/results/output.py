@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from math import prod
 from pathlib import Path
 from platform import python_version
@@ -41,6 +41,7 @@ from hydrosim.forces.contact.fender import (
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
+from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
@@ -140,11 +141,13 @@ def to_dataset(
     return guarded(dataset, sum(body.mass for body in scene.bodies if body.dofs))
 
 
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write netCDF; the file appears under its name only when it is complete."""
-    partial = path.with_name(path.name + ".partial")
-    dataset.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
-    partial.replace(path)
+def write(dataset: xr.Dataset, target: Path | Output) -> None:
+    """Write netCDF; the file appears under its name only when it is complete. Raises as `Output`
+    does where it may not be written."""
+    output = as_output(target, "result")
+    with output.written() as path:
+        marked = dataset.assign_attrs(history=output.mark)
+        marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 
 
 def read(path: Path) -> xr.Dataset:
@@ -162,14 +165,6 @@ def read(path: Path) -> xr.Dataset:
     if missing:
         raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {REMEDY}.")
     return run
-
-
-def program_version() -> str:
-    """Version of the installed package."""
-    try:
-        return version("hydrosim")
-    except PackageNotFoundError:
-        return "not installed"
 
 
 @lru_cache

@@ -33,6 +33,7 @@ from hydrosim.compiling.symmetry import planar, wave_asymmetries
 from hydrosim.compiling.wet import WetGroup, wet_groups
 from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.outputs import Output, as_output
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Hydrodynamics, Scene, Start
@@ -73,7 +74,7 @@ class _Outcome(NamedTuple):
 
 def simulate_many(
     cases: Iterable[Case | Scene],
-    output: Path | str | None = None,
+    output: Path | str | Output | None = None,
     *,
     variables: Sequence[str] = ("position",),
     labels: Mapping[str, Sequence[object]] | None = None,
@@ -120,10 +121,11 @@ def simulate_many(
         with TemporaryDirectory() as folder:
             write(Path(folder, "runs.nc"))
             return xr.load_dataset(Path(folder, "runs.nc"), engine="netcdf4")
-    unfinished = Path(f"{output}.partial")
+    result = as_output(output, "sweep")
+    unfinished = Path(f"{result.path}.partial")
     write(unfinished)
-    unfinished.replace(output)
-    return xr.open_dataset(output, engine="netcdf4")
+    unfinished.replace(result.path)
+    return xr.open_dataset(result.path, engine="netcdf4")
 
 
 def prepared(case: Case | Scene) -> Scene:

@@ -21,10 +21,11 @@ from hydrosim.errors import InputError, SimulationError
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import Combination, StepLimit, step_limits
+from hydrosim.outputs import program_version
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warned
 from hydrosim.results.names import force_names, state_names
-from hydrosim.results.output import program_version, to_dataset, unpack, versions
+from hydrosim.results.output import to_dataset, unpack, versions
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.output import program_version, write
+from hydrosim.outputs import Output, program_version
+from hydrosim.results.output import write
 
 if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage
@@ -59,10 +60,24 @@ def complete(
         anew = complete(stage.case, run, announce, chain)
         reason = f"{stage.file} needs another run" if anew else outdated(stage)
         if reason:
+            result = _result(stage)
             announce(f"{reason}: simulating {stage.case.path}")
             dataset = run(stage.case)
             if dataset.attrs["status"] == "interrupted":
                 raise KeyboardInterrupt
-            write(dataset, stage.file)
+            write(dataset, result)
             made = True
     return made
+
+
+def _result(stage: Stage) -> Output:
+    """The file of a stage, beside its own case: a case file makes no file anywhere else, and
+    replaces none but an earlier run of that case."""
+    home, key = stage.case.path.parent, f"file: {stage.file.name} (a run of {stage.case.path})"
+    if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
+        raise InputError(
+            f"{key}: found {stage.file}; expected a name that ends in .nc in the folder of that"
+            f" case, {home}, where alone its run is written."
+        )
+    inputs = stage.case.inputs()
+    return Output(stage.file, "run", stage.case.path, inputs, option=key).checked()

@@ -28,6 +28,7 @@ from hydrosim.documents.layers import read_case
 from hydrosim.documents.units import problem
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
+from hydrosim.outputs import Output
 from hydrosim.scene import Scene
 from hydrosim.studies.many import Progress, prepared, simulate_many
 
@@ -80,11 +81,12 @@ class StudyFile(of.Strict):
 @dataclass(frozen=True)
 class Study:
     """The ``scenes`` of a study and their ``labels``, by parameter, of each its value; what is kept
-    of the runs."""
+    of the runs; the files that are read, ``inputs``."""
 
     scenes: tuple[Scene, ...]
     labels: dict[str, list[Any]]
     kept: Kept
+    inputs: tuple[Path, ...] = ()
 
 
 def load_study(path: Path | str) -> Study:
@@ -97,10 +99,12 @@ def load_study(path: Path | str) -> Study:
     data = validated(read_case(path)[1], StudyFile)
     fixed = {"duration": data.duration, "output.step": data.output.step}
     fixed = {key: value for key, value in fixed.items() if value is not None}
-    rows, scenes = [], []
+    rows, scenes, inputs = [], [], {path: None}
     for values in product(*data.parameters.values()):
         settings = dict(zip(data.parameters, values, strict=True))
-        scene = prepared(load_case(path.parent / data.case, {**fixed, **settings}))
+        case = load_case(path.parent / data.case, {**fixed, **settings})
+        scene = prepared(case)
+        inputs |= dict.fromkeys(case.inputs())
         if data.seeds is not None and not scene.environment.waves:
             raise InputError(f"{path}: seeds: the case {data.case} has no waves; remove the key")
         for sea in [scene] if data.seeds is None else _seas(scene, data.seeds):
@@ -108,11 +112,14 @@ def load_study(path: Path | str) -> Study:
             scenes.append(sea)
     columns = zip(*rows, strict=True) if data.parameters else ()
     labels = {key: _column(c) for key, c in zip(data.parameters, columns, strict=True)}
-    return Study(tuple(scenes), labels, data.output)
+    return Study(tuple(scenes), labels, data.output, (*inputs,))
 
 
 def run_study(
-    study: Study, output: Path, workers: int | None = None, progress: Progress | None = None
+    study: Study,
+    output: Path | Output,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Run a study into the file ``output``, see `simulate_many`."""
     return simulate_many(

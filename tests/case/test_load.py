@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from moored_barge import ROOT
 
 from hydrosim.case import Case, load_case
 from hydrosim.case.resolve import resolved
@@ -344,3 +345,12 @@ class TestExtends:
 def test_infinite_is_a_word(load: Load) -> None:
     text = BLOCK + "environment: {water_depth: infinite}"
     assert load(text).scene().environment.water_depth == math.inf
+
+
+def test_the_files_that_a_case_reads() -> None:
+    """Whatever a case names and is there: no key has to be known for that."""
+    case = load_case(ROOT / "cases" / "one_dimensional" / "base.yaml")
+    names = {path.name for path in case.inputs()}
+    assert {"base.yaml", "no_friction.yaml"} <= names
+    wet = load_case(ROOT / "cases" / "reverse_float_over" / "base.yaml")
+    assert {path.name for path in wet.inputs()} == {"base.yaml", "h851.nc"}

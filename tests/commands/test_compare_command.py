@@ -159,9 +159,9 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
         (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
-        (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc would write over a file"),
-        (("compare", "run.nc", "test.csv", "-o", "x.png"), "x.png would write over a file"),
-        (("record", "run.nc", "-o", "run.nc"), "run.nc would write over a file"),
+        (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc is read here"),
+        (("compare", "run.nc", "test.csv", "-o", "x.png"), "expected a name that ends in .nc"),
+        (("record", "run.nc", "-o", "run.nc"), "run.nc is read here"),
         (("record", "run.nc", "-o", "x.txt", "--channels", "pos"), "--channels: found pos; expec"),
         (
             ("record", "run.nc", "-o", "x.txt", "--step", "0"),

@@ -166,7 +166,7 @@ class TestConvert:
         before = files(folder)
         result = db("convert", "h851.nc", out)
         assert (result.code, result.out) == (2, "")
-        assert "is what is converted; expected another name" in result.err
+        assert "is read here" in result.err or "is a link" in result.err
         assert files(folder) == before
 
     def test_bemio_and_back(self, db: Command) -> None:
@@ -190,7 +190,7 @@ class TestConvert:
         place = ("--reference-point", "0, 0, -4.9", "--symmetric")
         for name in ("there", "there.3"):  # any name of the set
             assert db("check", name, *known, *place).code == 0
-            assert db("convert", name, "back.nc", *known, *place).code == 0
+            assert db("convert", name, "back.nc", "--overwrite", *known, *place).code == 0
             back, barge = read("back.nc"), read("h851.nc")
             for array in ("added_mass", "radiation_damping", "excitation"):
                 there = getattr(barge, array)

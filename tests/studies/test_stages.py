@@ -183,7 +183,7 @@ def test_the_one_dimensional_model_crawls_as_the_barge(
     for folder in ("cases", "hydro_db"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=RUNS)
     run = hs.simulate(hs.load_case(tmp_path / "cases" / "one_dimensional" / "base.yaml"))
-    assert (tmp_path / "cases" / "one_dimensional" / "no_friction.nc").is_file()
+    assert (tmp_path / "cases" / "reverse_float_over" / "no_friction.nc").is_file()
     for time in (1000.0, 2000.0):
         here, there = (
             float(x.position.sel(time=time, body="barge", dof="surge")) for x in (run, base_run)

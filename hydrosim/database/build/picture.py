@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS
+from hydrosim.outputs import Output, save_picture
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
 QTFS = (0, 1, 2, 5)  # surge, sway, heave, yaw
 
 
-def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
-    """Write the picture of ``db`` and its hull ``panels`` (n, 4, 3) to ``path``."""
+def draw(db: HydroDatabase, panels: np.ndarray, output: Path | Output) -> None:
+    """Write the picture of ``db`` and its hull ``panels`` (n, 4, 3)."""
     figure = Figure(figsize=(12, 15), layout="constrained")
     grid = figure.add_gridspec(5, 2, height_ratios=[1, 0.35, 1, 1, 1])
     _draw_panels(figure.add_subplot(grid[0, :]), panels, (0, 1), "bottom")
@@ -34,18 +35,18 @@ def draw(db: HydroDatabase, panels: np.ndarray, path: Path) -> None:
         axis.legend(fontsize="small")
     axes[2][1].legend(fontsize="small", loc="center right", bbox_to_anchor=(1, 0.6))  # in between
     figure.suptitle(db.attributes["title"])
-    figure.savefig(path, dpi=100)
+    save_picture(figure, output, dpi=100)
 
 
-def draw_qtf(db: HydroDatabase, path: Path) -> None:
-    """Write to ``path`` the magnitudes of the difference-frequency QTFs over both frequencies, for
+def draw_qtf(db: HydroDatabase, output: Path | Output) -> None:
+    """Write a picture of the magnitudes of the difference-frequency QTFs over both frequencies, for
     each DOF in the waves where it is largest."""
     figure = Figure(figsize=(11, 9.5), layout="constrained")
     largest = np.abs(needed(db, "qtf_difference")).max(axis=(1, 2)).argmax(axis=0)
     for axis, dof in zip(figure.subplots(2, 2).flat, QTFS, strict=True):
         _draw_transfer(axis, db, int(largest[dof]), dof)
     figure.suptitle(f"{db.attributes['title']}: difference-frequency QTFs")
-    figure.savefig(path, dpi=100)
+    save_picture(figure, output, dpi=100)
 
 
 def _draw_transfer(axis: Axes, db: HydroDatabase, pair: int, dof: int) -> None:

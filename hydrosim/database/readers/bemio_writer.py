@@ -33,6 +33,7 @@ def write(db: HydroDatabase, path: Path) -> None:
         )
     with h5py.File(path, "w") as file:
         file["bem_data/code"] = np.bytes_(db.attributes.get("program", "hydrosim"))
+        file.attrs["history"] = db.attributes.get("history", "")
         _write_parameters(db, file.create_group("simulation_parameters"))
         for body in range(db.bodies):
             group = file.create_group(f"body{body + 1}")

@@ -27,18 +27,20 @@ def write(db: HydroDatabase, stem: Path) -> None:
     weight = db.water_density * db.gravity
     for suffix, loads in ((".3", db.excitation), (".3fk", db.froude_krylov)):
         if loads is not None:
-            _write(stem, suffix, _load_rows(loads, weight, period, _degrees(db.heading)[:, None]))
+            _write(
+                db, stem, suffix, _load_rows(loads, weight, period, _degrees(db.heading)[:, None])
+            )
     if db.mean_drift is not None:
         both = np.repeat(_degrees(db.heading)[:, None], 2, axis=1)
         rows = _load_rows(db.mean_drift.astype(complex), weight, period, both)
-        _write(stem, ".9", rows)
+        _write(db, stem, ".9", rows)
         if db.bodies == 1:
-            _write(stem, ".8", [row for row in rows if row[3] in (1, 2, 6)])
+            _write(db, stem, ".8", [row for row in rows if row[3] in (1, 2, 6)])
     for suffix, transfer in ((".12d", db.qtf_difference), (".12s", db.qtf_sum)):
         if transfer is not None:
-            _write(stem, suffix, _transfer_rows(db, transfer))
+            _write(db, stem, suffix, _transfer_rows(db, transfer))
     if db.hydrostatic_stiffness is not None:
-        _write(stem, ".hst", _matrix_rows([], quotient(db.hydrostatic_stiffness, weight)))
+        _write(db, stem, ".hst", _matrix_rows([], quotient(db.hydrostatic_stiffness, weight)))
     _write_bodies(db, stem)
 
 
@@ -51,7 +53,7 @@ def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
     damping = quotient(db.radiation_damping, db.water_density * db.frequency[:, None, None])
     for T, A, B in zip(period, mass, damping, strict=True):
         rows += _matrix_rows([T], A, B)
-    _write(stem, ".1", rows)
+    _write(db, stem, ".1", rows)
 
 
 def _write_bodies(db: HydroDatabase, stem: Path) -> None:
@@ -74,7 +76,7 @@ def _write_bodies(db: HydroDatabase, stem: Path) -> None:
     if db.inertia_matrix is not None:
         lines += ["", " Normalized mass matrix:", "     I     J     MASS(I,J)/RHO"]
         lines += _lines(_matrix_rows([], quotient(db.inertia_matrix, db.water_density)))
-    _save(stem, ".mmx", lines)
+    _save(db, stem, ".mmx", lines)
 
 
 def _difference(point: Real, origin: Real) -> Real:
@@ -132,12 +134,13 @@ def _lines(rows: list[list[float | int]]) -> list[str]:
     return ["".join(f"{x:6d}" if isinstance(x, int) else _NUMBER % x for x in r) for r in rows]
 
 
-def _write(stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
-    _save(stem, suffix, _lines(rows))
+def _write(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
+    _save(db, stem, suffix, _lines(rows))
 
 
-def _save(stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
+def _save(db: HydroDatabase, stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
     """With a heading as WAMIT's files have."""
     path = stem.with_name(stem.name + suffix)
-    title = f" WAMIT Numeric Output -- Filename {path.name}, written by hydrosim"
+    by = db.attributes.get("history", "hydrosim")
+    title = f" WAMIT Numeric Output -- Filename {path.name}, written by {by}"
     path.write_text("\n".join([title, *lines, ""]), encoding="utf-8")

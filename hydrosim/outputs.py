@@ -1,0 +1,221 @@
+"""Files that are written: which may be replaced, and how they come to be, whole or not at all.
+
+A file says in itself what it is and what it was made of, "hydrosim 0.1.0: run of [../base.yaml]":
+netCDF and HDF5 in the attribute ``history``, pictures and pages in their metadata, text in its
+heading. Paths begin at the folder of the file. Whoever makes the same again replaces it; all else
+that exists stays, unless the user says otherwise; what is no plain file, or is read, stays.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from shutil import disk_usage
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, NoReturn
+from urllib.parse import quote
+
+from hydrosim.errors import InputError, WritingError
+from hydrosim.interrupts import undisturbed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MARK = re.compile(rb"hydrosim [^\s:]+: ([a-z -]+ of \[[\w.~/%-]+\])")
+SEEN = 65536  # bytes at both ends of a file, of which one holds the mark
+HDF5 = b"\x89HDF\r\n\x1a\n"
+KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
+
+
+def program_version() -> str:
+    """Version of the installed package."""
+    try:
+        return version("hydrosim")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+@dataclass(frozen=True)
+class Output:
+    """A file to be written at ``path``: ``what`` it is ("run") of which file, its ``origin``.
+
+    ``inputs`` are files that are read and must stay. ``option`` begins messages: it says who has
+    chosen the path.
+    """
+
+    path: Path
+    what: str
+    origin: Path
+    inputs: tuple[Path, ...] = ()
+    overwrite: bool = False
+    option: str = "--output"
+
+    @property
+    def mark(self) -> str:
+        """What the file says of itself."""
+        return f"hydrosim {program_version()}: {self._content}"
+
+    @property
+    def _content(self) -> str:
+        origin = os.path.relpath(self.origin.resolve(), self.path.parent.resolve())
+        return f"{self.what} of [{quote(Path(origin).as_posix())}]"
+
+    def at(self, path: Path, what: str | None = None) -> Output:
+        """Another file of the same origin."""
+        return replace(self, path=path, what=what or self.what)
+
+    def checked(self) -> Output:
+        """Itself; raises InputError if it cannot be written or must not be replaced."""
+        path, folder = self.path, self.path.parent
+        if not folder.is_dir():
+            self._refuse(f"there is no folder {folder}; make it first")
+        if not os.access(folder, os.W_OK):
+            self._refuse(f"the folder {folder} cannot be written to")
+        try:
+            kind = stat.S_IFMT(path.lstat().st_mode)
+        except FileNotFoundError:
+            return self
+        except OSError as error:
+            self._refuse(f"{path}: {error.strerror}")
+        if kind != stat.S_IFREG:
+            other = KINDS.get(kind, "a device or a socket")
+            self._refuse(f"{path} is {other}, which is never replaced; expected a file")
+        if not os.access(path, os.W_OK):
+            self._refuse(f"{path} is protected from writing; expected another name")
+        if self.reads_itself():
+            self._refuse(f"{path} is read here and would be written over; expected another name")
+        if not self.overwrite and content(path) != self._content:
+            found = content(path)
+            there = f"the {found}" if found else "no result of this program"
+            self._refuse(
+                f"{path} exists and is {there}; expected a new name, or that of an earlier"
+                f" {self._content}. Give another name, or --overwrite to replace it"
+            )
+        return self
+
+    def reads_itself(self) -> bool:
+        """Whether it is one of its inputs."""
+        return any(_same(self.path, file) for file in self.inputs)
+
+    def aside(self) -> Output:
+        """Where it goes if what stands there is better: to a name of its own that is free, or an
+        earlier one of that name."""
+        names = (f"{self.path.stem}.failed{k}{self.path.suffix}" for k in ("", *range(2, 100)))
+        for name in names:
+            with suppress(InputError):
+                return replace(self.at(self.path.with_name(name)), overwrite=False).checked()
+        return self.checked()
+
+    def settled(self) -> Output:
+        """Itself, or `aside` if something has come there that must not be replaced."""
+        try:
+            return self.checked()
+        except InputError:
+            return self.aside()
+
+    @contextmanager
+    def written(self) -> Iterator[Path]:
+        """A path to write to; what is there afterwards, with all files beside it, appears under its
+        name. Signals that would end the program wait. Raises WritingError if it cannot be written:
+        what was there then stays."""
+        try:
+            with (
+                undisturbed(),
+                TemporaryDirectory(dir=self.path.parent, prefix=".hydrosim-") as room,
+            ):
+                yield Path(room, self.path.name)
+                parts = sorted(Path(room).iterdir())
+                outputs = [self.at(self.path.parent / part.name).checked() for part in parts]
+                for part in parts:
+                    _to_disk(part)
+                for part, output in zip(parts, outputs, strict=True):
+                    part.replace(output.path)
+        except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
+            raise WritingError(
+                f"{self.path}: cannot be written ({reason(error, self.path)})."
+            ) from None
+
+    def _refuse(self, text: str) -> NoReturn:
+        raise InputError(f"{self.option}: {text}.")
+
+
+def as_output(target: Path | str | Output, what: str) -> Output:
+    """What a caller from Python gives, a path or an output: a path holds ``what`` it held."""
+    if isinstance(target, Output):
+        return target
+    return Output(Path(target), what, Path(target), option="output").checked()
+
+
+def content(path: Path) -> str | None:
+    """What a file says that it is: "run of [base.yaml]"; None if no hydrosim has made it."""
+    try:
+        with path.open("rb") as file:
+            ends = file.read(SEEN)
+            hdf5 = ends.startswith(HDF5)
+            if not hdf5 and path.stat().st_size > SEEN:
+                file.seek(max(SEEN, path.stat().st_size - SEEN))
+                ends += file.read()
+    except OSError:
+        return None
+    found = MARK.fullmatch(_history(path)) if hdf5 else MARK.search(ends)
+    return found[1].decode() if found else None
+
+
+def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
+    """Write a figure of matplotlib in the format of the suffix; its path."""
+    output = as_output(target, "picture")
+    key = "Software" if output.path.suffix == ".png" else "Creator"
+    with output.written() as path:
+        figure.savefig(path, metadata={key: output.mark}, **options)
+    return output.path
+
+
+def reason(error: Exception, path: Path) -> str:
+    """Why a file cannot be written, and how much room there is where it is to be."""
+    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    with suppress(OSError):
+        text += f"; {disk_usage(path.parent).free / 1e6:,.0f} MB are free there"
+    return text
+
+
+def files_named(values: object, folder: Path) -> Iterator[Path]:
+    """The files that any text in nested ``values`` names, from ``folder`` on."""
+    if isinstance(values, str | Path):
+        with suppress(OSError, ValueError):
+            if (path := folder / values).is_file():
+                yield path
+    elif isinstance(values, dict):
+        for value in values.values():
+            yield from files_named(value, folder)
+    elif isinstance(values, Iterable):
+        for value in values:
+            yield from files_named(value, folder)
+
+
+def _history(path: Path) -> bytes:
+    """The attribute of a netCDF or HDF5 file; nothing if it cannot be read."""
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(path) as file:
+            return str(getattr(file, "history", "")).encode()
+    except (OSError, RuntimeError, AttributeError):
+        return b""
+
+
+def _same(one: Path, other: Path) -> bool:
+    with suppress(OSError):
+        return one.samefile(other)
+    return False
+
+
+def _to_disk(path: Path) -> None:
+    """Waits until the file is on the disk, so that a disk that is full says so now."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())

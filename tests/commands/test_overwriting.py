@@ -1,0 +1,174 @@
+"""What commands may write over: earlier results of the same, and nothing else unasked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from command_line import Command, command, files
+
+from hydrosim.outputs import content
+
+BLOCK = """\
+title: Swinging block
+duration: 20 s
+bodies:
+  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
+forces:
+  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
+solver: {step: 0.02 s, linear: step}
+output: {step: 0.1 s}
+"""
+STAGED = BLOCK.replace(
+    "forces:\n",
+    "forces:\n  push: {type: applied_force, body: block, force: {surge:"
+    " {file: FILE, case: first.yaml, column: force_spring.surge}}}\n",
+)
+TURNING = """\
+title: Turning over
+duration: 20 s
+bodies:
+  block:
+    mass: 2 kg
+    radii_of_gyration: [1, 1, 1]
+    dofs: [pitch]
+    initial: {velocity: [0, 0, 0, 0, SPEED, 0]}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    here = tmp_path / "above" / "here"
+    here.mkdir(parents=True)
+    monkeypatch.chdir(here)
+    Path("block.yaml").write_text(BLOCK)
+    return tmp_path
+
+
+@pytest.fixture
+def hydrosim(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    return command(monkeypatch, capsys)
+
+
+def refused(hydrosim: Command, folder: Path, *arguments: object) -> str:
+    """What is said; nothing is changed on the disk."""
+    before = files(folder)
+    result = hydrosim(*arguments)
+    assert (result.code, result.out) == (2, "")
+    assert files(folder) == before
+    return result.err
+
+
+def test_a_command_again_and_again(hydrosim: Command, folder: Path) -> None:
+    names = None
+    for _ in range(3):
+        for arguments in (
+            ("run", "block.yaml", "--plot"),
+            ("linear", "block.yaml", "--periods", "5,6", "--headings", "0"),
+            ("statistics", "block.nc"),
+            ("record", "block.nc", "-o", "block.txt"),
+            ("compare", "block.nc", "block.txt"),
+        ):
+            assert hydrosim(*arguments).code == 0, arguments
+        assert names in (None, {*files(folder)})
+        names = {*files(folder)}
+
+
+@pytest.mark.parametrize("name", ["first.nc", "../../x.nc", "../other.nc", "there.nc"])
+def test_a_case_file_makes_no_file_elsewhere(hydrosim: Command, folder: Path, name: str) -> None:
+    """Not of another folder than its own stage's, not of another's, and never over another."""
+    Path("first.yaml").write_text(BLOCK)
+    Path("second.yaml").write_text(STAGED.replace("FILE", name))
+    for other in ("../../x.nc", "there.nc"):
+        Path(other).write_text("a letter")
+    if name == "first.nc":
+        assert hydrosim("run", "second.yaml").code == 0
+        assert content(Path("first.nc")) == "run of [first.yaml]"
+        return
+    said = refused(hydrosim, folder, "run", "second.yaml")
+    assert f"file: {Path(name).name} (a run of first.yaml)" in said
+
+
+def test_a_result_is_not_put_on_its_database(hydrosim: Command, folder: Path) -> None:
+    """Without --output the result has another name where the case reads that of its own."""
+    hydrosim("run", "block.yaml", "-o", "again.nc")
+    Path("again.yaml").write_text(BLOCK + "initial: {run: again.nc}\n")
+    result = hydrosim("run", "again.yaml")
+    assert result.code == 0
+    assert "again.nc is read here: the result goes to again_run.nc" in result.err
+    assert content(Path("again.nc")) == "run of [block.yaml]"
+    for more in ((), ("--overwrite",)):
+        said = refused(hydrosim, folder, "run", "again.yaml", "-o", "again.nc", *more)
+        assert "again.nc is read here" in said
+
+
+def letter() -> None:
+    Path("x.nc").write_text("a letter")
+
+
+def link() -> None:
+    Path("y.nc").write_text("a letter")
+    Path("x.nc").symlink_to("y.nc")
+
+
+def another_run(hydrosim: Command) -> None:
+    Path("other.yaml").write_text(BLOCK)
+    hydrosim("run", "other.yaml", "-o", "x.nc")
+
+
+@pytest.mark.parametrize(
+    ("make", "words", "overwritten"),
+    [
+        (letter, "is no result of this program", True),
+        (link, "x.nc is a link, which is never replaced", False),
+        (lambda: os.mkfifo("x.nc"), "x.nc is a pipe", False),
+    ],
+)
+@pytest.mark.parametrize("name", ["run", "converge"])
+def test_what_is_there_stays(
+    hydrosim: Command,
+    folder: Path,
+    name: str,
+    make: Callable[[], None],
+    words: str,
+    overwritten: bool,
+) -> None:
+    make()
+    assert words in refused(hydrosim, folder, name, "block.yaml", "-o", "x.nc")
+    if not overwritten:
+        refused(hydrosim, folder, name, "block.yaml", "-o", "x.nc", "--overwrite")
+    elif name != "converge":
+        assert hydrosim(name, "block.yaml", "-o", "x.nc", "--overwrite").code == 0
+
+
+def test_the_run_of_another_case_stays(hydrosim: Command, folder: Path) -> None:
+    another_run(hydrosim)
+    said = refused(hydrosim, folder, "run", "block.yaml", "-o", "x.nc")
+    assert "x.nc exists and is the run of [other.yaml]; expected a new name" in said
+    assert "--overwrite" in said
+    Path("block.png").write_text("a picture")
+    assert "block.png exists" in refused(hydrosim, folder, "run", "block.yaml", "--plot")
+    for device in ("/dev/null", "/dev/full"):
+        assert "ends in .nc" in refused(hydrosim, folder, "run", "block.yaml", "-o", device)
+        said = refused(hydrosim, folder, "record", "x.nc", "-o", device, "--overwrite")
+        assert "is a device" in said
+
+
+def test_a_failed_run_leaves_a_complete_one(hydrosim: Command, folder: Path) -> None:
+    case = Path("turning.yaml")
+    case.write_text(TURNING.replace("SPEED", "0"))
+    assert hydrosim("run", case).code == 0
+    whole = Path("turning.nc").read_bytes()
+    case.write_text(TURNING.replace("SPEED", "1"))
+    for _ in range(2):
+        result = hydrosim("run", case)
+        assert result.code == 3
+        assert "turning.failed.nc" in result.out
+        assert Path("turning.nc").read_bytes() == whole
+    assert xr.load_dataset("turning.failed.nc").attrs["status"] == "failed"
+    assert len(files(folder)) == 4

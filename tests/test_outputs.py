@@ -1,0 +1,151 @@
+"""Which files may be replaced, and that they come whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import hydrosim as hs
+from hydrosim.errors import WritingError
+from hydrosim.outputs import Output, content, save_picture
+from hydrosim.results.output import write
+
+CASE = "sub/a case (\u00fc).yaml"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("sub").mkdir()
+    Path(CASE).write_text("title: x\n")
+    return tmp_path
+
+
+def output(path: str, **changes: object) -> Output:
+    known: dict = {"path": Path(path), "what": "run", "origin": Path(CASE), **changes}
+    return Output(**known)
+
+
+def write_text(made: Output, text: str = "") -> None:
+    with made.written() as path:
+        path.write_text(f"# {made.mark}\n{text}")
+
+
+def drawn(made: Output) -> None:
+    figure = Figure()
+    figure.subplots().plot([1, 2])
+    save_picture(figure, made)
+
+
+WRITERS: dict[str, Callable[[Output], object]] = {
+    "x.nc": lambda made: write(xr.Dataset({"a": 1.0}), made),
+    "x.png": drawn,
+    "x.svg": drawn,
+    "x.pdf": drawn,
+    "x.txt": write_text,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_is_made_again_is_replaced(folder: Path, name: str) -> None:
+    """Known by what it says of itself, wherever the program is called from; nobody else's."""
+    made = output(name)
+    assert made.checked() is made
+    WRITERS[name](made)
+    assert content(made.path) == "run of [sub/a%20case%20%28%C3%BC%29.yaml]"
+    os.chdir("sub")
+    again = Output(Path("..") / name, "run", Path(Path(CASE).name))
+    WRITERS[name](again.checked())
+    os.chdir("..")
+    other = {"origin": Path("other.yaml")}, {"what": "sweep"}
+    for change in other:
+        with pytest.raises(hs.InputError, match=r"exists and is the run of .*--overwrite"):
+            output(name, **change).checked()
+        assert output(name, overwrite=True, **change).checked()
+    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+
+def made_by_hand(kind: str) -> None:
+    match kind:
+        case "file":
+            Path("x.nc").write_bytes(b"\x89HDF\r\n\x1a\n and noise")
+        case "link":
+            Path("x.nc").symlink_to("kept.nc")
+            Path("kept.nc").write_text("kept")
+        case "pipe":
+            os.mkfifo("x.nc")
+        case "directory":
+            Path("x.nc").mkdir()
+        case "input":
+            Path("x.nc").write_text("kept")
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "directory", "input"])
+def test_what_is_never_replaced(folder: Path, kind: str) -> None:
+    made_by_hand(kind)
+    before = os.lstat("x.nc")
+    for overwrite in (False, True):
+        with pytest.raises(hs.InputError, match=r"x\.nc is"):
+            output("x.nc", inputs=(Path("x.nc"),), overwrite=overwrite).checked()
+    with pytest.raises(hs.InputError):
+        write_text(output("x.nc", inputs=(Path("x.nc"),), overwrite=True))
+    assert os.lstat("x.nc") == before
+    with pytest.raises(hs.InputError, match="/dev/null is a device"):
+        Output(Path("/dev/null"), "run", Path(CASE), overwrite=True).checked()
+
+
+def test_what_others_made_is_replaced_if_asked(folder: Path) -> None:
+    made_by_hand("file")
+    with pytest.raises(hs.InputError, match="is no result of this program"):
+        output("x.nc").checked()
+    write_text(output("x.nc", overwrite=True))
+    assert content(Path("x.nc"))
+
+
+def test_a_run_that_failed_stands_aside(folder: Path) -> None:
+    Path("x.failed.nc").write_text("somebody's")
+    aside = output("x.nc").aside()
+    assert aside.path == Path("x.failed2.nc")
+    write_text(aside)
+    assert output("x.nc").aside().path == Path("x.failed2.nc")
+    Path("x.nc").write_text("came meanwhile")
+    assert output("x.nc").settled().path == Path("x.failed2.nc")
+
+
+def test_a_writer_that_fails_leaves_what_was_there(folder: Path) -> None:
+    write_text(output("x.txt"), "before")
+    before = Path("x.txt").read_text()
+
+    def fill(path: Path) -> None:
+        path.write_text("half")
+        raise OSError("no room")
+
+    said = r"x\.txt: cannot be written \(no room; .* MB are free"
+    with pytest.raises(WritingError, match=said), output("x.txt").written() as path:
+        fill(path)
+    assert Path("x.txt").read_text() == before
+    assert sorted(os.listdir()) == ["sub", "x.txt"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def hit(path: Path) -> None:
+        signal.raise_signal(number)
+        path.write_text("whole")
+
+    before = signal.signal(number, interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt), output("x.txt").written() as path:
+            hit(path)
+    finally:
+        signal.signal(number, before)
+    assert Path("x.txt").read_text() == "whole"
