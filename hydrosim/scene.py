@@ -486,6 +486,7 @@ class Question(StrEnum):
     STEEPNESS = "steepness"
     RAMP = "ramp"
     STEP = "step"
+    RANGE = "range"
 
 
 @dataclass(frozen=True)

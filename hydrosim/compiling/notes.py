@@ -14,18 +14,18 @@ from hydrosim.compiling.meetings import (
     said_of_waves,
 )
 from hydrosim.compiling.memory_errors import MemoryErrors
+from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
-from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.results.names import dofs_of
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import Components, components, energy_outside, separate_headings
+from hydrosim.waves import Components, components, outside, separate_headings
 
 Seas = Sequence[Components]
-OUTSIDE_WARNED, OUTSIDE_REFUSED = 1e-3, 0.01  # shares of a sea's energy beyond a database's range
+OUTSIDE_WARNED = 1e-3  # share of a sea's energy, or of its loads', beyond a database's frequencies
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,7 @@ class Notes:
 def notes_of_sea(
     scene: Scene, wet: Sequence[WetGroup], model: Model, seas: Seas, notes: Notes
 ) -> Notes:
-    """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``.
-
-    Raises InputError where a sea is mostly beyond a database's frequencies.
-    """
+    """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
     alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
     for body in scene.bodies:
         if body.name in alone and body.dofs:
@@ -92,26 +89,12 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
 
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """Energy of the whole sea beyond a database's frequencies, where first-order loads are zero.
-
-    Raises InputError if it is too much.
-    """
-    frequency = db.frequency
-    if not (seas and body.wave_forces.first_order):
-        return
-    energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
-    outside = np.average([sum(energy_outside(waves, frequency)) for waves in seas], weights=energy)
-    text = (
-        f"{outside:.1%} of the waves' energy is outside the frequencies of the database of"
-        f" {body.name}, {frequency[0]:.3g} to {frequency[-1]:.3g} rad/s"
-    )
-    if outside > OUTSIDE_REFUSED:
-        raise InputError(
-            f"environment.waves: {text}; expected at most {OUTSIDE_REFUSED:.0%}. Use a database"
-            " with a wider range, or other waves."
-        )
-    if outside > OUTSIDE_WARNED:
-        yield f"{text}: no first-order loads there."
+    """Waves beyond a database's frequencies whose first-order loads would count; of more of them
+    than that is asked, see `questions.ranges`."""
+    if seas and body.wave_forces.first_order:
+        found = outside(db, seas)
+        if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
+            yield f"environment.waves: {said_of_outside(found, body, db)}: no loads there."
 
 
 def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
@@ -164,6 +147,10 @@ def _skipped(
             yield f"{body.name}: {', '.join(locked)} locked, not in the state"
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
+        elif seas and body.wave_forces.first_order:
+            found = outside(wet[body.name], seas)
+            if found.below + found.above > OUTSIDE_WARNED:
+                yield f"{said_of_outside(found, body, wet[body.name])}: no first-order loads there"
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
         for i in model.bodies.active

@@ -6,6 +6,7 @@ from hydrosim.waves.components import Components, check_span, components, energy
 from hydrosim.waves.elevation import elevation_at, elevations
 from hydrosim.waves.following import following_model
 from hydrosim.waves.loads import WaveLoads, wave_loads
+from hydrosim.waves.outside import Outside, outside
 from hydrosim.waves.places import (
     chosen_places,
     grid_step,

@@ -132,7 +132,7 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("question", Question)
+@pytest.mark.parametrize("question", ODD)
 def test_an_odd_value_is_asked_about_once_and_not_if_it_is_accepted(question: Question) -> None:
     scene, found = ODD[question]
     (text,) = [text for text in warnings(scene) if text.endswith(f"accept: [{question}].")]
@@ -141,7 +141,7 @@ def test_an_odd_value_is_asked_about_once_and_not_if_it_is_accepted(question: Qu
 
 
 def test_every_question_has_a_function_and_an_example() -> None:
-    assert set(QUESTIONS) == set(Question) == set(ODD)
+    assert set(QUESTIONS) == set(Question) == {*ODD, Question.RANGE}
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: f"{path.parent.name}/{path.stem}")
@@ -159,6 +159,18 @@ def test_a_mass_that_cannot_float_is_refused_unless_accepted(ratio: float) -> No
         compile_scene(scene)
     accepted = replace(scene, accept=(Question.MASS,))
     assert not [text for text in warnings(accepted) if "displaces" in text]
+
+
+def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:
+    """Short waves that load the barge with nothing; a sea of 5 s, of which 5 per cent are outside,
+    with a thousandth of the loads, is none."""
+    short = in_sea(Jonswap(0.2, 2.5))
+    with pytest.raises(InputError, match=r"environment\.waves: found .*accept: \[range\]"):
+        compile_scene(short)
+    accepted = compile_scene(replace(short, accept=(Question.RANGE,)))
+    assert any("of the energy of its loads" in text for text in accepted.notes.skipped)
+    usable = compile_scene(in_sea(Jonswap(0.5, 5.0))).notes
+    assert any("4.9% of the waves' energy outside" in text for text in usable.skipped)
 
 
 def test_a_lift_of_more_than_the_weight_is_refused() -> None:

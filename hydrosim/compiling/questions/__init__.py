@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from hydrosim.compiling.questions import bodies, elements, starts, waters
+from hydrosim.compiling.questions import bodies, elements, ranges, starts, waters
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.errors import InputError
 from hydrosim.scene import Question
@@ -34,6 +34,7 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.STEEPNESS: waters.steepness,
     Question.RAMP: waters.ramp,
     Question.STEP: waters.step,
+    Question.RANGE: ranges.ranges,
 }
 
 

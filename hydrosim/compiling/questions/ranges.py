@@ -1,0 +1,41 @@
+"""Questions about waves that a database does not reach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.database import HydroDatabase
+from hydrosim.scene import Body
+from hydrosim.waves import Outside, outside
+
+OUTSIDE_REFUSED = (
+    0.01  # share of the energy of the loads, or of the waves where those are not known
+)
+
+
+def ranges(about: About) -> Iterator[Doubt]:
+    """Seas of which too much is outside the frequencies of a database."""
+    for _, body, db in about.wet():
+        if about.sea and body.wave_forces.first_order:
+            found = outside(db, about.sea)
+            if found.share > OUTSIDE_REFUSED:
+                usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of what loads it"
+                advice = (
+                    "Waves there have no first-order loads. Use a database with a wider range, or"
+                    " other waves."
+                )
+                found_in_words = said_of_outside(found, body, db)
+                yield Doubt("environment.waves", found_in_words, usual, advice, refused=True)
+
+
+def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:
+    """What of a sea is outside the frequencies of the database of a body, in words."""
+    low, high = db.frequency[[0, -1]]
+    text = (
+        f"{found.below + found.above:.1%} of the waves' energy outside the frequencies of the"
+        f" database of {body.name}, {low:.3g} to {high:.3g} rad/s"
+    )
+    if found.loads is None or found.above == 0.0:
+        return text
+    return f"{text}, and there about {found.below + found.loads:.2g} of the energy of its loads"

@@ -1,0 +1,81 @@
+"""What waves outside the frequencies of a database would do, which do nothing in a run.
+
+Short waves are thrown back by the walls that they meet and reach as deep as they are long, so that
+loads fall as w^-2, or faster where the hull has no walls: the pressure 2 rho g a e^(k z) adds up to
+2 rho g a / k. Where the mean square over all headings falls like that at the end of the band, that
+of the waves above it is known well enough to say what is left out. Of one wave to one heading it is
+not: loads of the ends and corners of a hull add up or cancel by turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from hydrosim.waves.components import Components, energy_outside
+
+BAND = 0.3  # part of the band, at its end, on which the fall of the loads is seen
+FEWEST = 4  # frequencies there
+FALL = -2.0  # power of the frequency with which loads fall
+RISEN = 4.0  # of the mean square times w^4, from the first to the second half: no fall
+
+
+class Loads(Protocol):
+    """What this module reads of a database, see `transfer.TransferFunctions`."""
+
+    @property
+    def frequency(self) -> np.ndarray: ...
+    @property
+    def excitation(self) -> np.ndarray: ...
+
+
+class Outside(NamedTuple):
+    """Shares of the energy of a sea's ``waves`` below and above a database's frequencies, and of
+    the first-order ``loads`` that would be above: of forces or of moments, of which it is more, and
+    None where loads do not fall as they should."""
+
+    below: float
+    above: float
+    loads: float | None
+
+    @property
+    def share(self) -> float:
+        """What is left out: of the loads above and the waves below, or else of all waves."""
+        return self.below + (self.above if self.loads is None else self.loads)
+
+
+def outside(database: Loads, seas: Sequence[Components]) -> Outside:
+    """What of the ``seas`` is outside the frequencies of the database."""
+    energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
+    shares = [energy_outside(waves, database.frequency) for waves in seas]
+    below, above = np.average(shares, axis=0, weights=energy)
+    return Outside(float(below), float(above), _loads_above(database, seas))
+
+
+def _loads_above(database: Loads, seas: Sequence[Components]) -> float | None:
+    w, last = database.frequency, database.frequency[-1]
+    size = _mean_squares(database)
+    levelled = size * (w[:, None] / last) ** (-2.0 * FALL)
+    first = (w > (1.0 - BAND) * last) & (w <= (1.0 - BAND / 2) * last)
+    second = w > (1.0 - BAND / 2) * last
+    if min(first.sum(), second.sum()) < FEWEST // 2:
+        return None
+    level = levelled[second].mean(axis=0)
+    if np.any(level > RISEN * levelled[first].mean(axis=0)):
+        return None
+    inside, beyond = np.zeros(2), np.zeros(2)
+    for waves in seas:
+        energy, above = waves.amplitude**2, waves.omega > last
+        at = [np.interp(waves.omega[~above], w, column) for column in size.T]
+        inside += np.array(at) @ energy[~above]
+        beyond += level * np.sum(energy[above] * (waves.omega[above] / last) ** (2.0 * FALL))
+    whole = inside + beyond
+    return float(np.divide(beyond, whole, out=np.zeros(2), where=whole > 0.0).max())
+
+
+def _mean_squares(database: Loads) -> np.ndarray:
+    """Of forces and of moments (nw, 2), over all headings."""
+    squares = np.mean(np.abs(database.excitation) ** 2, axis=1)
+    return squares.reshape(len(squares), -1, 2, 3).sum(axis=(1, 3))
