@@ -42,8 +42,8 @@ def test_energy_outside_a_database() -> None:
 
 
 def test_loads_outside_a_database() -> None:
-    """With loads as w^-2 from 0.1 rad/s on, the sea's above 1.2 rad/s are 9.9 per cent of all, by
-    hand: int w^-4 dw = (1.2^-3 - 1.5^-3) / (0.5^-3 - 1.5^-3) = 3.7 per cent."""
+    """With loads as w^-2, those of the sea above 1.2 rad/s are (1.2^-3 - 1.5^-3) / (0.5^-3 -
+    1.5^-3) of all, by int w^-4 dw."""
     share = (1.2**-3 - 1.5**-3) / (0.5**-3 - 1.5**-3)
     _, (found,) = said(0.3, -2.0)
     assert "29.9% of the waves' energy" in found

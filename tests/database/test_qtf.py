@@ -70,7 +70,7 @@ def flows(wet, afloat, frequencies, headings=(0.0,)):
     """The wetted surface and the flow round it."""
     heading = np.array(headings)
     found = [near_field.first_order(wet.body, afloat, WATER, w, heading) for w in frequencies]
-    return near_field.wetted_surface(wet.body), found
+    return near_field.wetted_surface(near_field.whole(wet.body)), found
 
 
 def mean(transfer):
@@ -78,9 +78,9 @@ def mean(transfer):
 
 
 @pytest.fixture
-def water(made_up):
-    """A database of which only the water matters."""
-    return made_up(water_density=RHO, gravity=G)
+def water():
+    """The water alone."""
+    return Water(RHO, G)
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def turned_load(sides, centre, motion) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def wetted_box():
-    return near_field.wetted_surface(box(*SIDES, CENTRE, fine=2).body)
+    return near_field.wetted_surface(near_field.whole(box(*SIDES, CENTRE, fine=2).body))
 
 
 @pytest.mark.parametrize("motion", ["heave", "roll", "pitch and heave", "all"])

@@ -12,9 +12,12 @@ from hydrosim.errors import InputError
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
+from hydrosim.database.build import bem, drift_of_each
 from hydrosim.database.build.afloat import afloat
 from hydrosim.database.build.build import build
+from hydrosim.database.build.drift import mean_drift
 from hydrosim.database.build.recipe import load_recipe
+from hydrosim.database.build.water import Water
 from hydrosim.database.netcdf import read
 
 pytestmark = pytest.mark.bem
@@ -116,6 +119,38 @@ def test_the_two_barges_are_made_of_their_recipe():
     for name in ("added_mass_infinite", "hydrostatic_stiffness", "inertia_matrix"):
         close(getattr(db, name), getattr(shipped, name), 1e-9)
     np.testing.assert_allclose(db.centre_of_buoyancy, shipped.centre_of_buoyancy)
+
+
+def test_drift_of_each_adds_up_to_that_of_all(tmp_path):
+    """By pressures on these few panels the surge and sway of both are within 15 per cent of the far
+    field's, and are brought to it; barges that are each other's image attract or repel each other
+    alike."""
+    beside = load_recipe(boxes(tmp_path, (0.0, 7.0, 0.0), (0.0, -7.0, 0.0), panels=2.5))
+    water, headings = Water(), np.radians([0.0, 30.0, 90.0])
+    floats = afloat(beside)
+    solution = bem.solve(floats.hull, water, 1.2, headings)
+    near = drift_of_each._near(floats.hull, None, water, 1.2, headings)
+    far = mean_drift(solution.kochin_diffraction, 1.2, headings, water).force
+    both = near.reshape(3, 2, 6).sum(axis=1)
+    largest = np.abs(far[:, :2]).max()
+    assert np.abs(both - far)[:, :2].max() < 0.15 * largest
+    found = drift_of_each.brought_to(near, far).reshape(3, 2, 6)
+    np.testing.assert_allclose(found.sum(axis=1)[:, :2], far[:, :2], atol=1e-9 * largest)
+    np.testing.assert_allclose(
+        found[0, 0], found[0, 1] * [1, -1, 1, -1, 1, -1], atol=0.01 * largest
+    )
+    assert abs(found[0, 0, 1]) > 0.05 * largest
+
+
+def test_drift_in_a_recipe(tmp_path):
+    """Free and held, of two in line; of waves from astern the one astern takes more."""
+    places = (25.0, 0.0, 0.0), (-25.0, 0.0, 0.0)
+    settings = ("drift=[free, held]", "headings=[0 deg, 90 deg]", "frequencies=[1.2]")
+    db = built(tmp_path, *places, settings=settings)
+    held = db.mean_drift_held
+    assert db.mean_drift.shape == held.shape == (1, 2, 12)
+    assert held[0, 0, 6] > held[0, 0, 0] > 0.0
+    np.testing.assert_allclose(held[0, 1, 1], held[0, 1, 7], rtol=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def assemble(
     excitation = rules.loads([s.excitation for s in solutions])
     moved = zip(solutions, added_mass, damping, excitation, strict=True)
     waves = {
-        Drifting.FREE: [_floating_waves(body, s, A, B, X) for s, A, B, X in moved],
+        Drifting.FREE: [floating_waves(body, s, A, B, X) for s, A, B, X in moved],
         Drifting.HELD: [s.kochin_diffraction for s in solutions],
     }
     drifts = {kind: _drifts(waves[kind], solutions, headings, water) for kind in drift}
@@ -101,7 +101,7 @@ def _drifts(
     return [mean_drift(kochin, s.frequency, headings, water) for kochin, s in pairs]
 
 
-def _floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:
+def floating_waves(body: Floating, s: Solution, A: Real, B: Real, X: Complex) -> Complex:
     """Kochin functions (headings, directions) of the body that floats free in waves."""
     w = s.frequency
     impedance = body.stiffness - w**2 * (body.inertia + A) + 1j * w * B

@@ -15,12 +15,13 @@ from hydrosim.database import HydroDatabase
 from hydrosim.database.build.afloat import Afloat, afloat, floating
 from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetry
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
-from hydrosim.database.build.drift import Real
+from hydrosim.database.build.drift import Drifting, Real
+from hydrosim.database.build.drift_of_each import drift_of_each
 from hydrosim.database.build.extrapolate import Radiation, extrapolated
 from hydrosim.database.build.far_field import by_far_field
 from hydrosim.database.build.green import SHALLOWEST
 from hydrosim.database.build.hull_keys import AnyHull, MeshHull, SphereHull
-from hydrosim.database.build.near_field import first_order_all, wetted_surface
+from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.qtf import difference_qtf
 from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
 from hydrosim.database.build.water import Water
@@ -62,6 +63,11 @@ def build(recipe: Recipe, jobs: int = 1, progress: Progress = silent) -> HydroDa
         symmetric=floats.alike,
         drift=data.drift if isinstance(data, OneBody) else (),
     )
+    if isinstance(data, SeveralBodies) and data.drift:
+        given = solutions, recipe.headings, data.drift, jobs, progress
+        drifts = drift_of_each(floats.hull, body, water, *given)
+        free, held = (drifts.get(kind) for kind in (Drifting.FREE, Drifting.HELD))
+        db = replace(db, mean_drift=free, mean_drift_held=held)
     if isinstance(data, OneBody) and data.extrapolate is not None:
         db = _extrapolated(db, recipe, data.extrapolate, water, jobs, progress)
     if isinstance(data, OneBody) and data.qtf is not None:
@@ -110,7 +116,7 @@ def _with_qtf(
     frequency, headings = np.array(wanted.frequencies), np.array(wanted.headings)
     water = Water(db.water_density, db.gravity)
     flows = first_order_all(hull, body, water, frequency, headings, jobs, progress)
-    pairs, transfer = difference_qtf(db, wetted_surface(hull.body), flows, headings)
+    pairs, transfer = difference_qtf(db, wetted_surface(whole(hull.body)), flows, headings)
     return replace(
         db,
         qtf_frequency=frequency,

@@ -52,10 +52,38 @@ class Flow(NamedTuple):
     rise: Complex
 
 
-def wetted_surface(body: cpt.FloatingBody) -> Wetted:
-    """Panels and waterline of ``body``, from its centre of mass."""
-    mesh = body.mesh.merged()
-    centre = np.asarray(body.center_of_mass)
+class Part(NamedTuple):
+    """One of several bodies: its number, its own wetted ``mesh``, and its ``centre`` (3,)."""
+
+    number: int
+    mesh: cpt.Mesh
+    centre: Real
+
+    @property
+    def dofs(self) -> slice:
+        """Its degrees of freedom among those of all."""
+        return slice(6 * self.number, 6 * self.number + 6)
+
+
+def whole(body: cpt.FloatingBody) -> Part:
+    """A body alone, about its centre of mass."""
+    return Part(0, body.mesh.merged(), np.asarray(body.center_of_mass))
+
+
+def parts_of(hull: Hull) -> list[Part]:
+    """The bodies of a hull."""
+    if len(hull.centres) == 1:
+        return [whole(hull.body)]
+    mesh, owner = hull.body.mesh.merged(), np.array(hull.owner)
+    return [
+        Part(number, mesh.extract_faces(np.flatnonzero(owner == number)), np.array(centre))
+        for number, centre in enumerate(hull.centres)
+    ]
+
+
+def wetted_surface(part: Part) -> Wetted:
+    """Panels and waterline of a body, from its centre."""
+    mesh, centre = part.mesh, part.centre
     edge_arm, edge_normal = _waterline(mesh)
     arm, edge_arm = mesh.faces_centers - centre, edge_arm - centre
     area = mesh.faces_normals * mesh.faces_areas[:, None]
@@ -71,7 +99,19 @@ def first_order(
     headings: Real,
 ) -> Flow:
     """Flow at one ``frequency`` [rad/s] for ``headings`` [rad] round a body that floats freely, or
-    is held at rest where ``floating`` is None; about its centre of mass.
+    is held at rest where ``floating`` is None; about its centre of mass."""
+    return first_order_of_each(body, [whole(body)], floating, water, frequency, headings)[0]
+
+
+def first_order_of_each(
+    body: cpt.FloatingBody,
+    parts: Sequence[Part],
+    floating: Floating | None,
+    water: Water,
+    frequency: float,
+    headings: Real,
+) -> list[Flow]:
+    """Flow round each of the ``parts`` of a ``body``, in the waves of all.
 
     Along a panel, the velocity is the difference of the potential between its corners, which has
     a fraction of the error of the sources' own velocity; across it is the hull's.
@@ -86,9 +126,13 @@ def first_order(
     motion, load = _response(floating, radiated, excitation)
     # Sources have Capytaine's time factor, so they need the conjugate motion.
     sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
-    wetted = wetted_surface(body)
-    velocity = _velocity(wetted, fixed, sources, motion)
-    return Flow(frequency, motion, load, velocity, _rise(wetted, fixed, sources, motion))
+    flows = []
+    for part in parts:
+        wetted, own = wetted_surface(part), motion[:, part.dofs]
+        velocity = _velocity(part, wetted, fixed, sources, own)
+        rise = _rise(part, wetted, fixed, sources, own)
+        flows.append(Flow(frequency, own, load[:, part.dofs], velocity, rise))
+    return flows
 
 
 def first_order_all(
@@ -149,14 +193,14 @@ def _response(
 
 
 def _velocity(
+    part: Part,
     wetted: Wetted,
     fixed: Sequence[cpt.DiffractionProblem],
     sources: Complex,
     motion: Complex,
 ) -> Complex:
     """Velocity (headings, n, 3) at the panels."""
-    problem = fixed[0]
-    mesh = problem.body.mesh.merged()
+    problem, mesh = fixed[0], part.mesh
     incident = np.conj([airy_waves_velocity(mesh.faces_centers, wave) for wave in fixed])
     corner = np.conj(_potential(problem, sources, mesh.vertices))
     hull = 1j * problem.omega * displacement(motion, wetted.arm)
@@ -175,6 +219,7 @@ def _gradient(mesh: cpt.Mesh, corner: Complex, normal: Complex) -> Complex:
 
 
 def _rise(
+    part: Part,
     wetted: Wetted,
     fixed: Sequence[cpt.DiffractionProblem],
     sources: Complex,
@@ -182,7 +227,7 @@ def _rise(
 ) -> Complex:
     """Elevation -i w phi / g over the hull's own waterline (headings, m)."""
     problem = fixed[0]
-    edges = wetted.edge_arm + problem.body.center_of_mass
+    edges = wetted.edge_arm + part.centre
     potential = np.array([airy_waves_potential(edges, wave) for wave in fixed])
     potential += _potential(problem, sources, edges)
     elevation = -1j * problem.omega / problem.g * np.conj(potential)

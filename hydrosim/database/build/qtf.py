@@ -19,6 +19,7 @@ from hydrosim.database import HydroDatabase, all_headings, needed
 from hydrosim.database.build.assemble import LATERAL
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.near_field import Flow, Wetted, displacement
+from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
@@ -42,15 +43,16 @@ def difference_qtf(
     `second_order_potential`. ``db`` is the body's own database, its mean drift that of the same
     body, floating or held. Raises `InputError` where it lacks a heading or a frequency.
     """
+    water = Water(db.water_density, db.gravity)
     count = range(len(headings))
     chosen = [(a, b) for a in count for b in count if crossing or a == b]
     pairs = headings[np.array(chosen)]
     frequency = np.array([flow.frequency for flow in flows])
-    near = np.array([_diagonal(quadratic(db, wetted, flows, a, a)) for a in count])
+    near = np.array([_diagonal(quadratic(water, wetted, flows, a, a)) for a in count])
     far = np.where(FAR_FIELD, _drift(db, frequency, headings), near)
     transfer = np.array(
         [
-            scaled(quadratic(db, wetted, flows, a, b), near[[a, b]], far[[a, b]])
+            scaled(quadratic(water, wetted, flows, a, b), near[[a, b]], far[[a, b]])
             + second_order_potential(db, frequency, headings[a], headings[b])
             for a, b in chosen
         ]
@@ -60,8 +62,14 @@ def difference_qtf(
     return pairs, np.where(forbidden, 0.0, transfer)
 
 
+def mean_load(water: Water, wetted: Wetted, flow: Flow) -> Real:
+    """Mean load (headings, 6) of regular waves per amplitude squared, by the pressures."""
+    count = range(len(flow.motion))
+    return np.array([_diagonal(quadratic(water, wetted, [flow], a, a))[0] for a in count])
+
+
 def quadratic(
-    db: HydroDatabase, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+    water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
 ) -> Complex:
     """T- (nq, nq, 6) by products of first-order quantities for the headings of these two indices.
 
@@ -75,8 +83,8 @@ def quadratic(
     the hydrostatic load of a rotation's second order, see `_turned`. Moments are about the
     reference point as it moves: for them, the arm is crossed with n and F is the moment.
     """
-    forward = _products(db, wetted, flows, first, second)
-    back = forward if first == second else _products(db, wetted, flows, second, first)
+    forward = _products(water, wetted, flows, first, second)
+    back = forward if first == second else _products(water, wetted, flows, second, first)
     return (forward + _mirror(back)) / 2
 
 
@@ -130,10 +138,10 @@ def scaled(transfer: Complex, near: Real, far: Real) -> Complex:
 
 
 def _products(
-    db: HydroDatabase, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+    water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
 ) -> Complex:
     """Terms of `quadratic` before their Hermitian part is taken."""
-    density, weight = db.water_density, db.water_density * db.gravity
+    density, weight = water.density, water.density * water.gravity
     w = np.array([flow.frequency for flow in flows])
     one, two = _heading(flows, first), _heading(flows, second)
     moved = displacement(one.motion, wetted.arm)

@@ -174,9 +174,13 @@ class SeveralBodies(Common):
     """The recipe of bodies whose waves meet: by name, in the order of the database."""
 
     bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+    drift: tuple[Drifting, ...] = ()
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if self.drift and (math.isfinite(self.water.depth) or self.method is Method.DIRECT):
+            found = "drift of several bodies in shallow water, or with method: direct"
+            raise problem(found, "deep water and method: indirect", "remove drift")
         for part in self.bodies.values():
             check_hull(part.hull, self.water)
         return self
@@ -250,10 +254,10 @@ class Recipe:
 
     @property
     def steps(self) -> int:
-        """How many frequencies are solved, those of the QTF and of fewer panels once more."""
+        """How many frequencies are solved, those of QTFs, fewer panels, drifts once more."""
         count = self.frequencies.size
         if isinstance(self.data, SeveralBodies):
-            return count
+            return count * (1 + len(self.data.drift))
         qtf = self.data.qtf
         more = 0 if qtf is None else np.array(qtf.frequencies).size
         return more + count * (1 if self.data.extrapolate is None else 2)
