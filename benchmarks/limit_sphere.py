@@ -2,7 +2,7 @@
 
 Small angles, classical Runge-Kutta at a fixed step, the inverse of the mass matrix, a table of
 wave loads at half steps; and for the radiated waves as many states as hydrosim has, or the
-convolution, to fourth order with hydrosim's weights, or as programs of first order do it: K
+convolution, to fourth order with weights of all nodes, or as programs of first order do it: K
 (6 x 6 x N) times the velocities of the last N steps, once a step.
 
 hydrosim computes more: with states, two more loops do so too. One has its ledger, works and
@@ -12,7 +12,7 @@ and its bias, springs conjugate to the angles, gyroscopic moments, and R I R^T a
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import ceil, cos, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,10 @@ add, sub, cross, dot, matvec, vector, product = (
     bare(getattr(vectors, name).py_func)
     for name in ("add", "sub", "cross", "dot", "matvec", "vector", "product")
 )
+
+# Gauss and Legendre's rule of three points on [0, 1]: exact for degree 5, where 4 is asked for.
+POINTS = (0.5 - 0.1**0.5 * 1.5**0.5, 0.5, 0.5 + 0.1**0.5 * 1.5**0.5)
+WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
 
 ROWS = 5  # of forces: hydrostatics, radiation, waves of first and second order, mooring
 MOORING = ROWS - 1
@@ -91,10 +95,40 @@ def wave_loads(model: Model, step: float) -> np.ndarray:
     return loads * growth(step * np.arange(len(rows)), waves.ramp[0])[:, None]
 
 
-def memory_of(p: ConvolutionKernel) -> Memory:
-    """The constants of the convolution, for steps of the kernel's ``even_step``."""
-    piece = np.array([_piece(offset * p.even_step, p) for offset in p.offset])
-    return Memory(p.weight, p.row, p.column, piece)
+def memory_of(p: ConvolutionKernel, step: float) -> Memory:
+    """The constants of the convolution, for steps of this length [s]."""
+    offsets, nodes = (0.5, 1.0), ceil((len(p.K) - 1) * p.step / step - 1e-9) + 1
+    weight = np.array([_weights(p.step, p.K, step, offset, nodes) for offset in offsets])
+    piece = np.array([_piece(offset * step, p) for offset in offsets])
+    return Memory(weight, p.row, p.column, piece)
+
+
+def _weights(step: float, K: np.ndarray, even: float, offset: float, nodes: int) -> np.ndarray:
+    """Integrals of K (lags, entries) times the cubics of all nodes: (2, entries, nodes)."""
+    length = (len(K) - 1) * step
+    newest = offset * even
+    edges = np.concatenate([newest + even * np.arange(nodes), step * np.arange(len(K))])
+    edges = np.unique(edges[(edges >= newest) & (edges <= length)])
+    width, middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+    cell = np.minimum((middle / step).astype(int), len(K) - 2)
+    node = np.minimum(((middle - newest) / even).astype(int), nodes - 2)
+    result = np.zeros((2, nodes, K.shape[1]))
+    for point, weight in zip(POINTS, WEIGHTS, strict=True):
+        lag = edges[:-1] + point * width
+        part = (lag / step - cell)[:, None]
+        force = (weight * width)[:, None] * ((1.0 - part) * K[cell] + part * K[cell + 1])
+        basis = _cubic(node + 1 - (lag - newest) / even, even)
+        for older, (v, a) in ((1, basis[:2]), (0, basis[2:])):
+            np.add.at(result[0], node + older, v[:, None] * force)
+            np.add.at(result[1], node + older, a[:, None] * force)
+    return np.ascontiguousarray(result.transpose(0, 2, 1))
+
+
+def _cubic(x, h):
+    """Of the cubic at x in [0, 1] of an interval h: weights of the velocity and acceleration at
+    its start, and at its end."""
+    end = x * x * (3.0 - 2.0 * x)
+    return 1.0 - end, h * x * (1.0 - x) ** 2, end, -h * x * x * (1.0 - x)
 
 
 def _piece(h: float, p: ConvolutionKernel) -> np.ndarray:
@@ -104,7 +138,7 @@ def _piece(h: float, p: ConvolutionKernel) -> np.ndarray:
         for k, (u, a, v) in enumerate(
             [(unit[j], none, none), (none, unit[j], none), (none, none, unit[j])]
         ):
-            history = history_for(p, 6, 10)
+            history = history_for(p, 6, h)
             push(history, 0.0, u, a)
             radiation_memory(h, v, history, p, force[k, j])
     return np.ascontiguousarray(force.transpose(0, 2, 1))

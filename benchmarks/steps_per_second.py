@@ -132,7 +132,7 @@ def _with_convolution() -> dict[str, Timed]:
         for kinematics in (Kinematics.EXACT, Kinematics.LINEAR)
     )
     p, plain = limit_sphere.sphere_of(small), by_numpy.equation(small)
-    memory = limit_sphere.memory_of(small.model.convolution)
+    memory = limit_sphere.memory_of(small.model.convolution, STEP)
     K, quick = plain.kernel.transpose(1, 2, 0).copy(), replace(plain, by_hand=True)
     loops = {
         LIMIT: partial(limit_sphere.run_convolution, p, memory, STEPS, STEP, EVERY),

@@ -152,11 +152,7 @@ def _convolution(
             " that automatic takes where no fit holds; expected one length and step for all."
         )
     kernels = _whole(scene, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
-    step = tables[0][1]
-    if scene.solver.method in ADAPTIVE:
-        return radiation.convolution_model(step, kernels)
-    stages = METHODS[scene.solver.method].c.tolist()
-    return radiation.convolution_model(step, kernels, scene.solver.step, stages)
+    return radiation.convolution_model(tables[0][1], kernels)
 
 
 def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from hydrosim.forces.contact import fender
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
-from hydrosim.radiation.history import push
+from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.names import (
     MOVING,
     fender_names,
@@ -183,7 +183,7 @@ def check_fit(scene: Scene, model: Model) -> None:
     names = moving_names(scene, model)
     names |= {f"memory of {name}": [name] for name in memory_names(scene, model)}
     stored = [str(name) for name in run.state.values if name.startswith(MOVING)]
-    if "memory_acceleration" in run:
+    if "memory_past" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
     problems = {
@@ -276,8 +276,7 @@ def _possible(
 def _history(
     scene: Scene, model: Model, run: xr.Dataset, fresh: VelocityHistory
 ) -> VelocityHistory:
-    """The velocities that a convolution remembers at the start, with as much room as ``fresh`` has
-    left for more; zero where the run has none."""
+    """What a convolution remembers before the start: ``fresh``, filled with that of the run."""
     kernel, time = model.convolution, begin(scene)
     if kernel.row.size == 0:
         return fresh
@@ -288,18 +287,12 @@ def _history(
             f" on, and a convolution needs {length:g} s of them; start at {t[0] + length:g} s or"
             " later."
         )
-    # the run adds the node at `time`; two steps more, so that its sums begin at the same node
-    reach = time - length - 2.0 * kernel.even_step
-    first = max(int(np.searchsorted(t, reach, side="right")) - 1, 0)
-    nodes = range(first, int(np.searchsorted(t, time)))
-    full = radiation.history_for(kernel, fresh.velocity.shape[1], fresh.time.size + len(nodes))
     column = dict(zip(memory_names(scene, model), np.unique(kernel.column), strict=True))
-    columns = [column[name] for name in run.memory_dof.values]
-    v, a = np.zeros((2, fresh.velocity.shape[1]))
-    for i in nodes:
-        v[columns], a[columns] = run.memory_velocity.values[i], run.memory_acceleration.values[i]
-        push(full, t[i], v, a)
-    return full
+    dofs = np.array([column[name] for name in run.memory_dof.values])
+    at_end = time == run.state_time.values[-1]
+    if not (at_end and take_over(run, dofs, fresh)):
+        push_again(run, time, dofs, fresh)
+    return fresh
 
 
 def started_from(scene: Scene) -> dict[str, object]:

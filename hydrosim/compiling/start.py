@@ -3,8 +3,6 @@ before it."""
 
 from __future__ import annotations
 
-from math import ceil
-
 import numpy as np
 
 from hydrosim import radiation
@@ -15,6 +13,7 @@ from hydrosim.rigid import Bodies, Motion, place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
+from hydrosim.waves.places import grid_step
 from hydrosim.waves.slow import first_states
 
 
@@ -65,8 +64,5 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
 
 
 def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
-    """Room for what a convolution remembers, with as many events as steps."""
-    kernel = model.convolution
-    length = (len(kernel.K) - 1) * kernel.step
-    capacity = 2 * ceil(length / scene.solver.step) + 1000
-    return radiation.history_for(kernel, 6 * model.bodies.each.size, capacity)
+    """Room for what a convolution remembers."""
+    return radiation.history_for(model.convolution, 6 * model.bodies.each.size, grid_step(scene))

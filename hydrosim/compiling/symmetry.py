@@ -34,6 +34,7 @@ from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import CATALOGUE
 from hydrosim.forces.mirroring import LATERAL, SMALL
 from hydrosim.linear.linearise import linearise
+from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
@@ -183,8 +184,9 @@ def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
 
 def _remembers(state: State) -> bool:
     """Whether a convolution remembers velocities out of the plane."""
-    velocity = state.history.velocity[: state.history.pushed[0]]
-    return bool(np.any(np.abs(velocity.reshape(-1, 6)[:, ASIDE]) > NEAR))
+    past = state.history.grid[AFTER].T
+    last = state.history.node[:, VELOCITY]
+    return any(np.any(np.abs(v.reshape(-1, 6)[:, ASIDE]) > NEAR) for v in (past, last))
 
 
 def _mirrored(model: Model, state: State) -> bool:

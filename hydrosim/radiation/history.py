@@ -1,161 +1,196 @@
-"""The velocities that a convolution remembers: nodes at the accepted steps, with any spacing.
+"""The velocities v that a convolution remembers: v and its integrals X = int v and Y = int X, at
+the points of a grid of times, which is that of the table of K and not that of the steps.
 
-Between two nodes the velocity is the cubic with their velocities and accelerations. Where the
-acceleration or the velocity jumps, at an event, there are two nodes at one time.
+In an interval of the grid v counts as the cubic with the right v at both ends and the right X and
+Y. Where steps are those of the grid or longer, that is the cubic through the velocities and
+accelerations of the steps; where they are shorter, or cut at events, it has the displacement and
+the first moment of all of them, and what is lost is of order 4 in the interval.
+
+X and Y are counted from a time that moves along: what only depends on v is the same for any.
 """
 
 from __future__ import annotations
 
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import assign, kernel
 
-EVEN = 1e-9  # of a step: nodes this near to the grid are on it
-
-
-class EvenNodes(NamedTuple):
-    """The newest nodes that are one ``step`` apart, the newest first and by DOF, so that sums over
-    them run along the memory. They are ``motion[:, :, first:first + count]``; nodes in between,
-    at events, are not among them.
-    """
-
-    step: float  # [s]; 0 where steps are of any length
-    motion: np.ndarray  # (2, dofs, room), velocities and accelerations
-    node: np.ndarray  # (room,) int64, the newest node at that time, as counted in the history
-    place: np.ndarray  # (2,) int64: first, count
-
-
-class Memo(NamedTuple):
-    """Integrals over the past that were asked for last; see `convolution`. They save time only."""
-
-    node: np.ndarray  # (places,) int64, the newest node in each; -1 for nothing
-    time: np.ndarray  # (places,) [s]
-    past: np.ndarray  # (places, dofs)
-    slope: np.ndarray  # (dofs,), scratch
+EVEN = 1e-9  # of an interval: times this near to a point of the grid are at it
+TWICE, ONCE, BEFORE, AFTER = range(4)
+"""Rows of the grid: Y, X and v, which may jump there."""
+VELOCITY, ACCELERATION = 2, 3  # rows of a node, after Y and X
+NOW, THEN = range(2)  # the newest node, and the newest before that at an earlier time
 
 
 class VelocityHistory(NamedTuple):
-    """Velocities and accelerations at the accepted steps and events, a ring buffer.
+    """What is known of velocities at the points of a grid, the newest first, and at two nodes.
 
-    Node i (counted from the first one pushed) is at index i % capacity; ``pushed[0]`` nodes have
-    been pushed. Times never decrease; two nodes at one time are the sides of a jump.
+    Point n of the grid is at ``begin[0] + n * step`` and in the column ``place[0]`` if n is the
+    newest, ``place[1]``; older ones follow, and motion before the first is none. ``place[2]`` is
+    the newest at the node THEN, ``place[3]`` that where Y and X are zero.
     """
 
-    time: np.ndarray  # (capacity,) [s]
-    velocity: np.ndarray  # (capacity, dofs)
-    acceleration: np.ndarray  # (capacity, dofs)
-    pushed: np.ndarray  # (1,) int64
-    even: EvenNodes
+    step: float  # [s]
+    begin: np.ndarray  # (1,) [s]
+    grid: np.ndarray  # (4, dofs, room), so that sums run along the memory
+    place: np.ndarray  # (4,) int64
+    time: np.ndarray  # (2,) [s] of the nodes; infinite if there is none
+    node: np.ndarray  # (2, 4, dofs): Y, X, velocity, acceleration
     memo: Memo
 
 
-def velocity_history(
-    dofs: int, capacity: int, step: float = 0.0, even: int = 0, places: int = 1
-) -> VelocityHistory:
-    """An empty history of ``dofs`` velocities with room for ``capacity`` nodes.
+class Memo(NamedTuple):
+    """Sums over the grid that were asked for last; see `convolution`. They save time only."""
 
-    The memory is complete if ``capacity`` exceeds the kernel's length divided by the step, plus
-    the nodes at events within that length. With ``step`` [s] the newest ``even`` nodes on that
-    grid, or more, are kept apart for fast sums; there are ``places`` for integrals.
-    """
-    room = 2 * even + 1
+    key: np.ndarray  # (places, 2) int64: the point, and the newest that was known
+    sums: np.ndarray  # (places, 4, entries)
+    motion: np.ndarray  # (2, dofs), scratch
+
+
+def velocity_history(
+    dofs: int, step: float, points: int, longest: float, entries: int
+) -> VelocityHistory:
+    """An empty history of ``dofs`` velocities, ``points`` of a grid one ``step`` [s] apart, pushed
+    in steps of ``longest`` [s] at most, for sums over so many ``entries``."""
+    ahead = ceil(longest / step) + 2 if dofs else 0
+    kept = points + ahead
     return VelocityHistory(
-        time=np.zeros(capacity),
-        velocity=np.zeros((capacity, dofs)),
-        acceleration=np.zeros((capacity, dofs)),
-        pushed=np.zeros(1, dtype=np.int64),
-        even=EvenNodes(
-            step,
-            np.zeros((2, dofs, room)),
-            np.zeros(room, dtype=np.int64),
-            np.array([room, 0], dtype=np.int64),
-        ),
+        step=step,
+        begin=np.zeros(1),
+        grid=np.zeros((4, dofs, 2 * kept + ahead)),
+        place=np.array([kept + ahead - 1, 0, 0, 0], dtype=np.int64),
+        time=np.full(2, np.inf),
+        node=np.zeros((2, 4, dofs)),
         memo=Memo(
-            np.full(places, -1, dtype=np.int64),
-            np.zeros(places),
-            np.zeros((places, dofs)),
-            np.zeros(dofs),
+            np.full((ahead, 2), -1, dtype=np.int64),
+            np.zeros((ahead, 4, entries)),
+            np.zeros((2, dofs)),
         ),
     )
 
 
 @kernel
 def push(history, t, v, a):
-    """Append the accepted node (t, v, a); the oldest makes room when the ring is full."""
-    capacity = history.time.size
-    number = history.pushed[0]
-    head = number % capacity
-    history.time[head] = t
-    for i in range(v.size):
-        history.velocity[head, i] = v[i]
-        history.acceleration[head, i] = a[i]
-    history.pushed[0] += 1
-    if history.even.step > 0.0:
-        _add_even(number, t, v, a, history)
+    """Append the accepted node (t, v, a). At the time of the newest it takes its place, as the
+    other side of a jump."""
+    time, node, place = history.time, history.node, history.place
+    if time[NOW] == np.inf:
+        history.begin[0] = t
+    elif t > time[NOW]:
+        h = t - time[NOW]
+        place[2] = place[1]
+        time[THEN] = time[NOW]
+        for m in range(4):
+            assign(node[THEN, m], node[NOW, m])
+        _add_points(t, v, a, history)
+        for i in range(v.size):
+            Y, X, u, b = node[THEN, 0, i], node[THEN, 1, i], node[THEN, 2, i], node[THEN, 3, i]
+            node[NOW, TWICE, i], node[NOW, ONCE, i], _ = along_cubic(1.0, h, Y, X, u, b, v[i], a[i])
+    time[NOW] = t
+    assign(node[NOW, VELOCITY], v)
+    assign(node[NOW, ACCELERATION], a)
+    if abs(t - point_time(place[1], history)) <= EVEN * history.step:
+        after = history.grid[AFTER]
+        for i in range(v.size):
+            if after[i, place[0]] != v[i]:
+                after[i, place[0]] = v[i]
+                forget(history)
+
+
+@kernel
+def _add_points(t, v, a, history):
+    """Add the points of the grid from the newest node to ``t``, on the cubic between them."""
+    time, node, place, step = history.time, history.node, history.place, history.step
+    h = t - time[NOW]
+    while point_time(place[1] + 1, history) <= t + EVEN * step:
+        x = min((point_time(place[1] + 1, history) - time[NOW]) / h, 1.0)
+        if h - x * h <= EVEN * step:
+            x = 1.0
+        column = _next_column(history)
+        for i in range(v.size):
+            Y, X, u = along_cubic(
+                x, h, node[NOW, 0, i], node[NOW, 1, i], node[NOW, 2, i], node[NOW, 3, i], v[i], a[i]
+            )
+            history.grid[TWICE, i, column], history.grid[ONCE, i, column] = Y, X
+            history.grid[BEFORE, i, column] = history.grid[AFTER, i, column] = u
+
+
+@kernel
+def along_cubic(x, h, Y, X, v0, a0, v1, a1):
+    """Y, X and v at the part ``x`` of an interval h with the cubic from (v0, a0) to (v1, a1)."""
+    s = x * h
+    rise, sag = (v1 - v0) / h, (a0 + a1) / h
+    b, c = (3.0 * rise - 2.0 * a0 - a1) / h, (sag - 2.0 * rise / h) / h
+    v = v0 + s * (a0 + s * (b + s * c)) if x < 1.0 else v1
+    once = X + s * (v0 + s * (a0 / 2.0 + s * (b / 3.0 + s * c / 4.0)))
+    twice = Y + s * (X + s * (v0 / 2.0 + s * (a0 / 6.0 + s * (b / 12.0 + s * c / 20.0))))
+    return twice, once, v
+
+
+@kernel
+def _next_column(history):
+    """Make room for one more point, the newest; returns its column."""
+    grid, place = history.grid, history.place
+    if place[0] == 0:
+        kept = grid.shape[2] // 2
+        to = grid.shape[2] - kept
+        for k in range(kept - 1, -1, -1):
+            for m in range(4):
+                for i in range(grid.shape[1]):
+                    grid[m, i, to + k] = grid[m, i, k]
+        place[0] = to
+    place[0] -= 1
+    place[1] += 1
+    return place[0]
+
+
+@kernel
+def count_anew(history):
+    """Count X and Y from the newest point of the grid on, now and then: numbers that grow lose
+    digits."""
+    grid, place = history.grid, history.place
+    if place[1] - place[3] < grid.shape[2] // 4 or grid.shape[1] == 0:
+        return
+    newest, now = place[0], point_time(place[1], history)
+    place[3] = place[1]
+    for i in range(grid.shape[1]):
+        Y, X = grid[TWICE, i, newest], grid[ONCE, i, newest]
+        for c in range(grid.shape[2]):
+            grid[TWICE, i, c] -= Y + X * (newest - c) * history.step
+            grid[ONCE, i, c] -= X
+        for node in range(2):
+            history.node[node, TWICE, i] -= Y + X * (history.time[node] - now)
+            history.node[node, ONCE, i] -= X
+    forget(history)
+
+
+@kernel
+def forget(history):
+    """The sums that were taken are of another past."""
+    key = history.memo.key
+    for place in range(key.shape[0]):
+        key[place, 0] = -1
 
 
 @kernel
 def drop(t, history):
     """Take away the newest node if it is at ``t``: says whether it was."""
-    newest = history.pushed[0] - 1
-    if newest < oldest_node(history) or history.time[newest % history.time.size] != t:
+    time, node, place = history.time, history.node, history.place
+    if time[NOW] != t or time[THEN] == np.inf:
         return False
-    history.pushed[0] = newest
+    place[0] += place[1] - place[2]
+    place[1] = place[2]
+    time[NOW], time[THEN] = time[THEN], np.inf
+    for m in range(4):
+        assign(node[NOW, m], node[THEN, m])
+    forget(history)
     return True
 
 
 @kernel
-def _add_even(number, t, v, a, history):
-    """Take the node among the even ones if it is on their grid or the second at its newest time; a
-    node past the next place on the grid begins another grid."""
-    even = history.even
-    first, count = even.place[0], even.place[1]
-    if count > 0:
-        newest = history.time[even.node[first] % history.time.size]
-        steps = (t - newest) / even.step
-        if steps > 1.0 + EVEN:
-            count = 0
-        elif EVEN < steps < 1.0 - EVEN:
-            return
-        elif steps <= EVEN:  # the other side of a jump replaces the first
-            first, count = first + 1, count - 1
-    if first == 0:
-        first = _move_to_end(count, even)
-        count = min(count, even.node.size // 2)
-    first -= 1
-    for i in range(v.size):
-        even.motion[0, i, first] = v[i]
-        even.motion[1, i, first] = a[i]
-    even.node[first] = number
-    even.place[0], even.place[1] = first, count + 1
-
-
-@kernel
-def _move_to_end(count, even):
-    """Make room in front of the newest half of the nodes; returns where they begin."""
-    kept = min(count, even.node.size // 2)
-    to = even.node.size - kept
-    for k in range(kept - 1, -1, -1):
-        even.node[to + k] = even.node[k]
-        for i in range(even.motion.shape[1]):
-            even.motion[0, i, to + k] = even.motion[0, i, k]
-            even.motion[1, i, to + k] = even.motion[1, i, k]
-    return to
-
-
-@kernel
-def node_before(t, history):
-    """The newest node at a time before ``t``; one less than the oldest if there is none."""
-    capacity = history.time.size
-    node = history.pushed[0] - 1
-    while node >= oldest_node(history) and history.time[node % capacity] >= t:
-        node -= 1
-    return node
-
-
-@kernel
-def oldest_node(history):
-    """Number of the oldest node that is still there."""
-    return max(history.pushed[0] - history.time.size, 0)
+def point_time(n, history):
+    """Time of point ``n`` of the grid [s]."""
+    return history.begin[0] + n * history.step

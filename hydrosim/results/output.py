@@ -43,12 +43,12 @@ from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
+from hydrosim.results import memory
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     contact_groups,
     fender_names,
     force_names,
-    memory_names,
     spring_names,
     state_names,
     supplies,
@@ -94,8 +94,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
-    "memory_velocity": ("velocities that a convolution remembers", "m/s or rad/s", HEADING),
-    "memory_acceleration": ("accelerations at those times", "m/s^2 or rad/s^2", HEADING),
+    "memory_past": ("velocity that a convolution remembers, and its integrals", "SI", HEADING),
+    "memory_node": ("the same with the acceleration, at the last step but one", "SI", HEADING),
 }
 FLAGS = {
     "fender_mode": "open stick slip",
@@ -135,7 +135,7 @@ def to_dataset(
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, modes))
-    dataset = dataset.assign(_memory(scene, model, history))
+    dataset = dataset.assign(memory.packed(scene, model, history))
     _describe(dataset)
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     return guarded(dataset, sum(body.mass for body in scene.bodies if body.dofs))
@@ -218,22 +218,6 @@ def _states(
         rising = of_fenders[:, :, RISING].astype(np.int8)
         states["fender_rising"] = xr.DataArray(rising, at, ("state_time", "fender"))
     return states
-
-
-def _memory(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
-    """The velocities and accelerations that a convolution remembers, the oldest first."""
-    if history.time.size == 0:
-        return {}
-    pushed, capacity = int(history.pushed[0]), history.time.size
-    nodes = np.arange(max(pushed - capacity, 0), pushed) % capacity
-    kept = np.ix_(nodes, np.unique(model.convolution.column))
-    coords = {
-        "memory_time": ("memory_time", history.time[nodes], {"units": "s", "long_name": "time"}),
-        "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
-    }
-    both = {"velocity": history.velocity[kept], "acceleration": history.acceleration[kept]}
-    dims = ("memory_time", "memory_dof")
-    return {f"memory_{name}": xr.DataArray(values, coords, dims) for name, values in both.items()}
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
-from hydrosim.radiation.history import drop, push
+from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid import accelerations, accelerations_along
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
@@ -137,6 +137,7 @@ def _cross(goal, enough, run):
     while t < goal and spent(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
         stop = min(stop, t + _pace(t, stop - t, run))
+        count_anew(state.history)
         accepted, reached, left = _try(t, stop, run)
         if not accepted:
             counters[REJECTED] += 1
@@ -236,7 +237,7 @@ def remember(t, run):
     """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
     needs them; the slope found for that begins the next step."""
     history, bodies, work = run.state.history, run.model.bodies, run.work
-    if history.time.size == 0:
+    if history.grid.shape[1] == 0:
         return
     rates, n = run.scratch.k[0], bodies.active.size
     slope(t, run.state.y, run, rates)

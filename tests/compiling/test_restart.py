@@ -128,7 +128,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
         before = hs.simulate(start)
         after = replace(scene, duration=END - time, initial=Start(before))
         assert_same_bytes(hs.simulate(after), rest_of(whole, time))
-    lost = before.assign(memory_velocity=0.0 * before.memory_velocity)
+    lost = before.assign(memory_past=0.0 * before.memory_past)
     start = replace(scene, duration=END - BREAK, initial=Start(lost, BREAK))
     assert np.abs(hs.simulate(start).position - rest_of(whole).position).max() > 1e-4
 
@@ -313,7 +313,8 @@ def test_radiation_states_of_another_fit_are_refused(short: xr.Dataset) -> None:
 def test_memory_that_has_been_overwritten_is_refused() -> None:
     scene = with_body(in_contact(5.0), radiation=RadiationModel.CONVOLUTION)
     run = hs.simulate(scene)
-    times = {name: run[name] + 500.0 for name in ("time", "state_time", "memory_time")}
+    names = ("time", "state_time", "memory_time", "memory_node_time", "memory_begin")
+    times = {name: run[name] + 500.0 for name in names}
     late = run.assign_coords(times)
     message = refusal(replace(scene, initial=Start(late)))
     for word in ("initial.time: found 505 s", "from 500 s on", "100 s of them", "600 s or later"):

@@ -638,9 +638,9 @@ class TestRestart:
         memory = ConvolutionRadiation(length=20.0)
         scene = with_body(replace(scene_of("base"), duration=10.0), radiation=memory)
         before = hs.simulate(full(scene))
-        velocity = before.memory_velocity.copy()
-        velocity.loc[{"memory_dof": "yaw of barge"}] = 1e-6
-        start = replace(scene, initial=Start(before.assign(memory_velocity=velocity)))
+        past = before.memory_past.copy()
+        past.loc[{"memory_dof": "yaw of barge", "memory_row": "velocity"}] = 1e-6
+        start = replace(scene, initial=Start(before.assign(memory_past=past)))
         assert "the motions before the start" in reasons(start)
 
     def test_a_run_with_fewer_degrees_of_freedom_is_refused_as_ever(self) -> None:

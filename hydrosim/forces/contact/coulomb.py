@@ -21,17 +21,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
-from hydrosim.forces.contact.law import Constants, Friction, direction
+from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.vectors import length
 
-AT_REST = 1e-6
-"""m/s: as `law.AT_REST`. The direction of slip follows that of the forces at the rate mu g / speed,
-which explicit steps must resolve from here on, and the differences of a Jacobian must see: a
-hundred steps of 1e-6 s as slip begins. Places are off by this times how long slip is that slow,
-1e-6 to 1e-4 s, and so by 1e-10 m at most."""
 STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 

@@ -26,7 +26,12 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
 REVERSED = 10.0  # 1 / cos(84 deg)
-AT_REST = 1e-8  # m/s: slip has hardly begun, or has ended, and goes on where it headed for
+AT_REST = 1e-6
+"""m/s: slip has hardly begun, or has ended, and goes on where it headed for. The direction of slip
+without a node follows that of the forces at the rate mu g / speed, which explicit steps must
+resolve from here on, and the differences of a Jacobian must see: a hundred steps of 1e-6 s as slip
+begins. Places are off by this times how long slip is that slow, 1e-6 to 1e-4 s, and so by 1e-10 m
+at most."""
 
 
 class Constants(NamedTuple):

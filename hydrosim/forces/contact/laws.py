@@ -17,7 +17,7 @@ from hydrosim.forces.contact import coulomb, friction_slope, frictionless, stick
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.law import AT_REST, Constants
+from hydrosim.forces.contact.law import Constants
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
@@ -89,12 +89,6 @@ def heading(load, v, s, p):
 def keeps_heading(p):
     """Whether the state of a point that slips is its heading."""
     return p.law in (FRICTION_SLOPE, COULOMB)
-
-
-@kernel
-def rest(p):
-    """The speed [m/s] below which slip keeps its heading."""
-    return coulomb.AT_REST if p.law == COULOMB else AT_REST
 
 
 @kernel

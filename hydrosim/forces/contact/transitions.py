@@ -27,6 +27,7 @@ from hydrosim.forces.contact.fender import (
     pressure,
     stored_along_normal,
 )
+from hydrosim.forces.contact.law import AT_REST
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.modes import (
     CONTACT_MARGIN,
@@ -102,7 +103,7 @@ def find_headings(t, y, modes, motion, bodies, p, out):
         c = geometry.touch(point, bodies, motion)
         a = laws.heading(pressure(i, t, modes, c, p), c.velocity, (x[0], x[1]), point)
         size, kept, known = length(a), laws.keeps_heading(point), x[0] != 0.0 or x[1] != 0.0
-        if kept and known and size <= laws.rest(point):
+        if kept and known and size <= AT_REST:
             out[i, 0], out[i, 1] = x[0], x[1]
         elif size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size

@@ -1,0 +1,88 @@
+"""What a convolution remembers, in the dataset of a run: see `hydrosim.radiation.history`.
+
+It is kept as it was at the last step but one: a run that goes on takes the node at its start anew.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.radiation import VelocityHistory
+from hydrosim.radiation.history import NOW, THEN, push
+from hydrosim.results.names import memory_names
+from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model
+
+ROWS = ("double integral", "integral", "velocity before", "velocity")
+NODE = ("double integral", "integral", "velocity", "acceleration")
+SHORTEST = 1e-6  # of an interval: less than that from a point of the grid to a time is nothing
+
+
+def packed(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
+    """The points of the grid, the oldest first, and the node; nothing without a convolution."""
+    if not history.time[THEN] < np.inf:
+        return {}
+    dofs, newest = np.unique(model.convolution.column), history.place[2]
+    first = history.place[0] + history.place[1] - newest
+    points = np.arange(max(newest + 1 - (history.grid.shape[2] - first), 0), newest + 1)
+    time = history.begin[0] + points * history.step
+    coords = {
+        "memory_row": ("memory_row", list(ROWS), {"long_name": "what is remembered"}),
+        "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
+        "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
+        "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "what is remembered"}),
+        "memory_node_time": ((), history.time[THEN], {"units": "s", "long_name": "time"}),
+        "memory_begin": ((), history.begin[0], {"units": "s", "long_name": "time of point 0"}),
+        "memory_origin": ((), history.place[3], {"long_name": "point that integrals begin at"}),
+    }
+    past = history.grid[:, dofs][:, :, first + newest - points]
+    node = history.node[THEN][:, dofs]
+    about = ("memory_row", "memory_dof", "memory_time")
+    kept = xr.Dataset(
+        {"memory_past": (about, past), "memory_node": (("memory_node_row", about[1]), node)}, coords
+    )
+    return {str(name): kept[name] for name in kept.data_vars}
+
+
+def take_over(run: xr.Dataset, dofs: np.ndarray, history: VelocityHistory) -> bool:
+    """Fill the empty ``history`` with all that ``run`` remembers of these ``dofs``, in its order:
+    False, and nothing is done, if its grid is another or its room too small."""
+    time = run.memory_time.values
+    begin, step = float(run.memory_begin), history.step
+    points = np.rint((time - begin) / step).astype(int)
+    if np.any(time != begin + points * step):
+        return False
+    newest = points[-1]
+    columns = history.place[0] + newest - points
+    inside = columns < history.grid.shape[2]
+    history.grid[:, dofs[:, None], columns[inside]] = run.memory_past.values[:, :, inside]
+    history.begin[0], history.place[1:] = begin, (newest, newest, int(run.memory_origin))
+    history.time[NOW] = float(run.memory_node_time)
+    history.node[NOW][:, dofs] = run.memory_node.values
+    return True
+
+
+def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: VelocityHistory) -> None:
+    """Fill the empty ``history`` with what ``run`` remembers before the time ``until`` [s], as the
+    cubics between the points of its grid."""
+    time, past = run.memory_time.values, run.memory_past.values
+    count = int(np.searchsorted(time, until - SHORTEST * history.step))
+    starts, ends = _accelerations(time[:count], past[:, :, :count])
+    v, a = np.zeros((2, history.node.shape[2]))
+    for i in range(count):
+        for velocity, acceleration in ((past[2, :, i], ends[:, i]), (past[3, :, i], starts[:, i])):
+            v[dofs], a[dofs] = velocity, acceleration
+            push(history, time[i], v, a)
+
+
+def _accelerations(time: np.ndarray, past: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (dofs, points) after and before each point: third derivatives at both ends of
+    the polynomials of degree 5 for the double integral; zero before the first."""
+    h, (Y, X) = np.diff(time), past[:2]
+    rise, v0, v1 = 60.0 * np.diff(Y), past[3, :, :-1] * h * h, past[2, :, 1:] * h * h
+    X0, X1 = X[:, :-1] * h, X[:, 1:] * h
+    after = (rise - 36.0 * X0 - 24.0 * X1 - 9.0 * v0 + 3.0 * v1) / h**3
+    before = (rise - 24.0 * X0 - 36.0 * X1 - 3.0 * v0 + 9.0 * v1) / h**3
+    edge = np.zeros((len(Y), 1))
+    return np.hstack([after, before[:, -1:] if h.size else edge]), np.hstack([edge, before])
