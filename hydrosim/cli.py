@@ -12,6 +12,7 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -65,6 +66,12 @@ def run(
     settings: Settings = [],  # noqa: B006  typer copies it
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
     overwrite: Overwrite = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run that was killed or interrupted.")
+    ] = False,
+    every: Annotated[
+        float, typer.Option("--checkpoint", min=0.0, metavar="SECONDS", help="Keep it so often.")
+    ] = 60.0,
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
     from hydrosim.case import load_case
@@ -74,9 +81,13 @@ def run(
     result = placed(output, case_file.stem, "run", case_file, inputs=inputs, overwrite=overwrite)
     if plot_too:
         _planned_pictures(result)
-    _complete(case)
+
+    def simulated(case: Case, result: Output) -> xr.Dataset:
+        return _simulate_with_progress(case, result, resume, every)
+
+    _complete(case, simulated)
     try:
-        dataset = _simulate_with_progress(case)
+        dataset = simulated(case, result)
     except SimulationError as error:
         show(f"result    {_save(error.dataset, result)}")
         raise
@@ -136,7 +147,7 @@ def converge(
     inputs = case.inputs()
     made = placed(output, name, "convergence", case_file, inputs=inputs, overwrite=overwrite)
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    _complete(case)
+    _complete(case, _simulate_with_progress)
     scene = case.scene()
     with announced(err), err.status("running") as status:
         study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
@@ -165,17 +176,20 @@ def plot(
         show(f"picture   {picture}")
 
 
-def _complete(case: Case) -> None:
+def _complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Make the runs that the case needs, and say so."""
     from hydrosim.studies.stages import complete
 
-    def announce(text: str) -> None:
-        err.print(f"first stage: {text}", markup=False, highlight=False, soft_wrap=True)
-
-    complete(case, _simulate_with_progress, announce)
+    complete(case, run, lambda text: _say(f"first stage: {text}"))
 
 
-def _simulate_with_progress(case: Case) -> xr.Dataset:
+def _say(text: str) -> None:
+    err.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _simulate_with_progress(
+    case: Case, result: Output, resume: bool = False, every: float = 60.0
+) -> xr.Dataset:
     from rich.progress import (
         BarColumn,
         Progress,
@@ -185,8 +199,10 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
     )
 
     from hydrosim.compiling.restart import begin, opened
+    from hydrosim.studies.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.studies.simulation import simulate
 
+    kept = Checkpoint(checkpoint_of(result), every, resume, _say)
     scene = opened(case.scene())
     start = begin(scene)
     columns = (
@@ -204,7 +220,7 @@ def _simulate_with_progress(case: Case) -> xr.Dataset:
             speed = f"{steps / elapsed:,.0f} steps/s" if elapsed > 0.0 else ""
             bar.update(task, completed=time - start, speed=speed)
 
-        return simulate(scene, report)
+        return simulate(scene, report, kept)
 
 
 def _planned_pictures(result: Output) -> None:
@@ -215,14 +231,18 @@ def _planned_pictures(result: Output) -> None:
 
 
 def _save(dataset: xr.Dataset, result: Output) -> Path:
-    """Write a run; one that did not come to its end stands aside for what is there, and any for
+    """Write a run; one that did not come to its end stands aside for one that did, and any for
     what has come there meanwhile. Its path."""
-    from hydrosim.results.output import write
+    from hydrosim.results.output import status_of, write
+    from hydrosim.studies.checkpoint import checkpoint_of
 
-    whole = dataset.attrs["status"] == "complete"
-    result = result.settled() if whole or not result.path.exists() else result.aside()
-    write(dataset, result)
-    return result.path
+    status = dataset.attrs["status"]
+    better = status != "complete" and status_of(result.path) == "complete"
+    place = result.aside() if better else result.settled()
+    write(dataset, place)
+    if status != "interrupted":
+        checkpoint_of(result).clear()
+    return place.path
 
 
 def _summary(dataset: xr.Dataset, path: Path) -> None:

@@ -14,9 +14,10 @@ import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from glob import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from shutil import disk_usage
+from shutil import disk_usage, rmtree
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
@@ -119,6 +120,17 @@ class Output:
         except InputError:
             return self.aside()
 
+    @property
+    def _room(self) -> str:
+        """How the folder in which it is written begins."""
+        return f".hydrosim-{self.path.name[:100]}-"
+
+    def clear(self) -> None:
+        """Remove it, and what was left where a program was killed as it wrote it."""
+        self.path.unlink(missing_ok=True)
+        for room in self.path.parent.glob(f"{escape(self._room)}*"):
+            rmtree(room, ignore_errors=True)
+
     @contextmanager
     def written(self) -> Iterator[Path]:
         """A path to write to; what is there afterwards, with all files beside it, appears under its
@@ -127,7 +139,7 @@ class Output:
         try:
             with (
                 undisturbed(),
-                TemporaryDirectory(dir=self.path.parent, prefix=".hydrosim-") as room,
+                TemporaryDirectory(dir=self.path.parent, prefix=self._room) as room,
             ):
                 yield Path(room, self.path.name)
                 parts = sorted(Path(room).iterdir())

@@ -31,10 +31,23 @@ def kernel_cache() -> Path:
     Place and time of the sources count too: numba asks for both before it takes a kernel.
     """
     digest = hashlib.sha256(f"{sys.version}{numba.__version__}{PACKAGE}".encode())
-    for path in sorted(PACKAGE.rglob("*.py")):
-        if path.relative_to(PACKAGE).parts[0] in SOURCES:
-            digest.update(f"{path.stat().st_mtime_ns}".encode() + path.read_bytes())
+    for path in _sources():
+        digest.update(f"{path.stat().st_mtime_ns}".encode() + path.read_bytes())
     return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
+
+
+@lru_cache
+def sources_digest() -> str:
+    """Of what the kernels are, wherever they are installed."""
+    digest = hashlib.sha256()
+    for path in _sources():
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _sources() -> list[Path]:
+    each = sorted(PACKAGE.rglob("*.py"))
+    return [path for path in each if path.relative_to(PACKAGE).parts[0] in SOURCES]
 
 
 def kernel(function: Callable[..., Any]) -> Any:

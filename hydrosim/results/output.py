@@ -167,6 +167,15 @@ def read(path: Path) -> xr.Dataset:
     return run
 
 
+def status_of(path: Path) -> str | None:
+    """How the run in a file has ended; None if there is none."""
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as run:
+            return str(run.attrs.get("status"))
+    except (OSError, ValueError, RuntimeError):
+        return None
+
+
 @lru_cache
 def versions() -> str:
     """Of what numbers depend on besides this program."""

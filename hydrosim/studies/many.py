@@ -132,7 +132,7 @@ def prepared(case: Case | Scene) -> Scene:
     """The scene of a case, the runs that it needs made."""
     if isinstance(case, Scene):
         return case
-    complete(case, simulate)
+    complete(case, lambda stage, _: simulate(stage))
     return case.scene()
 
 

@@ -52,6 +52,7 @@ from hydrosim.stepping.state import (
 )
 from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, holder
+from hydrosim.studies.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.resolution import (
     fitting_step,
     linear_names,
@@ -93,39 +94,54 @@ Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
 
 
-def simulate(case: Case | Scene | Compiled, progress: Progress | None = None) -> xr.Dataset:
+def simulate(
+    case: Case | Scene | Compiled,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+) -> xr.Dataset:
     """Run a case, a scene or what is compiled of one; the dataset is described in
     `hydrosim.results.output`. The runs that a case needs are made first, see
     `hydrosim.studies.stages`. What is compiled is run as it is: a symmetric scene in its plane if
-    it was compiled ``in_plane``, as cases and scenes are here.
+    it was compiled ``in_plane``, as cases and scenes are here. With a checkpoint what is stepped is
+    ``kept`` on the disk now and then; who writes the result removes it.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
     up to there with ``status`` "failed", if the run cannot go on.
     """
     if isinstance(case, Compiled):
-        return run_compiled(warned_of_steps(case), progress)
+        return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
-        return simulate(compile_scene(case, in_plane=True), progress)
-    complete(case, lambda stage: simulate(stage, progress))
-    return simulate(case.scene(), progress)
+        return simulate(compile_scene(case, in_plane=True), progress, kept)
+    complete(case, lambda stage, _: simulate(stage, progress))
+    return simulate(case.scene(), progress, kept)
 
 
-def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dataset:
+def run_compiled(
+    compiled: Compiled, progress: Progress | None = None, kept: Checkpoint | None = None
+) -> xr.Dataset:
     """`simulate` for a scene that is compiled and whose step limits are known."""
     scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
     method, record = METHODS[scene.solver.method], new_record(compiled.model, clock)
     run = new_run(clock, model, method, compiled.first_state(), record)
     counters = run.counters
-    chunks = propagate(run) if propagated(scene, model) else _chunks(run)
+    exact = propagated(scene, model)  # in no time: it is not kept
+    keeper = Keeper(kept, compiled, run) if kept and not exact else None
+    if keeper:
+        keeper.take_up()
+    chunks = propagate(run) if exact else _chunks(run)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
     try:
         for time in _guarded(chunks, compiled, run):
             if progress is not None:
                 progress(time, int(counters[STEPS]))
+            if keeper:
+                keeper.look()
     except KeyboardInterrupt:
         status = "interrupted"
+        if keeper:
+            keeper.save()
     failed = counters[STATUS] != RUNNING
     message = _failure(compiled, run, time) if failed else None
     attributes = {
@@ -135,7 +151,7 @@ def run_compiled(compiled: Compiled, progress: Progress | None = None) -> xr.Dat
         "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
         "solver_evaluations": int(counters[EVALUATIONS]),
-        "wall_time": perf_counter() - start,
+        "wall_time": keeper.wall_time if keeper else perf_counter() - start,
         "status": "failed" if message else status,
         "status_message": message,
     }

@@ -15,6 +15,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, program_version
 from hydrosim.results.output import write
+from hydrosim.studies.checkpoint import checkpoint_of
 
 if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage
@@ -40,11 +41,12 @@ def outdated(stage: Stage) -> str | None:
 
 def complete(
     case: Case,
-    run: Callable[[Case], xr.Dataset],
+    run: Callable[[Case, Output], xr.Dataset],
     announce: Callable[[str], None] = lambda _: None,
     above: tuple[Path, ...] = (),
 ) -> bool:
-    """Make the runs that ``case`` needs by ``run``, the first of them first; True if any was made.
+    """Make the runs that ``case`` needs by ``run``, which is told where a run goes, the
+    first of them first; True if any was made.
 
     ``announce`` is told why a run is made; ``above`` are the cases that need this one. Raises
     InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
@@ -62,10 +64,11 @@ def complete(
         if reason:
             result = _result(stage)
             announce(f"{reason}: simulating {stage.case.path}")
-            dataset = run(stage.case)
+            dataset = run(stage.case, result)
             if dataset.attrs["status"] == "interrupted":
                 raise KeyboardInterrupt
             write(dataset, result)
+            checkpoint_of(result).clear()
             made = True
     return made
 

@@ -154,7 +154,7 @@ def test_a_first_stage_that_fails_writes_nothing(cases: Path, hydrosim: Command)
 def test_an_interrupt_in_the_first_stage(
     cases: Path, hydrosim: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(case: hs.Case) -> xr.Dataset:
+    def interrupted(*_: object) -> xr.Dataset:
         return xr.Dataset(attrs={"status": "interrupted"})
 
     monkeypatch.setattr("hydrosim.cli._simulate_with_progress", interrupted)
