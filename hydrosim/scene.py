@@ -31,6 +31,49 @@ class Hydrodynamics(Protocol):
     def bodies(self) -> int: ...
 
 
+class Without(StrEnum):
+    """What of a database is left out."""
+
+    DRIFT = "drift"
+    QTF = "qtf"
+    LOADS = "loads"
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What is done to a database that is read, and recorded in its attributes.
+
+    ``accept`` are names of findings of its checks that do not refuse it; ``frequencies`` [rad/s]
+    the lowest and the highest that are kept; ``symmetrise`` makes matrices symmetric and takes away
+    what the mirror image forbids; ``without`` leaves parts out; of ``bodies_apart`` each is by
+    itself, with the others held.
+    """
+
+    accept: tuple[str, ...] = ()
+    frequencies: tuple[float, float] | None = None
+    symmetrise: bool = False
+    without: tuple[Without, ...] = ()
+    bodies_apart: bool = False
+
+
+@dataclass(frozen=True)
+class ChangedDatabase:
+    """A database, or its file, with ``changes``."""
+
+    source: Hydrodynamics | Path
+    changes: Changes
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """Hydrodynamics by numbers alone (6, 6) about the centre of gravity, of no wave loads:
+    constant ``added_mass`` and ``damping``, and hydrostatic ``stiffness``."""
+
+    added_mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+
+
 class RadiationModel(StrEnum):
     """How the memory of the radiated waves is computed, with the defaults of each way."""
 
@@ -327,7 +370,8 @@ class WaveForces:
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file; None makes a dry body. ``database_body`` says which
+    ``hydrodynamics`` is a database or its file, changed or not, or coefficients; None makes a dry
+    body. ``database_body`` says which
     of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
     with one ``heading`` and one ``radiation``, a model by name or with its settings. A database of
     another content than ``database_checksum`` is refused.
@@ -342,7 +386,7 @@ class Body:
     name: str
     mass: float
     inertia: np.ndarray
-    hydrodynamics: Hydrodynamics | Path | None = None
+    hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Coefficients | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
     heading: float = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.elements import Where
+from hydrosim.case.hydrodynamics import built
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
 
@@ -67,7 +69,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         name=name,
         mass=body.mass,
         inertia=_inertia(body),
-        hydrodynamics=None if body.hydrodynamics is None else _place(folder, body.hydrodynamics),
+        hydrodynamics=built(body.hydrodynamics, partial(_place, folder)),
         centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
         location=body.location,
         heading=body.heading,

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from hydrosim.case.hydrodynamics import file_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
@@ -95,11 +96,10 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
         wanted = "the result of `hydrosim run`"
         yield from _check_file(("initial", "run"), folder / case.initial.run, wanted)
     for name, body in case.bodies.items():
-        if body.hydrodynamics is not None:
-            path = folder / body.hydrodynamics
-            yield from _check_file(
-                ("bodies", name, "hydrodynamics"), path, "a hydrodynamic database"
-            )
+        if (file := file_of(body.hydrodynamics)) is not None:
+            key = ("hydrodynamics",) if file is body.hydrodynamics else ("hydrodynamics", "file")
+            place = ("bodies", name, *key)
+            yield from _check_file(place, folder / file, "a hydrodynamic database")
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
             keys = ("environment", "waves", i, "file")

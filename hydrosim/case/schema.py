@@ -22,6 +22,7 @@ from pydantic import (
 )
 
 from hydrosim.case.elements import AnyElement
+from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, file_of
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
@@ -160,7 +161,7 @@ class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
     mass: of.Mass
-    hydrodynamics: StrictStr | None = None
+    hydrodynamics: Hydrodynamics | None = None
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     database_checksum: StrictStr | None = None
     centre_of_gravity: of.Point | None = None
@@ -199,12 +200,16 @@ class Body(Strict):
 
     @model_validator(mode="after")
     def _check_place(self) -> Self:
-        if self.hydrodynamics is not None and self.centre_of_gravity is None:
+        if file_of(self.hydrodynamics) is not None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
-        if self.hydrodynamics is None and self.database_body != 1:
-            raise problem("database_body and no hydrodynamics", "both, or none")
-        if self.hydrodynamics is None and self.database_checksum is not None:
-            raise problem("database_checksum and no hydrodynamics", "both, or none")
+        if file_of(self.hydrodynamics) is None and self.database_body != 1:
+            raise problem("database_body and no database", "both, or none")
+        if file_of(self.hydrodynamics) is None and self.database_checksum is not None:
+            raise problem("database_checksum and no database", "both, or none")
+        constant = isinstance(self.hydrodynamics, Coefficients)
+        if constant and not isinstance(self.radiation, AutomaticRadiation):
+            found = f"radiation: {self.radiation.model} of coefficients, which are constant"
+            raise problem(found, "no radiation there, or a database")
         return self
 
     @model_validator(mode="after")

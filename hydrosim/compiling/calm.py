@@ -76,8 +76,8 @@ def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
 
 
 def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
-    """All bodies of a scene in waves, with their own parts of the databases."""
-    alone = each_alone(wet)
+    """All bodies of a scene in waves, with their own parts of those databases that have loads."""
+    alone = {name: db for name, db in each_alone(wet).items() if db.heading.size}
     return [
         WaveBody(
             alone.get(body.name),

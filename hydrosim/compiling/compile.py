@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.refusals import check_scene
@@ -10,7 +12,7 @@ from hydrosim.compiling.symmetry import planar
 from hydrosim.compiling.wet import in_states, wet_groups
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene
-from hydrosim.waves import sea
+from hydrosim.waves import Components, sea
 
 
 @one_thread
@@ -21,19 +23,22 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.
     """
-    calm = compile_in_calm(scene)
-    drawn = sea(calm.scene.environment)
+    drawn = sea(scene.environment)
+    calm = compile_in_calm(scene, seas=drawn)
     calm = planar(calm, drawn) if in_plane else calm
     return in_waves(calm, calm.scene, drawn)
 
 
 @one_thread
-def compile_in_calm(scene: Scene, states: float | None = None) -> Compiled:
+def compile_in_calm(
+    scene: Scene, states: float | None = None, seas: Sequence[Components] = ()
+) -> Compiled:
     """The scene as arrays without its waves; raises as `compile_scene` does. ``states`` is the
-    tolerance of fits in place of all convolutions, which cannot be made linear."""
+    tolerance of fits in place of all convolutions, which cannot be made linear; of its databases it
+    uses what it needs in the ``seas``."""
     scene = opened(scene)
     check_scene(scene)
-    wet = wet_groups(scene)
+    wet = wet_groups(scene, seas)
     if states is not None:
         scene, wet = in_states(scene, wet, states)
     return compile_calm(scene, wet)

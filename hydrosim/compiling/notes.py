@@ -60,6 +60,7 @@ def notes_of_sea(
 ) -> Notes:
     """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
     alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
+    warnings.extend(text for group in wet for text in group.doubts(seas))
     for body in scene.bodies:
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim import database, radiation
+from hydrosim.compiling.coefficients import SOURCE, no_memory
+from hydrosim.compiling.databases import Group, groups, judged
 from hydrosim.compiling.restart import MemoryBefore, before
 from hydrosim.database import HydroDatabase
+from hydrosim.database.changes import CHANGED
+from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
@@ -25,13 +27,12 @@ from hydrosim.scene import (
     Body,
     ConstantRadiation,
     ConvolutionRadiation,
-    Environment,
-    Hydrodynamics,
     Radiation,
     RadiationModel,
     Scene,
     StateSpaceRadiation,
 )
+from hydrosim.waves import Components
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 
@@ -51,17 +52,17 @@ class WetGroup:
     """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
     the scene's.
 
-    ``database`` is about their centres of gravity, for all headings, with the ``checksum`` of the
-    one that was read. Radiation in the time domain, all couplings included: the model of all its
-    bodies, retardation functions, their fits for a state-space model, the groups of DOFs of the
-    database whose memory is convolved, with the reasons if it was not asked for, and the constant
-    part, ``added_mass`` and ``damping`` (n, n): A_inf and zero but for constant radiation.
+    ``database`` is about their centres of gravity, for all headings, and ``read`` as it was
+    read. Radiation in the time domain, all couplings included: the model of
+    all its bodies, retardation functions, their fits for a state-space model, the groups of DOFs of
+    the database whose memory is convolved, with the reasons if it was not asked for, and the
+    constant part, ``added_mass`` and ``damping`` (n, n): A_inf and zero but for constant radiation.
     """
 
     bodies: tuple[Body, ...]
     dofs: np.ndarray
     database: HydroDatabase
-    checksum: str
+    read: HydroDatabase
     radiation: Radiation | None
     memory: Retardation
     added_mass: np.ndarray
@@ -73,6 +74,11 @@ class WetGroup:
     def free(self) -> np.ndarray:
         """The DOFs of the database that can move."""
         return moving(self.bodies)
+
+    def doubts(self, seas: Sequence[Components]) -> tuple[str, ...]:
+        """What there is to warn of in the database, in what is used of it in the ``seas``; raises
+        InputError where that cannot be right."""
+        return judged(self.read, self.bodies, self.free, seas)
 
     @cached_property
     def alone(self) -> dict[str, HydroDatabase]:
@@ -95,14 +101,25 @@ class WetGroup:
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
+        if self.given:
+            return {"database": self.read.source, "radiation": self._described()}
+        said = {f"database_{key}": self.read.attributes.get(key) for key in (CHANGED, ACCEPTED)}
         return {
-            "database": self.database.source,
-            "database_checksum": self.checksum,
+            "database": self.read.source,
+            "database_checksum": self.read.checksum,
+            **{key: text for key, text in said.items() if text},
             "radiation": self._described(),
             "retardation": str(self.memory.report),
         }
 
+    @property
+    def given(self) -> bool:
+        """Whether it is made of numbers of the case, not of a database."""
+        return self.read.source == SOURCE
+
     def _described(self) -> str:
+        if self.given:
+            return "constant added mass and damping, as given"
         match self.radiation:
             case ConstantRadiation(period):
                 return f"constant added mass and damping of {period:g} s"
@@ -125,63 +142,32 @@ class WetGroup:
             )
 
 
-def wet_groups(scene: Scene) -> list[WetGroup]:
+def wet_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies, a database of several bodies once for all of them.
 
-    Raises InputError where a database cannot be read or does not fit the scene.
+    Raises InputError where a database cannot be read, does not fit the scene, or cannot be right
+    in what the scene uses of it in the ``seas``.
     """
-    opened: dict[Path | Hydrodynamics, HydroDatabase] = {}
-    groups: dict[tuple[object, ...], tuple[HydroDatabase, list[int]]] = {}
-    for i, body in enumerate(scene.bodies):
-        source = body.hydrodynamics
-        if source is None:
-            continue
-        if source not in opened:
-            opened[source] = in_memory(source)
-        db = opened[source]
-        _check_environment(db, body, scene.environment)
-        # several bodies may be copies of the one in a database, far from each other
-        key = (source, i) if db.bodies == 1 else (source, *body.location, body.heading)
-        groups.setdefault(key, (db, []))[1].append(i)
-    return [_group(db, members, scene) for db, members in groups.values()]
+    return [_group(group, scene, seas) for group in groups(scene)]
 
 
-def in_memory(source: Path | Hydrodynamics) -> HydroDatabase:
-    """The database of a body: read from its file, unless it is in memory."""
-    if isinstance(source, Path):
-        return database.load(source)
-    if isinstance(source, HydroDatabase):
-        return source
-    raise InputError(
-        f"hydrodynamics: found {type(source).__name__}; expected a file or a HydroDatabase."
-    )
-
-
-def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
-    """The group of the bodies ``members`` of the scene."""
-    members = sorted(members, key=lambda i: scene.bodies[i].database_body)
-    bodies = tuple(scene.bodies[i] for i in members)
-    _check_members(db, bodies)
-    dofs = np.concatenate([np.arange(6 * i, 6 * i + 6) for i in members])
-    checksum = db.checksum
-    _check_content(db, checksum, bodies)
+def _group(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
+    """The hydrodynamics of bodies of one database."""
+    read, bodies = group.database, tuple(group.bodies)
+    _check_members(read, bodies)
+    _check_content(read, bodies)
     chosen = radiation_of(bodies[0])
-    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     if isinstance(chosen, Memory):
-        _check_table(db, bodies[0], chosen)
+        _check_table(read, bodies[0], chosen)
+    judged(read, bodies, moving(bodies), seas)  # before anything is fitted to it
     centres = [body.centre_of_gravity for body in bodies]
-    db = database.all_headings(database.move_reference(db, centres))
-    memory = radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping),
-        length=table.length,
-        step=table.step,
-        checksum=db.checksum,
-    )
+    db = database.all_headings(database.move_reference(read, centres))
+    memory = no_memory(db) if read.source == SOURCE else _memory(db, chosen)
     wet = WetGroup(
         bodies,
-        dofs,
+        np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
         db,
-        checksum,
+        read,
         chosen,
         memory,
         memory.added_mass_infinite,
@@ -190,10 +176,22 @@ def _group(db: HydroDatabase, members: Sequence[int], scene: Scene) -> WetGroup:
     return _with_memory(wet, scene)
 
 
+def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
+    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
+    return radiation.retardation(
+        *(db.frequency, db.added_mass, db.radiation_damping),
+        length=table.length,
+        step=table.step,
+        checksum=db.checksum,
+    )
+
+
 def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
     """The group with what its radiation model needs."""
     match wet.radiation:
         case ConstantRadiation(period):
+            if wet.given:
+                return replace(wet, damping=wet.database.radiation_damping[0])
             added_mass, damping = _at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
@@ -201,8 +199,8 @@ def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
             radiation.check(fits, wet.database.source)
             return replace(wet, fits=fits)
         case ConvolutionRadiation():
-            groups = radiation.free_groups(wet.memory, wet.free)
-            return replace(wet, convolved=tuple(map(Convolved, groups)))
+            found = radiation.free_groups(wet.memory, wet.free)
+            return replace(wet, convolved=tuple(map(Convolved, found)))
         case AutomaticRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before(scene))
     return wet
@@ -305,13 +303,13 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
         )
 
 
-def _check_content(db: HydroDatabase, checksum: str, bodies: Sequence[Body]) -> None:
+def _check_content(db: HydroDatabase, bodies: Sequence[Body]) -> None:
     """Refuse a database that is not the one that was meant."""
     for body in bodies:
-        if body.database_checksum not in (None, checksum):
+        if body.database_checksum not in (None, db.checksum):
             raise InputError(
                 f"bodies.{body.name}.database_checksum: {db.source} has another content than was"
-                f" meant: found {checksum}; expected {body.database_checksum}. Use the database"
+                f" meant: found {db.checksum}; expected {body.database_checksum}. Use the database"
                 " that has it, or remove the key."
             )
 
@@ -324,16 +322,6 @@ def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
             f"bodies.{body.name}.radiation.step: found {table.step:g} s; expected at most"
             f" {longest:.3g} s, half the shortest period of {db.source}, or better a fifth of it."
         )
-
-
-def _check_environment(db: HydroDatabase, body: Body, water: Environment) -> None:
-    for name in ("water_density", "gravity", "water_depth"):
-        here, there = getattr(water, name), getattr(db, name)
-        if here != there and not (here < inf and abs(here - there) <= 1e-3 * here):
-            raise InputError(
-                f"environment.{name}: found {here:g}, but {db.source} of bodies.{body.name} was"
-                f" made for {there:g}. Use a database made for this water, or change the case."
-            )
 
 
 def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:

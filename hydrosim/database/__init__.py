@@ -1,6 +1,6 @@
 """Hydrodynamic databases: what they hold, reading, checking, moving to another point."""
 
-from hydrosim.database.checks import Finding, check
+from hydrosim.database.checks import Finding, Part, Use, check, doubts, in_order
 from hydrosim.database.database import HydroDatabase, all_headings, needed
 from hydrosim.database.load import load
 from hydrosim.database.transfer import body_of, move_reference

@@ -201,6 +201,25 @@ def all_headings(db: HydroDatabase) -> HydroDatabase:
     )
 
 
+_BY_FREQUENCY = (
+    "frequency",
+    "added_mass",
+    "radiation_damping",
+    "excitation",
+    "froude_krylov",
+    "mean_drift",
+    "mean_drift_held",
+    "drift_imbalance",
+)
+
+
+def of_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
+    """The database with some of its frequencies (nw,); quadratic transfer functions, which have
+    their own, stay."""
+    values = {name: getattr(db, name) for name in _BY_FREQUENCY}
+    return replace(db, **{name: v[keep] for name, v in values.items() if v is not None})
+
+
 def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp], Real]:
     """Directions (m, k) of k waves each, with their images, in the first turn and each once; which
     rows of ``angle`` they come from, and the signs (m, n) that the loads take."""

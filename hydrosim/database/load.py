@@ -6,7 +6,7 @@ import warnings
 from glob import escape
 from pathlib import Path
 
-from hydrosim.database.checks import Finding, check
+from hydrosim.database.checks import EVERYTHING, doubts
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
@@ -22,14 +22,8 @@ def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
     """
     db = read(path, given)
-    findings = check(db)
-    refused = [finding for finding in findings if finding.refused]
-    if refused:
-        reasons = "\n".join(f"  {_message(finding)}" for finding in refused)
-        raise InputError(f"{path}: the database cannot be right:\n{reasons}")
-    for finding in findings:
-        if not finding.passed:
-            warnings.warn(f"{path}: {_message(finding)}", stacklevel=2)
+    for doubt in doubts(db, EVERYTHING):
+        warnings.warn(doubt, stacklevel=2)
     return db
 
 
@@ -64,10 +58,3 @@ def _files(path: Path) -> list[Path]:
         problem = "is a directory" if path.is_dir() else "no such file"
         raise InputError(f"{path}: {problem}; expected a hydrodynamic database.")
     return found
-
-
-def _message(finding: Finding) -> str:
-    return (
-        f"{finding.name}: found {finding.figure:.3g}, expected at most {finding.limit:g}"
-        f" ({finding.advice})."
-    )

@@ -248,6 +248,13 @@ QuadraticMatrix = Annotated[
     Discriminator(_form),
     AfterValidator(_not_driving),
 ]
+AddedMassMatrix = Annotated[
+    Annotated[PerDof[_Mass, _Inertia], Tag("diagonal")]
+    | Annotated[SixBySix[_Mass, _MassMoment, _Inertia], Tag("matrix")],
+    Discriminator(_form),
+    AfterValidator(_symmetric),
+    AfterValidator(_semidefinite),
+]
 MassMatrix = Annotated[
     SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
 ]

@@ -17,7 +17,6 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
-from hydrosim.database import check as check_database
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
@@ -57,10 +56,6 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"{', '.join(wet.names)}:"
         for key, value in wet.provenance().items():
             yield f"  {key.replace('_', ' ')}: {value}"
-        for finding in check_database(wet.database):
-            if not finding.passed:
-                figures = f"{finding.figure:.3g} > {finding.limit:.3g}"
-                yield f"  {finding.name}: {figures}, {finding.advice}"
     for line in own.notes.memory:
         yield f"radiation of {line}"
     for line in notes.records:

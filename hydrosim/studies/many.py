@@ -27,16 +27,17 @@ import xarray as xr
 
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.databases import Source, opened
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened_start
 from hydrosim.compiling.symmetry import planar, wave_asymmetries
 from hydrosim.compiling.wet import WetGroup, wet_groups
-from hydrosim.database import HydroDatabase, load
+from hydrosim.database import HydroDatabase
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
-from hydrosim.scene import Hydrodynamics, Scene, Start
+from hydrosim.scene import Body, Coefficients, Scene, Start
 from hydrosim.studies.simulation import run_compiled, simulate, warned_of_steps
 from hydrosim.studies.stages import complete
 from hydrosim.waves import Components, sea
@@ -300,7 +301,7 @@ class _Shared:
     the run to start from, only once."""
 
     def __init__(self) -> None:
-        self._databases: dict[Path, HydroDatabase] = {}
+        self._databases: dict[Source, HydroDatabase] = {}
         self._start: tuple[Start, Start] | None = None
         self._calm: Scene | None = None
         self._wet: tuple[WetGroup, ...] = ()
@@ -315,8 +316,8 @@ class _Shared:
         try:
             check_scene(scene)
             scene = self._opened(scene)
-            self._wet = self._wet or tuple(wet_groups(scene))
             drawn = sea(scene.environment)
+            self._wet = self._wet or tuple(wet_groups(scene, drawn))
             aside = list(wave_asymmetries(scene, self._wet, drawn))
             if self._made is None or self._made[0] != aside:
                 whole = compile_calm(scene, self._wet)
@@ -329,9 +330,7 @@ class _Shared:
         return _Work(scene, drawn, made)
 
     def _opened(self, scene: Scene) -> Scene:
-        bodies = tuple(
-            replace(body, hydrodynamics=self._database(body.hydrodynamics)) for body in scene.bodies
-        )
+        bodies = tuple(map(self._read, scene.bodies))
         scene = replace(scene, bodies=bodies)
         if scene.initial is None:
             return scene
@@ -339,12 +338,13 @@ class _Shared:
             self._start = scene.initial, opened_start(scene.initial)
         return replace(scene, initial=self._start[1])
 
-    def _database(self, source: Hydrodynamics | Path | None) -> Hydrodynamics | None:
-        if not isinstance(source, Path):
-            return source
+    def _read(self, body: Body) -> Body:
+        source = body.hydrodynamics
+        if source is None or isinstance(source, HydroDatabase | Coefficients):
+            return body
         if source not in self._databases:
-            self._databases[source] = load(source)
-        return self._databases[source]
+            self._databases[source] = opened(source)
+        return replace(body, hydrodynamics=self._databases[source])
 
 
 def alike(one: object, other: object) -> bool:

@@ -69,6 +69,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
     )
     remarks = [
         *_rough_memory(compiled),
+        *_unloaded(compiled),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),
         *contact_remarks(compiled, rest, about, wanted.contacts),
@@ -94,6 +95,15 @@ def _rough_memory(compiled: Compiled) -> Iterator[str]:
                     f" passive state-space model, {fit.report.frequency_error:.1e} off. With"
                     " the added mass and damping of the databases (`--database`) RAOs need none."
                 )
+
+
+def _unloaded(compiled: Compiled) -> Iterator[str]:
+    for group in compiled.wet:
+        if not group.read.heading.size:
+            yield (
+                f"{group.read.source} has no wave loads: nothing drives {', '.join(group.names)} in"
+                " these RAOs but the other bodies."
+            )
 
 
 def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:

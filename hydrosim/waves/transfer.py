@@ -88,7 +88,7 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
 def all_round(database: TransferFunctions) -> bool:
     """Whether there are headings around any."""
     every = np.radians(np.arange(0.0, 360.0, 5.0))
-    return heading_weights(database.heading, every) is not None
+    return database.heading.size > 0 and heading_weights(database.heading, every) is not None
 
 
 def mean_drift_at(

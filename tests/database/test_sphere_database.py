@@ -24,7 +24,7 @@ def sphere() -> HydroDatabase:
 
 @pytest.fixture(scope="module")
 def wamit() -> HydroDatabase:
-    with pytest.warns(UserWarning, match="kernel truncation"):
+    with pytest.warns(UserWarning, match="size of the horizontal load"):
         return load(unpacked("sphere/sphere.h5"))
 
 

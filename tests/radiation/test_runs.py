@@ -65,6 +65,7 @@ def heaving() -> HydroDatabase:
         volume=np.array([MASS / 1025.0]),
         centre_of_gravity=np.zeros((1, 3)),
         centre_of_buoyancy=np.zeros((1, 3)),
+        attributes={"accepted": "size of the heave load in long waves"},
     )
 
 

@@ -2,18 +2,23 @@
 
 Each finding is one figure, zero at best, with a limit above which to look closer and, where only a
 wrong sign, unit or convention can be the cause, a refusal above which the database is not used.
+What a scene does not use is not judged, see `Use`.
 """
 
 from __future__ import annotations
 
-from hydrosim.database.checks.finding import Check, Finding
+from functools import lru_cache
+
+from hydrosim.database.checks.finding import ACCEPTED, Check, Finding
 from hydrosim.database.checks.haskind import HASKIND
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
 from hydrosim.database.checks.radiation import RADIATION
 from hydrosim.database.checks.ranges import ORDER, RANGES
 from hydrosim.database.checks.second_order import SECOND_ORDER
+from hydrosim.database.checks.use import EVERYTHING, Part, Use
 from hydrosim.database.database import HydroDatabase
+from hydrosim.errors import InputError
 
 CHECKS: tuple[Check, ...] = (
     *ORDER,
@@ -24,12 +29,41 @@ CHECKS: tuple[Check, ...] = (
     *HYDROSTATICS,
     *SECOND_ORDER,
 )
+NAMES = tuple(one.name for one in CHECKS)
 
 
-def check(db: HydroDatabase) -> list[Finding]:
-    """All findings about ``db``; only those about frequencies and headings if they are refused,
-    because no other figure means anything then."""
+def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
+    """All findings about what there is ``use`` for in ``db``; only those about frequencies and
+    headings if they are refused, because no other figure means anything then."""
     order = [one(db) for one in ORDER]
     if any(finding.refused for finding in order):
         return order
-    return [*order, *(one(db) for one in CHECKS[len(ORDER) :])]
+    return [*order, *(one(db, use) for one in CHECKS[len(ORDER) :])]
+
+
+def in_order(db: HydroDatabase) -> HydroDatabase:
+    """The database itself; raises `InputError` if frequencies or headings are out of order."""
+    refuse(db, [one(db) for one in ORDER])
+    return db
+
+
+@lru_cache(maxsize=8)
+def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
+    """What there is to warn of; raises `InputError` if the database is refused for this ``use``."""
+    findings = check(db, use)
+    refuse(db, findings)
+    return tuple(f"{db.source}: {finding}" for finding in findings if not finding.passed)
+
+
+def refuse(db: HydroDatabase, findings: list[Finding]) -> None:
+    """Raises `InputError` where one of the ``findings`` refuses the database."""
+    refused = [finding for finding in findings if finding.refused]
+    if not refused:
+        return
+    reasons = "\n".join(f"  {finding}" for finding in refused)
+    names = ", ".join(finding.name for finding in refused)
+    raise InputError(
+        f"{db.source}: the database cannot be right:\n{reasons}\nWhere you know that it is, say"
+        f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` to"
+        " `hydrosim db convert`."
+    )

@@ -13,16 +13,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, LeftOut
-from hydrosim.database.checks.scales import damping_scale, radius
+from hydrosim.database.checks.finding import Check, Errors, LeftOut
+from hydrosim.database.checks.scales import MODES, damping_scale, length, radius
+from hydrosim.database.checks.use import Part
 from hydrosim.database.database import TURN, HydroDatabase, Real, all_headings
 from hydrosim.waves.dispersion import wavenumber
 
 _WIDEST = np.radians(46.0)  # between headings: fewer do not make a circle
 _DEEP = 50.0  # k h from which on the water is deep
+_LEVER = 0.03  # of V^(1/3): by less than this, a load that panels misplace may have its lever
 
 
-def _error(db: HydroDatabase) -> float:
+def _error(db: HydroDatabase) -> Errors:
     """Largest |B_ij - that of the loads| within each body, relative to the diagonal."""
     circle = all_headings(db)
     gaps = np.diff(circle.heading, append=circle.heading[0] + TURN)
@@ -37,8 +39,12 @@ def _error(db: HydroDatabase) -> float:
     loads = circle.excitation[seen]
     integral = np.einsum("h,whi,whj->wij", weight, loads, loads.conj(), optimize=True)
     density = 8 * np.pi * db.water_density * db.gravity * _group_speed(db, k)
-    gap = np.abs((k / density)[seen, None, None] * integral - db.radiation_damping[seen])
-    return _within_bodies(gap / np.outer(*[_scale(db, seen)] * 2)).max()
+    gap = np.full(db.radiation_damping.shape, np.nan)
+    gap[seen] = (k / density)[seen, None, None] * integral.real - db.radiation_damping[seen]
+    gap[:, _between_bodies(db)] = np.nan
+    scale = _scale(db, seen)
+    relative = np.abs(gap) / np.outer(scale, scale)
+    return Errors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
 
 
 def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
@@ -50,16 +56,19 @@ def _resolved(k: Real, radius: float, gap: float) -> np.ndarray:
 
 
 def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
-    """(n,) from the damping at those frequencies, or the noise if that is larger."""
+    """(n,) from the damping at those frequencies, or the noise if that is larger: what is left of
+    loads that should cancel is a small part of the body's largest."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
-    return np.maximum(np.sqrt(largest), 0.1 * damping_scale(db))
+    own = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
+    lever = length(db)[:, None] ** MODES
+    noise = _LEVER * lever * (own / lever).max(axis=1, keepdims=True)
+    return np.maximum(own, noise).ravel()
 
 
-def _within_bodies(matrices: Real) -> Real:
-    """(nw, nb, 6, 6) of (nw, n, n)."""
-    bodies = matrices.shape[1] // 6
-    blocks = matrices.reshape(-1, bodies, 6, bodies, 6)
-    return np.moveaxis(np.diagonal(blocks, axis1=1, axis2=3), -1, 1)
+def _between_bodies(db: HydroDatabase) -> np.ndarray:
+    """(n, n): pairs of two bodies, of which the relation says nothing simple."""
+    body = np.arange(6 * db.bodies) // 6
+    return body[:, None] != body
 
 
 def _group_speed(db: HydroDatabase, k: Real) -> Real:
@@ -76,5 +85,6 @@ HASKIND = (
         " to the diagonal; refine the panels, or look for factors of rho, g, w or 2 in one of the"
         " two, DOFs in another order or of another sign, axes turned, or a wrong depth",
         refusal=0.5,
+        of=frozenset({Part.RADIATION, Part.LOADS}),
     ),
 )

@@ -4,32 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check
+from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import diagonal, displaced_mass
+from hydrosim.database.checks.use import Part
 from hydrosim.database.database import HydroDatabase, Real, needed
 
 
-def _heave(db: HydroDatabase) -> float:
-    return ((1 - np.sign(diagonal(needed(db, "hydrostatic_stiffness"))[2::6])) / 2).max()
+def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> Errors:
+    """``values`` (nb, len(dofs)) or (nb, 1) of those degrees of freedom of each body."""
+    relative = np.full((db.bodies, 6), np.nan)
+    relative[:, list(dofs)] = values
+    return Errors(relative.ravel(), ("dof",))
 
 
-def _asymmetry(db: HydroDatabase) -> float:
+def _heave(db: HydroDatabase) -> Errors:
+    own = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
+
+
+def _asymmetry(db: HydroDatabase) -> Errors:
     stiffness = needed(db, "hydrostatic_stiffness")
     scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
-    part = slice(2, 5)
-    return max(
-        (np.abs(block - block.T) / np.outer(size, size))[part, part].max()
-        for block, size in zip(_blocks(stiffness), scale.reshape(-1, 6), strict=True)
-    )
+    dofs = np.arange(len(stiffness))
+    stiff = (dofs % 6 > 1) & (dofs % 6 < 5)
+    judged = np.outer(stiff, stiff) & (dofs[:, None] // 6 == dofs // 6)
+    gap = np.where(judged, stiffness - stiffness.T, np.nan)
+    return Errors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
 
 
-def _metacentre(db: HydroDatabase) -> float:
-    """Number of negative metacentric heights."""
+def _metacentre(db: HydroDatabase) -> Errors:
+    """1 for each negative metacentric height."""
     stiffness = diagonal(needed(db, "hydrostatic_stiffness")).reshape(-1, 6)
-    return float(np.count_nonzero(stiffness[:, 3:5] < 0))
+    return _of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
 
 
-def _waterplane(db: HydroDatabase) -> float:
+def _waterplane(db: HydroDatabase) -> Errors:
     """Heave, roll and pitch stiffness less the levers of buoyancy and weight are rho g times the
     integrals of (1, x, y)(1, x, y) over the waterplane: how far from positive semi-definite, and
     how far below the polar moment A^2/2pi of a disc, which is the least."""
@@ -38,7 +47,8 @@ def _waterplane(db: HydroDatabase) -> float:
     stiffness = _blocks(needed(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
     for block, less in zip(stiffness, rho_g * needed(db, "volume") * lever, strict=True):
         block[[1, 2], [1, 2]] -= less
-    return max(_impossible(block / rho_g) for block in stiffness)
+    impossible = [[_impossible(block / rho_g)] for block in stiffness]
+    return _of_dofs(db, np.array(impossible), 3, 4)
 
 
 def _impossible(moments: Real) -> float:
@@ -53,9 +63,9 @@ def _impossible(moments: Real) -> float:
     return max(0.0, 1 - polar / least, -np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
 
 
-def _weight(db: HydroDatabase) -> float:
+def _weight(db: HydroDatabase) -> Errors:
     mass = diagonal(needed(db, "inertia_matrix"))[0::6]
-    return np.abs(mass / displaced_mass(db) - 1).max()
+    return Errors(np.abs(mass / displaced_mass(db) - 1), ("body",))
 
 
 def _blocks(matrix: Real) -> Real:
@@ -73,6 +83,7 @@ HYDROSTATICS = (
         " under water, else the stiffness is missing or its sign is wrong",
         refusal=0.5,
         needs=("hydrostatic_stiffness",),
+        of=frozenset({Part.STIFFNESS}),
     ),
     Check(
         "symmetry of the stiffness",
@@ -81,14 +92,16 @@ HYDROSTATICS = (
         "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look for"
         " a sign or an entry in another place",
         needs=("hydrostatic_stiffness",),
+        of=frozenset({Part.STIFFNESS}),
     ),
     Check(
         "metacentric heights",
         _metacentre,
         0.0,
-        "number of negative roll and pitch stiffnesses; the body capsizes, or its centre of gravity"
+        "1 where a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
         " or the sign is wrong",
         needs=("hydrostatic_stiffness",),
+        of=frozenset({Part.STIFFNESS}),
     ),
     Check(
         "moments of the waterplane",
@@ -98,6 +111,7 @@ HYDROSTATICS = (
         " for a stiffness without gravity, or for centres in another frame",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_buoyancy", "centre_of_gravity"),
+        of=frozenset({Part.STIFFNESS}),
     ),
     Check(
         "weight",
@@ -107,5 +121,6 @@ HYDROSTATICS = (
         " volume, density or mass is wrong",
         refusal=0.9,
         needs=("inertia_matrix", "volume"),
+        of=frozenset({Part.SPARE}),
     ),
 )

@@ -6,28 +6,46 @@ a = -(g eta_x, g eta_y, w^2 eta). With C about the reference point, gravity acti
 
     X = C (0, 0, eta, eta_y, -eta_x, 0) + rho V (a_x, a_y, 0, 0, 0, 0) + A (a, 0, 0, 0)
 
-to first order in the wavenumber: hydrostatics, the pressure of the wave (Froude and Krylov), and
+to first order in the wavenumber k: hydrostatics, the pressure of the wave (Froude and Krylov), and
 the water that the body diverts (G.I. Taylor's theorem; Newman 1977, Marine Hydrodynamics, 6.16).
+That is looked at in the longest wave and, because what panels misplace hides moments there, once
+more in a shorter one.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check
+from hydrosim.database.checks.finding import Check, Errors
 from hydrosim.database.checks.scales import compact, diagonal, displaced_mass, first_wavenumber
 from hydrosim.database.checks.scales import length as sides
-from hydrosim.database.database import Complex, HydroDatabase, Real, needed
+from hydrosim.database.checks.use import Part
+from hydrosim.database.database import Complex, HydroDatabase, Real, needed, of_frequencies
+from hydrosim.waves.dispersion import wavenumber
 
 _COUPLED = 0.3  # part by which the inertia of the water may lower the heave load
 _STEEPER = (0.01, 100.0)  # range of what a wrong depth can make of the wavenumber
 _TINY = 1e-300
+_CLEAR = 0.1  # k V^(1/3) up to which the limits hold within about a per cent
+_STILL = 0.05  # part by which the inertia of the water may lower the heave load there
+_LEVER = 5e-3  # of V^(1/3), by which panels misplace the heave load
+_LEAK = 1e-4  # of the heave load, that they turn into a horizontal one
+
+
+def _static_row(db: HydroDatabase) -> int:
+    """Of the highest frequency at which the limits still hold and the heave load is static."""
+    k = wavenumber(db.frequency, db.water_depth, db.gravity)
+    mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
+    stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
+    still = (db.frequency[:, None] ** 2 * mass < _STILL * stiffness).all(axis=1)
+    return int(np.flatnonzero(still & (k * sides(db).max() <= _CLEAR)).max(initial=0))
 
 
 class _Wave(NamedTuple):
-    """The longest wave at the bodies' reference points, per amplitude."""
+    """A long wave at the bodies' reference points, per amplitude."""
 
     towards: Real  # (nh, 2)
     elevation: Complex  # (nh, nb)
@@ -48,7 +66,7 @@ def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
 
 
 def _loads(db: HydroDatabase) -> Complex:
-    """(nh, nb, 6) at the lowest frequency."""
+    """(nh, nb, 6)."""
     return db.excitation[0].reshape(db.heading.size, db.bodies, 6)
 
 
@@ -70,27 +88,43 @@ def _diverted(db: HydroDatabase, wave: _Wave) -> Complex:
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
-def _horizontal_phase(db: HydroDatabase) -> float:
-    drive = np.einsum("hbi,hi->hb", _at_bodies(db)[..., :2], _wave(db).towards)
-    return _degrees(drive / 1j)
+def _of_dofs(db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None) -> Errors:
+    """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
+    frequency, and the ``size`` of the latter in themselves."""
+
+    def spread(numbers: Real) -> Real:
+        out = np.full((1, db.heading.size, db.bodies, 6), np.nan)
+        out[0, ..., list(dofs)] = np.moveaxis(np.atleast_3d(numbers), -1, 0)
+        return out.reshape(1, db.heading.size, -1)
+
+    sizes = None if size is None else spread(size)
+    return Errors(spread(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
+
+
+def _horizontal_phase(db: HydroDatabase) -> Errors:
+    loads = _at_bodies(db)
+    drive = np.einsum("hbi,hi->hb", loads[..., :2], _wave(db).towards)
+    clear = np.abs(drive) > _LEAK * np.abs(loads[..., 2])
+    return _of_dofs(db, np.where(clear, _degrees(drive / 1j), np.nan), 0, 1)
 
 
 def _heave_ratio(db: HydroDatabase) -> Complex:
-    """X3 / C33 of the bodies at the surface."""
+    """X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
     stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
-    return _at_bodies(db)[:, stiffness > 0, 2] / stiffness[stiffness > 0]
+    floats = stiffness > 0
+    return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
 
-def _heave_phase(db: HydroDatabase) -> float:
-    return _degrees(_heave_ratio(db))
+def _heave_phase(db: HydroDatabase) -> Errors:
+    return _of_dofs(db, _degrees(_heave_ratio(db)), 2)
 
 
-def _heave_size(db: HydroDatabase) -> float:
-    return _decades(_heave_ratio(db))
+def _heave_size(db: HydroDatabase) -> Errors:
+    return _of_dofs(db, _decades(_heave_ratio(db)), 2)
 
 
-def _horizontal_size(db: HydroDatabase) -> float:
-    return _decades(_horizontal_ratio(db))
+def _horizontal_size(db: HydroDatabase) -> Errors:
+    return _of_dofs(db, _decades(_horizontal_ratio(db)), 0, 1)
 
 
 def _horizontal_ratio(db: HydroDatabase) -> Complex:
@@ -108,15 +142,36 @@ def _wave_of_loads(db: HydroDatabase) -> _Wave:
     return _wave(db, float(steeper))
 
 
-def _moments(db: HydroDatabase) -> float:
-    """Error of the roll and pitch moments, relative to the sum of the sizes of their parts."""
+def _moments(db: HydroDatabase) -> Errors:
+    """In the longest wave, and in a shorter one with the phases of the heave load."""
+    row = _static_row(db)
+    shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
+    longest, other = _moments_in(db), _moments_in(_in_phase(shorter))
+    relative, size = (np.full((row + 1, *longest.relative.shape[1:]), np.nan) for _ in range(2))
+    for k, errors in ((row, other), (0, longest)):
+        relative[k], size[k] = errors.relative[0], np.asarray(errors.size)[0]
+    return longest._replace(relative=relative, size=size)
+
+
+def _in_phase(db: HydroDatabase) -> HydroDatabase:
+    """The database with phases by which the heave load is that of the elevation at the bodies."""
+    heave = _loads(db)[..., 2] * _wave(db).elevation.conj()
+    turn = np.exp(-1j * np.angle(heave))
+    return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
+
+
+def _moments_in(db: HydroDatabase) -> Errors:
+    """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
+    what the heave load makes by the lever that panels misplace."""
     wave = _wave_of_loads(db)
     static, diverted = _static(db, wave)[..., 3:5], _diverted(db, wave)[..., 3:5]
-    error = np.abs(_loads(db)[..., 3:5] - static - diverted).max(axis=0)
+    error = np.abs(_loads(db)[..., 3:5] - static - diverted)
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
     least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
-    return (error / np.maximum(parts, least[:, None])).max()
+    noise = _LEVER * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
+    scale = np.maximum(parts, np.maximum(least, noise)[:, None])
+    return _of_dofs(db, error / scale, 3, 4, size=error)
 
 
 def _static(db: HydroDatabase, wave: _Wave) -> Complex:
@@ -134,17 +189,18 @@ def _static(db: HydroDatabase, wave: _Wave) -> Complex:
     return loads
 
 
-def _froude_krylov(db: HydroDatabase) -> float:
+def _froude_krylov(db: HydroDatabase) -> Errors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
     given = needed(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
     horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure(db, wave), wave.towards)
     expected = np.einsum("hbi,hi->hb", _pressure(db, wave), wave.towards)
     stiffness = diagonal(needed(db, "hydrostatic_stiffness"))[2::6]
-    heave = given[..., 2] - stiffness * wave.elevation
     floats = stiffness > 0
-    errors = np.abs(horizontal / expected), np.abs(heave[:, floats] / stiffness[floats])
-    return max(error.max(initial=0.0) for error in errors)
+    ratio = given[..., 2] / np.where(floats, stiffness, 1.0)
+    along, heave = np.abs(horizontal / expected), np.abs(ratio - wave.elevation)
+    heave = np.where(floats, heave, np.nan)
+    return _of_dofs(db, np.stack([along, along, heave], axis=-1), 0, 1, 2)
 
 
 def _heave_is_static(db: HydroDatabase) -> bool:
@@ -157,17 +213,17 @@ def _heave_is_static(db: HydroDatabase) -> bool:
     return compact(db) and bool((db.frequency[0] ** 2 * mass < _COUPLED * load).all())
 
 
-def _degrees(load: Complex) -> float:
-    return np.degrees(np.abs(np.angle(load))).max(initial=0.0)
+def _degrees(load: Complex) -> Real:
+    return np.asarray(np.degrees(np.abs(np.angle(load))))
 
 
-def _decades(ratio: Complex) -> float:
-    return np.abs(np.log10(np.maximum(np.abs(ratio), _TINY))).max(initial=0.0)
+def _decades(ratio: Complex) -> Real:
+    return np.asarray(np.abs(np.log10(np.maximum(np.abs(ratio), _TINY))))
 
 
 _PHASE = (
-    "degrees from the limit for exp(+i w t), at the lowest frequency and the worst heading;"
-    " start at a lower frequency, or look for exp(-i w t) (conjugate the loads), headings"
+    "degrees from the limit for exp(+i w t); start at a lower frequency, or look for"
+    " exp(-i w t) (conjugate the loads), headings"
     " where waves come from (add 180 degrees) or another origin of the phases"
 )
 
@@ -179,6 +235,7 @@ LONG_WAVES = (
         _PHASE,
         refusal=60.0,
         proves=compact,
+        of=frozenset({Part.LOADS}),
     ),
     Check(
         "phase of the heave load in long waves",
@@ -188,16 +245,18 @@ LONG_WAVES = (
         refusal=60.0,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
+        of=frozenset({Part.LOADS}),
     ),
     Check(
         "size of the heave load in long waves",
         _heave_size,
         0.1,
-        "decimal logarithm of |X3| / C33 at the lowest frequency; start at a lower frequency,"
+        "decimal logarithm of |X3| / C33; start at a lower frequency,"
         " or look for a factor such as rho g or a wave height for an amplitude",
         refusal=0.25,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
+        of=frozenset({Part.LOADS, Part.STIFFNESS}),
     ),
     Check(
         "size of the horizontal load in long waves",
@@ -207,26 +266,29 @@ LONG_WAVES = (
         " start at a lower frequency, or look for a wrong water depth (it sets k), volume, density"
         " or factor rho",
         needs=("volume",),
+        of=frozenset({Part.LOADS}),
     ),
     Check(
         "roll and pitch moments in long waves",
         _moments,
         0.1,
-        "error from what the stiffness says of a sloping surface, relative to the moments, at the"
-        " lowest frequency; start at a lower frequency, or look for a stiffness without gravity, a"
+        "error from what the stiffness says of a sloping surface, relative to the moments;"
+        " start at a lower frequency, or look for a stiffness without gravity, a"
         " wrong centre of gravity or reference point, roll for pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
         proves=compact,
+        of=frozenset({Part.LOADS, Part.STIFFNESS}),
     ),
     Check(
         "Froude-Krylov loads in long waves",
         _froude_krylov,
         0.1,
-        "largest relative error from i rho g k V along the waves and from C33, at the lowest"
-        " frequency; start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
+        "largest relative error from i rho g k V along the waves and from C33;"
+        " start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
         proves=compact,
+        of=frozenset({Part.SPARE}),
     ),
 )

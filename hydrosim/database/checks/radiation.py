@@ -6,8 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.finding import Check, Errors, LeftOut
 from hydrosim.database.checks.scales import added_mass_scale, damping_scale
+from hydrosim.database.checks.use import Part
 from hydrosim.database.database import HydroDatabase, Real, needed
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.radiation.retardation import (
@@ -21,59 +22,68 @@ _LOWEST = 0.05  # of the highest frequency: below it added mass is not compared 
 _STEP = 0.4  # of it, times the highest frequency
 
 
-def _asymmetry(matrix: Real, scale: Real) -> float:
-    return (np.abs(matrix - matrix.transpose(0, 2, 1)) / np.outer(scale, scale)).max()
+ADDED_MASS, DAMPING = ("kg", ""), ("kg", "/s")
+_ALONG = ("frequency", "dof", "motion")
 
 
-def _added_mass_asymmetry(db: HydroDatabase) -> float:
-    return _asymmetry(db.added_mass, added_mass_scale(db))
+def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> Errors:
+    """Errors (nw, n, n) or (n, n) of a matrix, relative to the ``scale`` (n,) of its rows."""
+    relative = np.abs(error) / np.outer(scale, scale)
+    return Errors(relative, _ALONG[-relative.ndim :], error, unit)
 
 
-def _damping_asymmetry(db: HydroDatabase) -> float:
-    return _asymmetry(db.radiation_damping, damping_scale(db))
+def _added_mass_asymmetry(db: HydroDatabase) -> Errors:
+    A = db.added_mass
+    return _of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS)
 
 
-def _mirror(db: HydroDatabase) -> float:
+def _damping_asymmetry(db: HydroDatabase) -> Errors:
+    B = db.radiation_damping
+    return _of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING)
+
+
+def _mirror(db: HydroDatabase) -> Errors:
     """What couples a motion that the mirror image keeps to one that it reverses."""
     if not db.port_starboard_symmetric:
         raise LeftOut("the bodies are not their own mirror images")
     sign = np.tile(MIRROR_SIGN, db.bodies)
     reversed_ = np.outer(sign, sign) < 0
-    pairs = (db.added_mass, added_mass_scale(db)), (db.radiation_damping, damping_scale(db))
-    return max((np.abs(m) / np.outer(s, s))[:, reversed_].max() for m, s in pairs)
+    mass = _of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS)
+    damping = _of_pairs(db.radiation_damping * reversed_, damping_scale(db), DAMPING)
+    return max(mass, damping, key=lambda errors: errors.relative.max())
 
 
-def _negative_damping(db: HydroDatabase) -> float:
+def _negative_damping(db: HydroDatabase) -> Errors:
     scale = damping_scale(db)
     scaled = db.radiation_damping / np.outer(scale, scale)
-    lowest = np.linalg.eigvalsh((scaled + scaled.transpose(0, 2, 1)) / 2).min()
-    return max(0.0, -lowest)
+    lowest = np.linalg.eigvalsh((scaled + scaled.transpose(0, 2, 1)) / 2)[:, 0]
+    return Errors(np.maximum(0.0, -lowest), ("frequency",))
 
 
-def _causality(db: HydroDatabase) -> float:
+def _causality(db: HydroDatabase) -> Errors:
     """Over frequencies that the guessed tail of the damping hardly reaches and that are resolved:
     in finite depth heave's added mass goes like log w below them."""
     scale = added_mass_scale(db)
     _, left = _ogilvie(db)
     share = db.frequency / db.frequency[-1]
     inner = (share >= _LOWEST) & (share <= OGILVIE_BAND)
-    return (np.abs(left[inner]) / np.outer(scale, scale)).max(initial=0.0)
+    left = np.where(inner[:, None, None], left, np.nan)
+    return _of_pairs(left, scale, ADDED_MASS)
 
 
-def _infinite(db: HydroDatabase) -> float:
-    scale = added_mass_scale(db)
-    gap = np.abs(needed(db, "added_mass_infinite") - _ogilvie(db)[0])
-    return (gap / np.outer(scale, scale)).max()
+def _infinite(db: HydroDatabase) -> Errors:
+    gap = needed(db, "added_mass_infinite") - _ogilvie(db)[0]
+    return _of_pairs(gap, added_mass_scale(db), ADDED_MASS)
 
 
-def _zero(db: HydroDatabase) -> float:
+def _zero(db: HydroDatabase) -> Errors:
     """In finite depth of surge, sway and yaw alone: the others grow as -log w for w -> 0."""
-    scale = added_mass_scale(db)
-    gap = np.abs(needed(db, "added_mass_zero") - db.added_mass[0]) / np.outer(scale, scale)
-    dofs = np.arange(6 * db.bodies)
-    if np.isfinite(db.water_depth):
-        dofs = dofs[(dofs % 6 < 2) | (dofs % 6 == 5)]
-    return gap[np.ix_(dofs, dofs)].max()
+    gap = needed(db, "added_mass_zero") - db.added_mass[0]
+    dofs = np.arange(6 * db.bodies) % 6
+    level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
+    return _of_pairs(
+        np.where(np.outer(level, level), gap, np.nan), added_mass_scale(db), ADDED_MASS
+    )
 
 
 @lru_cache(maxsize=1)
@@ -97,6 +107,7 @@ RADIATION = (
         "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
         " mixed units or DOFs in another order",
         refusal=0.1,
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "symmetry of radiation damping",
@@ -105,6 +116,7 @@ RADIATION = (
         "largest |M_ij - M_ji| / sqrt(M_ii M_jj), zero in theory; refine the panels, or look for"
         " mixed units or DOFs in another order",
         refusal=0.1,
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "port and starboard",
@@ -113,6 +125,7 @@ RADIATION = (
         "largest coupling of surge, heave or pitch to sway, roll or yaw, zero for a hull that is"
         " its own mirror image; look for DOFs in another order or axes turned",
         refusal=0.1,
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "positive damping",
@@ -122,6 +135,8 @@ RADIATION = (
         " diagonal; negative damping makes waves out of nothing: look for irregular frequencies,"
         " coarse panels or a wrong sign",
         refusal=0.3,
+        of_all=True,
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "added mass against damping",
@@ -130,6 +145,7 @@ RADIATION = (
         "largest error of A(w) from the damping by Ogilvie's (1964) relation, relative to the"
         " diagonal; compute higher or denser frequencies, or look for frequencies in another unit"
         " than rad/s or a factor w, rho in one of the two",
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "added mass at infinite frequency",
@@ -138,6 +154,7 @@ RADIATION = (
         "largest difference from what A(w) and the damping give by Ogilvie's (1964) relation,"
         " relative to the diagonal; hydrosim uses the latter",
         needs=("added_mass_infinite",),
+        of=frozenset({Part.SPARE}),
     ),
     Check(
         "added mass at zero frequency",
@@ -146,5 +163,6 @@ RADIATION = (
         "largest difference from the lowest frequency, relative to the diagonal; start at a lower"
         " frequency, or look for a factor rho",
         needs=("added_mass_zero",),
+        of=frozenset({Part.SPARE}),
     ),
 )

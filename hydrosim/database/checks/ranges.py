@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
 from hydrosim.database.checks.scales import (
     damping_floor,
     damping_scale,
     diagonal,
     load_floor,
 )
+from hydrosim.database.checks.use import Part
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.radiation.retardation import radiating, relative_size, retardation_function
+from hydrosim.radiation.retardation import (
+    TAIL_EXPONENTS,
+    diagonal_scale,
+    radiating,
+    retardation_function,
+)
 from hydrosim.waves.dispersion import wavenumber
 
 _TAIL_FROM = 0.85  # the decay of the damping is taken from this share of the highest frequency up
@@ -21,31 +27,31 @@ _OUTLIER = 8.0  # times the median of its neighbours makes a spike
 _LAGS = 200  # at which the memory is looked at
 
 
-def _frequencies(db: HydroDatabase) -> float:
-    return float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0))
+def _frequencies(db: HydroDatabase) -> Errors:
+    return one(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
 
 
-def _headings(db: HydroDatabase) -> float:
+def _headings(db: HydroDatabase) -> Errors:
     wrong = np.count_nonzero(np.diff(db.heading) <= 0)
-    return float(wrong + np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9))
+    beyond = np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9)
+    return one(float(wrong + beyond))
 
 
-def _kernel_truncation(db: HydroDatabase) -> float:
+def _kernel_truncation(db: HydroDatabase) -> Errors:
     """Share of K(0) = 2/pi int B dw above the last frequency, with B ~ w^-q continued from the end
-    of the range; one where q <= 1."""
+    of the range. What does not fall there is continued by the slowest decay that a fit may have: a
+    small rest stays a small share, however it wavers."""
     w, damping = db.frequency, diagonal(db.radiation_damping)
+    earlier = np.array([np.interp(_TAIL_FROM * w[-1], w, row) for row in damping.T])
+    last, before = (np.maximum(np.abs(B), damping_floor(db)) for B in (damping[-1], earlier))
+    q = np.clip(np.log(before / last) / -np.log(_TAIL_FROM), *TAIL_EXPONENTS)
+    tail = np.abs(damping[-1]) * w[-1] / (q - 1.0)
+    inside = np.diff(w) @ (np.abs(damping[1:]) + np.abs(damping[:-1])) / 2
     live = damping.max(axis=0) > damping_floor(db)
-    last = damping[-1, live]
-    earlier = np.array([np.interp(_TAIL_FROM * w[-1], w, row) for row in damping[:, live].T])
-    middle = (damping[1:, live] + damping[:-1, live]) / 2
-    inside = np.diff(w) @ middle
-    decay = np.log(np.maximum(earlier, 1e-300) / np.maximum(last, 1e-300)) / -np.log(_TAIL_FROM)
-    tail = last * w[-1] / np.maximum(decay - 1.0, 1e-9)
-    share = np.where(last > 0, tail / np.maximum(inside + tail, 1e-300), 0.0)
-    return share.max(initial=0.0)
+    return Errors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
 
 
-def _memory(db: HydroDatabase) -> float:
+def _memory(db: HydroDatabase) -> Errors:
     """K(t) of frequencies dw apart is known up to t = pi/dw; what it is from there to twice that,
     relative to its peak, is memory left out, or an echo of the spacing."""
     _at_least(db, 4)
@@ -54,10 +60,14 @@ def _memory(db: HydroDatabase) -> float:
     active = radiating(db.radiation_damping)
     damping = db.radiation_damping[:, active[:, None], active]
     kernel = retardation_function(db.frequency, damping, time)
-    return relative_size(kernel[1:], kernel)
+    relative = np.full(db.radiation_damping.shape[1:], np.nan)
+    scale = diagonal_scale(kernel)
+    later = np.abs(kernel[1:]).max(axis=0) / np.outer(scale, scale)
+    relative[np.ix_(active, active)] = later
+    return Errors(relative, ("dof", "motion"))
 
 
-def _spikes(db: HydroDatabase) -> float:
+def _spikes(db: HydroDatabase) -> Errors:
     """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
     _at_least(db, 2 * _WINDOW)
     w = db.frequency[1:-1, None]
@@ -65,11 +75,13 @@ def _spikes(db: HydroDatabase) -> float:
     live = diagonal(db.radiation_damping).max(axis=0) > damping_floor(db)
     damping = _departure(db.frequency, diagonal(db.radiation_damping))
     added = w * _departure(db.frequency, diagonal(db.added_mass))
-    both = np.abs(np.hstack([damping / scale, added / scale])[:, np.tile(live, 2)])
-    return _outliers(both).max(initial=0.0)
+    spikes = [_outliers(np.abs(matrix / scale)) for matrix in (damping, added)]
+    relative = np.full((db.frequency.size, live.size), np.nan)
+    relative[1:-1] = np.where(live, np.maximum(*spikes), np.nan)
+    return Errors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
 
 
-def _smooth_loads(db: HydroDatabase) -> float:
+def _smooth_loads(db: HydroDatabase) -> Errors:
     """Root mean square departure of the loads from the line between their neighbours, relative to
     their own; the phases being those at the reference points."""
     _at_least(db, 4)
@@ -79,7 +91,7 @@ def _smooth_loads(db: HydroDatabase) -> float:
     loads = db.excitation * np.exp(1j * k * (towards @ place.T))
     rough = np.sqrt((np.abs(_departure(db.frequency, loads)) ** 2).mean(axis=(0, 1)))
     size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
-    return (rough / np.maximum(size, load_floor(db))).max()
+    return Errors(rough / np.maximum(size, load_floor(db)), ("dof",), rough, ("N", "/m"))
 
 
 def _departure(w: Real, values: Real | Complex) -> Real | Complex:
@@ -112,6 +124,7 @@ ORDER = (
         0.0,
         "number of frequencies that are not above zero and the one before; sort them, in rad/s",
         refusal=0.0,
+        of=frozenset({Part.ORDER}),
     ),
     Check(
         "headings",
@@ -119,6 +132,7 @@ ORDER = (
         0.0,
         "number of headings that do not ascend or lie beyond a full turn; sort them, in rad",
         refusal=0.0,
+        of=frozenset({Part.ORDER}),
     ),
 )
 
@@ -130,6 +144,7 @@ RANGES = (
         "largest share of a retardation function at time zero that comes from above the highest"
         " frequency, where hydrosim continues the damping by a power law; compute higher"
         " frequencies",
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "frequency spacing",
@@ -137,6 +152,7 @@ RANGES = (
         0.02,
         "what the retardation functions still are, relative to their peak, after the time pi/dw"
         " that the widest step dw between frequencies resolves; compute frequencies in between",
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "irregular frequencies",
@@ -145,6 +161,7 @@ RANGES = (
         "largest spike in added mass or damping relative to the largest damping; remove irregular"
         " frequencies (a lid), or leave those frequencies out; fine where bodies trap a wave"
         " between them",
+        of=frozenset({Part.RADIATION}),
     ),
     Check(
         "smooth loads",
@@ -152,5 +169,6 @@ RANGES = (
         0.2,
         "departure of the excitation from the line between neighbouring frequencies; compute more"
         " frequencies, or look for phases in degrees or rows in another order",
+        of=frozenset({Part.LOADS}),
     ),
 )

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, LeftOut
+from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
 from hydrosim.database.checks.scales import length
+from hydrosim.database.checks.use import Part
 from hydrosim.database.database import SAME_HEADING, TURN, Complex, HydroDatabase, Real, needed
 
 _SHORT_WAVE = 2.0  # k V^(1/3) above which the drift is near its limit for short waves
@@ -19,30 +20,33 @@ def _along(db: HydroDatabase) -> Real:
     return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
 
 
-def _pull(db: HydroDatabase) -> float:
+def _pull(db: HydroDatabase) -> Errors:
     """By Maruo's (1960) formula the force along the waves is an integral of
     |H(theta)|^2 (1 - cos(theta - beta)), which is never negative."""
     along = _along(db)
-    return max(0.0, -along.min()) / max(np.abs(along).max(), np.finfo(float).tiny)
+    against = np.maximum(0.0, -along)
+    relative = against / max(np.abs(along).max(), np.finfo(float).tiny)
+    return Errors(relative, ("frequency", "heading"), against, ("N/m²", ""))
 
 
-def _drift_size(db: HydroDatabase) -> float:
+def _drift_size(db: HydroDatabase) -> Errors:
     """A wall of width b throws back short waves and is pushed by rho g b / 2; that of all headings
     is compared with the bodies' size."""
     if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
         raise LeftOut("needs a higher frequency")
     wall = 0.5 * db.water_density * db.gravity * length(db).sum()
-    return abs(np.log10(max(np.abs(_along(db)[-1]).mean() / wall, 1e-300)))
+    return one(abs(np.log10(max(np.abs(_along(db)[-1]).mean() / wall, 1e-300))))
 
 
-def _hermitian(db: HydroDatabase) -> float:
+def _hermitian(db: HydroDatabase) -> Errors:
     qtf = needed(db, "qtf_difference")
-    return max(_apart(qtf[p], qtf[q].conj().swapaxes(0, 1)) for p, q in _opposite(db))
+    apart = [_apart(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1)) for p, q in _opposite(db)]
+    return max(apart, key=_worst)
 
 
-def _sum_symmetry(db: HydroDatabase) -> float:
+def _sum_symmetry(db: HydroDatabase) -> Errors:
     qtf = needed(db, "qtf_sum")
-    return max(_apart(qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite(db))
+    return max((_apart(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite(db)), key=_worst)
 
 
 def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
@@ -55,16 +59,16 @@ def _opposite(db: HydroDatabase) -> list[tuple[int, int]]:
     return found
 
 
-def _diagonal(db: HydroDatabase) -> float:
+def _diagonal(db: HydroDatabase) -> Errors:
     """Largest difference of the diagonal from the mean drift of the same heading, of the DOFs that
     have both."""
     errors = list(_diagonal_errors(db))
     if not errors:
         raise LeftOut("the mean drift has none of the headings of the QTF")
-    return max(errors)
+    return max(errors, key=_worst)
 
 
-def _diagonal_errors(db: HydroDatabase) -> Iterator[float]:
+def _diagonal_errors(db: HydroDatabase) -> Iterator[Errors]:
     frequency, drift = needed(db, "qtf_frequency"), needed(db, "mean_drift")
     known = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
     for (first, second), qtf in zip(needed(db, "qtf_heading"), _qtf(db), strict=True):
@@ -74,15 +78,31 @@ def _diagonal_errors(db: HydroDatabase) -> Iterator[float]:
         own = np.diagonal(qtf, axis1=0, axis2=1).T[known]
         for dof in np.flatnonzero(np.abs(own).max(axis=0) * np.abs(drift).max(axis=(0, 1))):
             there = np.interp(frequency[known], db.frequency, drift[:, at[0], dof])
-            yield float(np.abs(own[:, dof] - there).max() / np.abs(drift[..., dof]).max())
+            gap = np.abs(own[:, dof] - there)
+            of_dofs = np.full((gap.size, drift.shape[-1]), np.nan)
+            of_dofs[:, dof] = gap / np.abs(drift[..., dof]).max()
+            yield _at_worst(of_dofs, frequency[known], first)
 
 
 def _qtf(db: HydroDatabase) -> Complex:
     return np.asarray(db.qtf_difference)
 
 
-def _apart(a: Complex, b: Complex) -> float:
-    return float(np.abs(a - b).max() / max(np.abs(a).max(), np.finfo(float).tiny))
+def _apart(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> Errors:
+    """Of two transfer functions (nq, nq, n) of a pair of headings."""
+    gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
+    return _at_worst(gap, needed(db, "qtf_frequency"), needed(db, "qtf_heading")[pair][0])
+
+
+def _at_worst(relative: Real, frequency: Real, heading: float) -> Errors:
+    """The largest of errors (nq, n) for each degree of freedom, and where it is."""
+    row = np.nanargmax(np.nanmax(relative, axis=1))
+    where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
+    return Errors(relative[row], ("dof",), where=where)
+
+
+def _worst(errors: Errors) -> float:
+    return float(np.nanmax(errors.relative))
 
 
 def _same(a: Real | float, b: Real | float) -> np.ndarray:
@@ -100,6 +120,7 @@ SECOND_ORDER = (
         " and damping there is none: look for the sign, or headings where waves come from",
         refusal=0.3,
         needs=("mean_drift",),
+        of=frozenset({Part.DRIFT}),
     ),
     Check(
         "size of the drift",
@@ -109,6 +130,7 @@ SECOND_ORDER = (
         " a factor such as rho g, or wave heights for amplitudes",
         refusal=1.5,
         needs=("mean_drift",),
+        of=frozenset({Part.DRIFT}),
     ),
     Check(
         "QTF is Hermitian",
@@ -117,6 +139,7 @@ SECOND_ORDER = (
         f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_difference", "qtf_heading"),
+        of=frozenset({Part.DIFFERENCE}),
     ),
     Check(
         "sum QTF is symmetric",
@@ -125,6 +148,7 @@ SECOND_ORDER = (
         f"largest |T+_12 - T+_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_sum", "qtf_heading"),
+        of=frozenset({Part.SUM}),
     ),
     Check(
         "QTF against mean drift",
@@ -134,5 +158,6 @@ SECOND_ORDER = (
         " more frequencies or finer panels, or look for a factor such as 2 or rho g",
         refusal=1.0,
         needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
+        of=frozenset({Part.DIFFERENCE}),
     ),
 )

@@ -1,0 +1,93 @@
+"""`hydrodynamics` of a body in a case file: a database and what is done to it, or coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Discriminator, StrictBool, StrictStr, Tag, model_validator
+
+from hydrosim import scene
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict, as_matrix
+from hydrosim.documents.units import problem
+from hydrosim.scene import Without
+
+Place = Callable[[str], Path]
+
+
+class DatabaseFile(Strict):
+    """A database in a ``file``, and what is done to it; see `hydrosim.scene.Changes`."""
+
+    file: StrictStr
+    accept: tuple[StrictStr, ...] = ()
+    frequencies: tuple[of.TableFrequency, of.TableFrequency] | None = None
+    symmetrise: StrictBool = False
+    without: tuple[Without, ...] = ()
+    bodies_apart: StrictBool = False
+
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        if self.frequencies is not None and not self.frequencies[0] < self.frequencies[1]:
+            found = "frequencies {:g} to {:g} rad/s".format(*self.frequencies)
+            raise problem(found, "the lower one first")
+        return self
+
+    def build(self, place: Place) -> scene.ChangedDatabase:
+        """As a scene has it."""
+        changes = dict(self)
+        return scene.ChangedDatabase(place(changes.pop("file")), scene.Changes(**changes))
+
+
+class Coefficients(Strict):
+    """Numbers instead of a database: constant, and without wave loads."""
+
+    added_mass: of.AddedMassMatrix | None = None
+    damping: of.DampingMatrix | None = None
+    stiffness: of.StiffnessMatrix | None = None
+
+    @model_validator(mode="after")
+    def _check_some(self) -> Self:
+        if not self.given("added_mass", "damping", "stiffness"):
+            raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
+        return self
+
+    def build(self, _: Place) -> scene.Coefficients:
+        """As a scene has them."""
+        values = {name: getattr(self, name) for name in ("added_mass", "damping", "stiffness")}
+        return scene.Coefficients(
+            **{
+                name: np.zeros((6, 6)) if value is None else as_matrix(value)
+                for name, value in values.items()
+            }
+        )
+
+
+def _form(value: object) -> str:
+    if isinstance(value, dict):
+        return "changed" if "file" in value else "numbers"
+    return "plain"
+
+
+Hydrodynamics = Annotated[
+    Annotated[StrictStr, Tag("plain")]
+    | Annotated[DatabaseFile, Tag("changed")]
+    | Annotated[Coefficients, Tag("numbers")],
+    Discriminator(_form),
+]
+
+
+def file_of(value: Any) -> str | None:
+    """The file that is named, if any."""
+    return (
+        value.file if isinstance(value, DatabaseFile) else value if isinstance(value, str) else None
+    )
+
+
+def built(value: Any, place: Place) -> Any:
+    """As a scene has it; ``place`` is where a file of that name is."""
+    if value is None:
+        return None
+    return place(value) if isinstance(value, str) else value.build(place)

@@ -1,0 +1,66 @@
+"""Hydrodynamics by numbers alone, as a database that is constant and has no wave loads."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from hydrosim.database import HydroDatabase
+from hydrosim.errors import InputError
+from hydrosim.radiation import KernelReport, Retardation
+from hydrosim.scene import Body, Coefficients, Environment
+
+SOURCE = "coefficients of the case"
+CONSTANT = inf  # s: the period of what is the same at all periods
+_FREQUENCIES = np.array([1e-3, 1e3])  # rad/s, between which all motions are
+
+
+def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDatabase:
+    """The database of a body, about its centre of gravity. Raises InputError where a matrix is not
+    one of a passive body."""
+    for name in ("added_mass", "damping", "stiffness"):
+        _check(f"bodies.{body.name}.hydrodynamics.{name}", np.asarray(getattr(given, name)))
+    centre = np.array([body.centre_of_gravity])
+    return HydroDatabase(
+        source=SOURCE,
+        frequency=_FREQUENCIES,
+        heading=np.zeros(0),
+        added_mass=np.array([given.added_mass] * 2),
+        radiation_damping=np.array([given.damping] * 2),
+        excitation=np.zeros((2, 0, 6), dtype=complex),
+        reference_point=centre,
+        centre_of_gravity=centre,
+        volume=np.array([body.mass / water.water_density]),
+        hydrostatic_stiffness=np.array(given.stiffness),
+        water_depth=water.water_depth,
+        water_density=water.water_density,
+        gravity=water.gravity,
+        port_starboard_symmetric=bool(_mirrored(given)),
+    )
+
+
+def no_memory(db: HydroDatabase) -> Retardation:
+    """Of what is constant: A_inf alone."""
+    K = np.zeros((2, *db.added_mass.shape[1:]))
+    report = KernelReport(0.0, 0.0, 0.0, 0.0, K[0])
+    return Retardation(np.array([0.0, 1.0]), lambda: K, db.added_mass[0], report)
+
+
+def _check(key: str, matrix: np.ndarray) -> None:
+    """A scene that is written in Python may have any."""
+    if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
+        raise InputError(f"{key}: found an array of {matrix.shape}; expected numbers (6, 6).")
+    size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    scaled = matrix / np.outer(size, size)
+    if np.abs(matrix - matrix.T).max() > 1e-6 * np.abs(matrix).max():
+        raise InputError(f"{key}: found a matrix that is not symmetric; expected one that is.")
+    if np.linalg.eigvalsh(np.clip(scaled, -1e6, 1e6))[0] < -1e-9:
+        raise InputError(f"{key}: found a negative eigenvalue; expected none.")
+
+
+def _mirrored(given: Coefficients) -> bool:
+    """Whether nothing couples surge, heave and pitch with sway, roll and yaw."""
+    even = np.arange(6) % 2 == 0
+    matrices = (given.added_mass, given.damping, given.stiffness)
+    return not any(np.asarray(matrix)[np.ix_(even, ~even)].any() for matrix in matrices)

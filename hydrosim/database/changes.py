@@ -1,0 +1,121 @@
+"""What is done to a database on the way from its file: cuts, symmetry, findings that are accepted.
+
+Each change is said in the attribute ``changed``, so that a run, or a file that is written, says it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+
+from hydrosim.database.checks import ACCEPTED, NAMES
+from hydrosim.database.database import HydroDatabase, Real, of_frequencies
+from hydrosim.database.transfer import MATRICES
+from hydrosim.dofs import MIRROR_SIGN
+from hydrosim.errors import InputError
+from hydrosim.scene import Changes, Without
+
+CHANGED = "changed"  # attribute: what was done, in words
+APART = "bodies_apart"  # attribute: "yes" where bodies do not feel each other
+
+_WITHOUT = {
+    Without.DRIFT: ("mean_drift", "mean_drift_held", "drift_imbalance"),
+    Without.QTF: ("qtf_frequency", "qtf_heading", "qtf_difference", "qtf_sum"),
+}
+
+
+def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
+    """The database with the ``changes``; raises `InputError` where they do not fit it."""
+    if changes.frequencies is not None:
+        db = _cut(db, *changes.frequencies)
+    for part in changes.without:
+        db = _without(db, part)
+    if changes.bodies_apart:
+        db = _apart(db)
+    if changes.symmetrise:
+        db = _symmetric(db)
+    said = [*filter(None, [db.attributes.get(CHANGED)]), *_words(changes)]
+    more = {CHANGED: "; ".join(said)} if said else {}
+    if changes.accept:
+        more[ACCEPTED] = ", ".join(map(_known, changes.accept))
+    return replace(db, attributes={**db.attributes, **more})
+
+
+def _words(changes: Changes) -> Iterator[str]:
+    if changes.frequencies is not None:
+        yield "frequencies {:g} to {:g} rad/s alone".format(*changes.frequencies)
+    for part in changes.without:
+        yield f"without {part}"
+    if changes.bodies_apart:
+        yield "bodies apart"
+    if changes.symmetrise:
+        yield "symmetrised"
+
+
+def _known(name: str) -> str:
+    """The name of a finding."""
+    if name not in NAMES:
+        near = get_close_matches(name, NAMES, 1)
+        expected = f'"{near[0]}"' if near else f"one of {', '.join(NAMES)}"
+        raise InputError(f'hydrodynamics.accept: found "{name}"; expected {expected}.')
+    return name
+
+
+def _cut(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
+    keep = (db.frequency >= lowest) & (db.frequency <= highest)
+    if np.count_nonzero(keep) < 2:
+        raise InputError(
+            f"hydrodynamics.frequencies: found {lowest:g} to {highest:g} rad/s, and {db.source} has"
+            f" {np.count_nonzero(keep)} frequencies there; expected two or more, of"
+            f" {db.frequency[0]:g} to {db.frequency[-1]:g} rad/s."
+        )
+    return of_frequencies(db, keep)
+
+
+def _without(db: HydroDatabase, part: Without) -> HydroDatabase:
+    if part == Without.LOADS:
+        return without_loads(db)
+    nothing: dict[str, Any] = dict.fromkeys(_WITHOUT[part])
+    return replace(db, **nothing)
+
+
+def without_loads(db: HydroDatabase) -> HydroDatabase:
+    """The database with no heading, and so no loads of waves."""
+    for part in (Without.DRIFT, Without.QTF):
+        db = _without(db, part)
+    none = np.zeros((db.frequency.size, 0, 6 * db.bodies), dtype=complex)
+    return replace(db, heading=np.zeros(0), excitation=none, froude_krylov=None)
+
+
+def _apart(db: HydroDatabase) -> HydroDatabase:
+    """Without the blocks of the matrices that couple bodies."""
+    body = np.arange(6 * db.bodies) // 6
+    own = (body[:, None] == body).astype(float)
+    attributes = {**db.attributes, APART: "yes"}
+    return replace(db, **_matrices(db, own), attributes=attributes)
+
+
+def _symmetric(db: HydroDatabase) -> HydroDatabase:
+    """Matrices that are their own transposes and, of bodies that are their own mirror images, do
+    not couple what the image keeps with what it reverses."""
+    halves = replace(
+        db,
+        **{
+            name: (value + np.swapaxes(value, -1, -2)) / 2
+            for name in MATRICES
+            if (value := getattr(db, name)) is not None
+        },
+    )
+    if not db.port_starboard_symmetric:
+        return halves
+    sign = np.tile(MIRROR_SIGN, db.bodies)
+    return replace(halves, **_matrices(halves, (np.outer(sign, sign) > 0).astype(float)))
+
+
+def _matrices(db: HydroDatabase, weight: Real) -> dict[str, Any]:
+    values = {name: getattr(db, name) for name in MATRICES}
+    return {name: value * weight for name, value in values.items() if value is not None}

@@ -1,0 +1,67 @@
+"""What of a database a scene uses: nothing else is judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from hydrosim.database.database import HydroDatabase, Real
+
+AXES_OF_DOFS = ("dof", "motion")
+
+
+class Part(StrEnum):
+    """What a check is about; a scene may do without some of it."""
+
+    ORDER = "order of frequencies and headings"
+    RADIATION = "added mass and radiation damping"
+    STIFFNESS = "hydrostatic stiffness"
+    LOADS = "wave loads"
+    DRIFT = "mean drift"
+    DIFFERENCE = "difference-frequency QTF"
+    SUM = "sum-frequency QTF"
+    SPARE = "what no simulation reads"
+
+
+@dataclass(frozen=True)
+class Use:
+    """Of a database the ``parts`` that are read, the ``dofs`` that move (None: all), and the
+    ``highest`` frequency [rad/s] that the waves have: what is wrong above that is no more than
+    doubtful, because it only colours the memory of radiation."""
+
+    parts: frozenset[Part] = frozenset(Part)
+    dofs: tuple[int, ...] | None = None
+    highest: float = np.inf
+
+    def of(self, relative: Real, axes: tuple[str, ...]) -> Real:
+        """The errors with NaN for degrees of freedom that do not move."""
+        if self.dofs is None:
+            return relative
+        for axis, name in enumerate(axes):
+            if name in AXES_OF_DOFS:
+                moves = np.isin(np.arange(relative.shape[axis]), self.dofs)
+                across = [1] * relative.ndim
+                across[axis] = -1
+                relative = np.where(moves.reshape(across), relative, np.nan)
+        return relative
+
+    def excited(self, relative: Real, axes: tuple[str, ...], frequency: Real) -> Real:
+        """Those of frequencies (always the first axis) that the waves have; all where none of those
+        is judged."""
+        if "frequency" not in axes:
+            return relative
+        waves = frequency[: relative.shape[0]] <= self.highest
+        inside = np.where(waves.reshape(-1, *[1] * (relative.ndim - 1)), relative, np.nan)
+        return relative if np.isnan(inside).all() else inside
+
+    def seen(self, db: HydroDatabase) -> HydroDatabase:
+        """The database without damping of the degrees of freedom that do not move."""
+        if self.dofs is None or len(self.dofs) == 6 * db.bodies:
+            return db
+        moves = np.isin(np.arange(6 * db.bodies), self.dofs)
+        return replace(db, radiation_damping=db.radiation_damping * np.outer(moves, moves))
+
+
+EVERYTHING = Use()

@@ -1,0 +1,170 @@
+"""Databases are judged by what a scene uses of them, and by what cannot be noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from moored_barge import ROOT, hull, in_waves, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.databases import judged
+from hydrosim.compiling.wet import moving
+from hydrosim.database import HydroDatabase, Use, check, doubts, load
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.scene import Jonswap, RadiationModel, Scene, SecondOrder, WaveForces, WaveTrain
+
+ROLL, SWAY, HEAVE = 3, 1, 2
+SWELL = Jonswap(significant_height=2.0, peak_period=12.0)
+MATRICES = ("added_mass", "radiation_damping")
+
+
+def noisy(db: HydroDatabase, share: float, *dofs: int) -> HydroDatabase:
+    """The database with asymmetric noise in the coupling of those of the degrees of freedom."""
+    random = np.random.default_rng(5)
+    which = np.isin(np.arange(6 * db.bodies) % 6, dofs)
+    changed = {}
+    for name in MATRICES:
+        matrix = getattr(db, name).copy()
+        largest = np.abs(np.diagonal(matrix, axis1=1, axis2=2)).max(axis=0)
+        noise = share * np.sqrt(np.outer(largest, largest)) * np.outer(which, which)
+        matrix += noise * np.triu(random.uniform(-1.0, 1.0, matrix.shape), 1)
+        changed[name] = matrix
+    return replace(db, **changed)
+
+
+def barge(db: HydroDatabase, dofs: tuple[str, ...] = DOFS, **loads: object) -> Scene:
+    """The free barge in oblique waves that hardly have energy above 2 rad/s."""
+    scene = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=0.6))
+    wanted = WaveForces(**loads)
+    scene = with_body(scene, hydrodynamics=db, dofs=dofs, wave_forces=wanted)
+    return replace(scene, duration=10.0)
+
+
+def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> Scene:
+    """Two bodies of one database in a beam sea."""
+    base = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=np.pi / 2))
+    bodies = tuple(
+        replace(
+            base.bodies[0],
+            name=f"barge{k + 1}",
+            mass=float(db.water_density * db.volume[k]),
+            hydrodynamics=db,
+            centre_of_gravity=tuple(db.centre_of_gravity[k]),
+            database_body=k + 1,
+            dofs=dofs,
+            radiation=RadiationModel.CONVOLUTION,
+            wave_forces=WaveForces(),
+        )
+        for k in range(db.bodies)
+    )
+    return replace(base, bodies=bodies, forces={}, duration=10.0)
+
+
+@pytest.fixture(scope="module")
+def two() -> HydroDatabase:
+    with pytest.warns(UserWarning, match="frequency spacing"):
+        return load(ROOT / "hydro_db" / "two_barges.nc")
+
+
+def test_two_bodies_with_noise_in_sway_and_roll_run_in_heave(two) -> None:
+    """As they are; in all that moves they are refused, with frequency, pair and size."""
+    bad = noisy(two, 0.2, SWAY, ROLL)
+    assert {f.name for f in check(bad) if f.refused} >= {"symmetry of added mass"}
+    run, sound = (hs.simulate(pair(db, ("heave",))) for db in (bad, two))
+    assert run.attrs["status"] == "complete"
+    np.testing.assert_array_equal(run.position, sound.position)
+    with pytest.raises(InputError) as caught:
+        compile_scene(pair(bad, ("sway", "roll")))
+    line = next(x for x in str(caught.value).splitlines() if "symmetry of added mass" in x)
+    assert "rad/s, in body" in line
+    assert "(an error of" in line
+    assert "accept: [symmetry of added mass" in str(caught.value)
+
+
+def test_what_is_above_the_frequencies_of_the_waves_is_a_doubt() -> None:
+    db = hull()
+    assert db.frequency[-1] > 2.2
+    damping = db.radiation_damping.copy()
+    top = db.frequency > 2.2
+    damping[top, HEAVE, HEAVE] = -0.5 * damping[:, HEAVE, HEAVE].max()
+    bad = replace(db, radiation_damping=damping)
+    with pytest.raises(InputError, match=r"positive damping: found .* at 2\.\d+ rad/s"):
+        doubts(bad, Use())
+    compiled = compile_scene(barge(bad, ("heave",)))
+    assert any("positive damping" in text for text in compiled.notes.warnings)
+    low = damping.copy()
+    low[db.frequency < 0.9, HEAVE, HEAVE] *= -1.0
+    with pytest.raises(InputError, match="positive damping"):
+        compile_scene(barge(replace(db, radiation_damping=low), ("heave",)))
+
+
+def test_loads_of_second_order_that_nobody_asks_for_are_not_judged() -> None:
+    bad = replace(hull(), mean_drift=-hull().mean_drift)
+    compile_scene(barge(bad))
+    with pytest.raises(InputError, match="drift along the waves"):
+        compile_scene(barge(bad, second_order=SecondOrder.NEWMAN))
+
+
+def test_wave_loads_refuse_nothing_in_calm_water() -> None:
+    """What they prove of the damping is said all the same."""
+    base = in_waves(barge(hull()))
+    assert not judged_of(base, replace(hull(), excitation=0 * hull().excitation))
+    off = replace(hull(), radiation_damping=hull().radiation_damping / 1025.0)
+    assert any("damping against loads: found" in text for text in judged_of(base, off))
+    with pytest.raises(InputError, match="damping against loads"):
+        compile_scene(barge(off))
+
+
+def judged_of(scene: Scene, db: HydroDatabase) -> tuple[str, ...]:
+    """The warnings of a scene with another database."""
+    return compile_scene(with_body(scene, hydrodynamics=db)).notes.warnings
+
+
+@pytest.mark.parametrize("share", [0.0005, 0.002])
+def test_moments_of_noise_are_no_wrong_convention(share) -> None:
+    """A roll moment in head waves, of a lever that is a small share of the hull's size."""
+    db = hull()
+    lever = share * np.cbrt(db.volume[0])
+    loads = db.excitation.copy()
+    loads[..., ROLL] += lever * loads[..., HEAVE]
+    found = [finding for finding in check(replace(db, excitation=loads)) if finding.refused]
+    assert not found
+    loads[..., ROLL] *= -1.0
+    assert any(finding.refused for finding in check(replace(db, excitation=loads)))
+
+
+def test_a_database_made_in_python_is_checked() -> None:
+    with pytest.raises(InputError, match="phase of the horizontal load"):
+        compile_scene(barge(replace(hull(), excitation=hull().excitation.conj())))
+    with pytest.raises(InputError, match="headings: found"):
+        compile_scene(barge(replace(hull(), heading=np.degrees(hull().heading))))
+
+
+def test_a_density_that_was_only_assumed_is_said_so() -> None:
+    scene = barge(replace(hull(), attributes={"assumed": "length 1, water density 1025"}))
+    water = replace(scene.environment, water_density=1000.0)
+    with pytest.raises(InputError, match=r"1025 was assumed.*--density 1000"):
+        compile_scene(replace(scene, environment=water))
+
+
+def test_doubts_are_said_once_and_recorded(two, recwarn) -> None:
+    run = hs.simulate(pair(two, ("sway",)))
+    assert not [w for w in recwarn if issubclass(w.category, UserWarning)]
+    lines = run.attrs["warnings"].splitlines()
+    assert sum("frequency spacing" in line for line in lines) == 1
+
+
+@pytest.mark.parametrize(("height", "uses"), [(-4.9, False), (-3.0, True)])
+def test_a_body_that_turns_about_another_point_moves_that_of_the_database(height, uses) -> None:
+    """Roll about a centre of gravity above it is sway there, too."""
+    bad = noisy(hull(), 0.5, SWAY, HEAVE)
+    body = replace(barge(bad, ("heave", "roll")).bodies[0], centre_of_gravity=(0.0, 0.0, height))
+    if uses:
+        with pytest.raises(InputError, match=r"symmetry of .* in sway by heave"):
+            judged(bad, [body], moving([body]), ())
+    else:
+        assert not judged(bad, [body], moving([body]), ())
