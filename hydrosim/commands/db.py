@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydrosim.commands.changes import changes_of
 from hydrosim.commands.given import overruled, with_given
 from hydrosim.commands.options import Overwrite, Settings, placed
 from hydrosim.commands.terminal import show
@@ -79,26 +80,40 @@ def check(
 def convert(
     file: DatabaseFile,
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
+    accept: Annotated[
+        str | None, typer.Option(help="Names of checks that do not refuse it, kept in .nc files.")
+    ] = None,
+    frequencies: Annotated[
+        str | None, typer.Option(help='Lowest and highest that are kept: "0, 3 rad/s".')
+    ] = None,
+    without: Annotated[str | None, typer.Option(help="Leave out drift, qtf, loads.")] = None,
+    symmetrise: Annotated[bool, typer.Option("--symmetrise", help="Mend the symmetries.")] = False,
+    bodies_apart: Annotated[
+        bool, typer.Option("--bodies-apart", help="Without coupling between bodies.")
+    ] = False,
     overwrite: Overwrite = False,
     *,
     given: Given,
 ) -> None:
     """Read a database of any format and write it in another, checked.
 
-    Options are for what the file does not hold: numbers in SI or with a unit, as in
-    --density "1.025 tonne/m^3"; several separated by commas, body by body, in the database's frame.
+    Options are for what is done to it, as in a case, and for what the file does not hold: numbers
+    in SI or with a unit, as in --density "1.025 tonne/m^3"; several separated by commas, body by
+    body, in the database's frame.
     """
     from hydrosim.database.convert import format_of, set_of, write
     from hydrosim.database.load import load
 
-    format_of(out)
+    if format_of(out) != ".nc" and accept:
+        raise InputError(f"--accept: {out} cannot say what is accepted; expected a file of .nc.")
+    changes = changes_of(accept, frequencies, without, symmetrise, bodies_apart)
     inputs = set_of(file)
     output = placed(
         out, out.stem, "database", file, inputs=inputs, overwrite=overwrite, suffix=None
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        db = load(file, given)
+        db = load(file, given, changes)
         files = write(db, output)
     show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
     show(*(f"result    {path}" for path in files))

@@ -6,22 +6,28 @@ import warnings
 from glob import escape
 from pathlib import Path
 
-from hydrosim.database.checks import EVERYTHING, doubts
+from hydrosim.database.changes import changed
+from hydrosim.database.checks import EVERYTHING, doubts, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.errors import InputError
+from hydrosim.scene import Changes
 
 HEAD = 4096  # bytes that a format is recognised by
+NOTHING_CHANGED = Changes()
 
 
-def load(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in the file ``path``, of any format that `readers` know, checked.
+def load(
+    path: Path | str, given: Given = NOTHING_GIVEN, changes: Changes = NOTHING_CHANGED
+) -> HydroDatabase:
+    """The database in the file ``path``, of any format that `readers` know, with ``changes``, and
+    checked.
 
     Raises `InputError` where the file is missing, not a database, incomplete or breaks physics so
     clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
     """
-    db = read(path, given)
+    db = changed(in_order(read(path, given)), changes)
     for doubt in doubts(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)
     return db

@@ -34,7 +34,8 @@ Span = Annotated[float, Quantity("time", "s", "200 s", at_least=0)]
 Period = Annotated[float, Quantity("time", "s", "8 s", above=0)]
 Height = Annotated[float, Quantity("wave height", "m", "1.5 m", at_least=0)]
 Frequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", above=0)]
-TableFrequency = Annotated[float, Cyclic("frequency", "rad/s", "0.1 Hz", at_least=0)]
+FREQUENCY_OR_ZERO = Cyclic("frequency", "rad/s", "0.1 Hz", at_least=0)
+TableFrequency = Annotated[float, FREQUENCY_OR_ZERO]
 WaveDensity = Annotated[
     float,
     Cyclic(

@@ -17,7 +17,7 @@ STILL = 1e-6  # of the largest motion: it has no phase
 
 def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     """Amplitudes and phases of all motions that waves excite, those of all bodies together."""
-    dofs = [str(d) for d in found.dof.values if float(found.rao_amplitude.sel(dof=d).max()) > 0.0]
+    dofs = [str(d) for d in found.dof.values if np.any(found.rao_amplitude.sel(dof=d) > 0.0)]
     rows = max(len(dofs), 1)
     height = 2.2 * rows + 0.8
     figure = Figure(figsize=(11.0, height))

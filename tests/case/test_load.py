@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -354,3 +355,31 @@ def test_the_files_that_a_case_reads() -> None:
     assert {"base.yaml", "no_friction.yaml"} <= names
     wet = load_case(ROOT / "cases" / "reverse_float_over" / "base.yaml")
     assert {path.name for path in wet.inputs()} == {"base.yaml", "h851.nc"}
+
+
+WET = """
+    hydrodynamics: {}
+    mass: 1000 tonne
+    centre_of_gravity: [0, 0, 0]
+    dofs: [heave]
+"""
+HYDRODYNAMICS = {
+    "{file: none.nc, accept: 3}": "hydrodynamics.accept",
+    "{file: none.nc, frequencies: [3 rad/s, 1 rad/s]}": "the lower one first",
+    "{file: none.nc, without: [heave]}": "hydrodynamics.without.0",
+    "{file: none.nc, simetrise: true}": "symmetrise",
+    "{file: none.nc}": "hydrodynamics.file: found no such file",
+    "{stiffness: {heave: -1 N/m}}": "hydrodynamics.stiffness",
+    "{damping: {heave: 1 kN/m}}": "hydrodynamics.damping.heave",
+    "{added_mass: [[1, 2], [2, 1]]}": "hydrodynamics.added_mass",
+    "{}": "found none of them",
+}
+
+
+@pytest.mark.parametrize("text", HYDRODYNAMICS)
+def test_hydrodynamics_that_cannot_be_are_named(text, tmp_path):
+    path = tmp_path / "case.yaml"
+    body = WET.format(text)
+    path.write_text(f"title: t\nduration: 1 s\nenvironment: {{}}\nbodies:\n  block:{body}")
+    with pytest.raises(InputError, match=re.escape(HYDRODYNAMICS[text])):
+        load_case(path)

@@ -12,10 +12,23 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.databases import judged
 from hydrosim.compiling.wet import moving
-from hydrosim.database import HydroDatabase, Use, check, doubts, load
+from hydrosim.database import HydroDatabase, Use, body_of, check, doubts, load
+from hydrosim.database.changes import changed
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import Jonswap, RadiationModel, Scene, SecondOrder, WaveForces, WaveTrain
+from hydrosim.scene import (
+    Body,
+    ChangedDatabase,
+    Changes,
+    Coefficients,
+    Jonswap,
+    RadiationModel,
+    Scene,
+    SecondOrder,
+    WaveForces,
+    WaveTrain,
+    Without,
+)
 
 ROLL, SWAY, HEAVE = 3, 1, 2
 SWELL = Jonswap(significant_height=2.0, peak_period=12.0)
@@ -168,3 +181,117 @@ def test_a_body_that_turns_about_another_point_moves_that_of_the_database(height
             judged(bad, [body], moving([body]), ())
     else:
         assert not judged(bad, [body], moving([body]), ())
+
+
+CHANGES = {
+    "accept": Changes(accept=("positive damping",)),
+    "frequencies": Changes(frequencies=(0.0, 2.1)),
+}
+
+
+@pytest.mark.parametrize("way", CHANGES)
+def test_ways_past_a_refusal_are_recorded(way) -> None:
+    db = hull()
+    damping = db.radiation_damping.copy()
+    damping[db.frequency > 2.2, HEAVE, HEAVE] = -0.5 * damping[:, HEAVE, HEAVE].max()
+    bad = replace(db, radiation_damping=damping)
+    calm = in_waves(barge(bad, ("heave",)))
+    with pytest.raises(InputError, match="positive damping"):
+        compile_scene(calm)
+    run = hs.simulate(with_body(calm, hydrodynamics=ChangedDatabase(bad, CHANGES[way])))
+    said = {"accept": "accepted", "frequencies": "changed"}[way]
+    expected = {"accept": "positive damping", "frequencies": "frequencies 0 to 2.1 rad/s alone"}
+    assert run.attrs[f"database_{said}_barge"] == expected[way]
+    assert ("which is accepted" in run.attrs.get("warnings", "")) == (way == "accept")
+
+
+def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
+    mended = changed(noisy(two, 0.2, SWAY, ROLL), Changes(symmetrise=True))
+    assert not any(finding.refused for finding in check(mended))
+    for name in MATRICES:
+        matrix = getattr(mended, name)
+        np.testing.assert_array_equal(matrix, matrix.swapaxes(1, 2))
+    again = changed(hull(), Changes(symmetrise=True))
+    np.testing.assert_allclose(again.added_mass, hull().added_mass, atol=1e-3 * 1.6e8)
+
+
+def test_bodies_apart_are_by_themselves(two) -> None:
+    """One of them alone, at another place, as in a database of its own; and both without coupling,
+    as when the blocks of the coupling are zero."""
+    apart = ChangedDatabase(two, Changes(bodies_apart=True))
+    own = body_of(two, 1)
+    scene = pair(two, ("heave",))
+    second = replace(scene.bodies[1], location=(30.0, 5.0))
+    found, expected = (
+        hs.simulate(replace(scene, bodies=(replace(second, hydrodynamics=db, database_body=k),)))
+        for db, k in ((apart, 2), (own, 1))
+    )
+    np.testing.assert_array_equal(found.position, expected.position)
+    both = tuple(replace(body, hydrodynamics=apart) for body in scene.bodies)
+    couple = hs.simulate(replace(scene, bodies=both))
+    coupled = changed(two, Changes(bodies_apart=True))
+    assert not coupled.added_mass[:, :6, 6:].any()
+    assert np.abs(couple.position - hs.simulate(scene).position).max() > 1e-3
+
+
+def test_a_database_without_loads_serves_in_calm_water() -> None:
+    """Memory and decay are those with loads; waves are refused, unless they drive nothing."""
+    bare = changed(hull(), Changes(without=(Without.LOADS,)))
+    calm = with_body(in_waves(barge(hull(), ("heave",))), position=(0, 0, 1.0, 0, 0, 0))
+    found, expected = (
+        hs.simulate(with_body(calm, hydrodynamics=db)).position for db in (bare, hull())
+    )
+    np.testing.assert_array_equal(found, expected)
+    with pytest.raises(InputError, match="has no wave loads, and the scene has waves"):
+        compile_scene(barge(bare, ("heave",)))
+    compile_scene(barge(bare, ("heave",), first_order=False))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (Changes(accept=("symetry of added mass",)), 'expected "symmetry of added mass"'),
+        (Changes(frequencies=(5.0, 9.0)), "has 0 frequencies there"),
+    ],
+)
+def test_changes_that_do_not_fit_are_refused(changes, message) -> None:
+    with pytest.raises(InputError, match=message):
+        changed(hull(), changes)
+
+
+def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:
+    """m + a, b and c in heave, in closed form; they stay as they are about any axis."""
+    mass, a, b, c = 1e6, 5e5, 3e4, 8e5
+    given = {"added_mass": a, "damping": b, "stiffness": c}
+    numbers = {name: value * np.diag(np.eye(6)[HEAVE]) for name, value in given.items()}
+    body = Body(
+        "buoy",
+        mass,
+        mass * np.eye(3),
+        hydrodynamics=Coefficients(**numbers),
+        dofs=("heave",),
+        position=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+    )
+    run = hs.simulate(Scene("decay", 40.0, (body,), output_step=0.5))
+    decay, omega = b / (2 * (mass + a)), np.sqrt(c / (mass + a))
+    turn = np.sqrt(omega**2 - decay**2)
+    t = run.time.values
+    exact = np.exp(-decay * t) * (np.cos(turn * t) + decay / turn * np.sin(turn * t))
+    error = np.abs(run.position.values[:, 0, HEAVE] - exact).max()
+    figure("error", error)
+    assert error < 1e-9
+    driving = replace(
+        body,
+        hydrodynamics=Coefficients(
+            numbers["added_mass"], -numbers["damping"], numbers["stiffness"]
+        ),
+    )
+    with pytest.raises(InputError, match="damping: found a negative eigenvalue"):
+        compile_scene(Scene("driven", 1.0, (driving,)))
+
+
+def test_coefficients_of_another_shape_are_named() -> None:
+    given = Coefficients(np.zeros((3, 3)), np.zeros((6, 6)), np.zeros((6, 6)))
+    body = Body("buoy", 1.0, np.eye(3), hydrodynamics=given)
+    with pytest.raises(InputError, match=r"buoy\.hydrodynamics\.added_mass: found an array"):
+        compile_scene(Scene("wrong", 1.0, (body,)))

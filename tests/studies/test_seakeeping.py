@@ -17,7 +17,10 @@ from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.modes import Kind
+from hydrosim.plot.response import draw_response
 from hydrosim.scene import (
+    Body,
+    Coefficients,
     Kinematics,
     Place,
     RegularWave,
@@ -207,3 +210,15 @@ def test_responses_turn_with_the_barge(radiation: Radiation, by: str) -> None:
     c, s = np.cos(turn), np.sin(turn)
     expected[:, :2] = expected[:, :2] @ np.array([[c, s], [-s, c]])
     np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_coefficients_alone_have_modes_and_are_said_to_feel_no_waves(tmp_path) -> None:
+    """m + a, c: the period in closed form; the picture has nothing to draw."""
+    a, c = (value * np.diag(np.eye(6)[2]) for value in (5e5, 8e5))
+    given = Coefficients(a, 0.0 * a, c)
+    body = Body("buoy", 1e6, np.eye(3), hydrodynamics=given, dofs=("heave",))
+    found = linear_analysis(Scene("buoy", 1.0, (body,)), Wanted())
+    expected = 2.0 * np.pi * np.sqrt(1.5e6 / 8e5)
+    assert float(found.natural_period[0]) == pytest.approx(expected, rel=1e-9)
+    assert "has no wave loads: nothing drives buoy" in found.attrs["remarks"]
+    draw_response(found, tmp_path / "rao.png")
