@@ -122,7 +122,7 @@ class Keeper:
         """What must be the same, by what it is called in a message."""
         compiled, run = self._compiled, self._run
         databases = {
-            f"the database of {', '.join(wet.names)}": wet.checksum for wet in compiled.wet
+            f"the database of {', '.join(wet.names)}": wet.read.checksum for wet in compiled.wet
         }
         return {
             "the program": program(),
