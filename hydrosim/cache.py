@@ -1,33 +1,94 @@
-"""The folder of everything that hydrosim may compute again."""
+"""The folder of everything that hydrosim may compute again.
+
+What is kept there is found by name, and counts only if it stands below the digest of its name and
+itself: what was cut off, changed, exchanged or left by another version is made again. A digest
+tells of damage, not of malice, and machine code is taken from there: a folder that others may write
+is not used. A file appears whole or not at all, by its renaming, so that several processes and a
+home on another machine need no locks.
+"""
 
 from __future__ import annotations
 
+import atexit
+import hashlib
 import os
+import shutil
+import stat
 import tempfile
-from collections.abc import Callable
+import warnings
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO
+
+OWNER_ONLY = 0o700
+DIGEST = hashlib.sha256
 
 
 def cache_root() -> Path:
-    """``HYDROSIM_CACHE_DIR``, or a folder in the user's cache."""
-    chosen = os.environ.get("HYDROSIM_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "hydrosim"
+    """``HYDROSIM_CACHE_DIR``, or a folder in the user's cache; one of this process alone, with a
+    warning, where that is not safe or cannot be written."""
+    chosen, base = os.environ.get("HYDROSIM_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
+    return _usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
 
 
-def store(path: Path, fill: Callable[[BinaryIO], object]) -> None:
-    """Make the file ``path`` of what ``fill`` writes: all or nothing, also when several processes
-    make the same file at once."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
+def store(name: str, content: bytes) -> None:
+    """Keep ``content`` under a ``name``, a relative path. Where that cannot be, it costs the time
+    of the next time."""
+    with suppress(OSError):
+        path = cache_root() / name
+        path.parent.mkdir(mode=OWNER_ONLY, exist_ok=True)
+        handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(_digest(name, content) + content)
+            os.replace(partial, path)
+        finally:
+            with suppress(FileNotFoundError):
+                os.remove(partial)
+
+
+def stored(name: str) -> bytes | None:
+    """What was stored under a ``name``; None if nothing was, or it is not what it was."""
+    path = cache_root() / name
     try:
-        with os.fdopen(handle, "wb") as file:
-            fill(file)
-        os.replace(partial, path)
-    finally:
-        with suppress(FileNotFoundError):
-            os.remove(partial)
+        found = path.read_bytes() if path.is_file() else b""
+    except OSError:
+        return None
+    size = DIGEST().digest_size
+    return found[size:] if found[:size] == _digest(name, found[size:]) else None
+
+
+def _digest(name: str, content: bytes) -> bytes:
+    return DIGEST(f"{name}\0".encode() + content).digest()
+
+
+@lru_cache
+def _usable(folder: Path) -> Path:
+    """The folder, or a new one that is removed at the end of this process."""
+    reason = _refusal(folder)
+    if not reason:
+        return folder
+    private = tempfile.mkdtemp(prefix="hydrosim-")
+    atexit.register(shutil.rmtree, private, ignore_errors=True)
+    warnings.warn(
+        f"the cache folder {folder} is not used: {reason}. What is computed anew is kept in"
+        f" {private}, until the end of this process. HYDROSIM_CACHE_DIR names another folder.",
+        stacklevel=2,
+    )
+    return Path(private)
+
+
+def _refusal(folder: Path) -> str:
+    """Why a folder cannot be used; empty if it can."""
+    try:
+        folder.mkdir(mode=OWNER_ONLY, parents=True, exist_ok=True)
+        about = folder.stat()
+    except OSError as error:
+        return f"it cannot be made ({error.strerror})"
+    if not os.access(folder, os.W_OK | os.X_OK):
+        return "it cannot be written to"
+    if hasattr(os, "geteuid") and about.st_uid not in (os.geteuid(), 0):
+        return "it belongs to another user"
+    if os.name == "posix" and about.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"others may write in it (if nobody did: chmod go-w {folder})"
+    return ""

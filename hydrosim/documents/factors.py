@@ -5,12 +5,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-from hydrosim.cache import cache_root, store
+from hydrosim.cache import store, stored
 
 MOST = 1000  # in the file
 
@@ -25,8 +24,7 @@ def keep(unit: str, si: str, factor: float) -> None:
     factors = _factors()
     factors[_key(unit, si)] = factor
     if len(factors) <= MOST:
-        with suppress(OSError):  # a folder that cannot be written costs only time
-            store(_file(), lambda file: file.write(json.dumps(factors).encode()))
+        store(_name(), json.dumps(factors).encode())
 
 
 def _key(unit: str, si: str) -> str:
@@ -35,15 +33,13 @@ def _key(unit: str, si: str) -> str:
 
 @lru_cache(maxsize=1)
 def _factors() -> dict[str, float]:
-    with suppress(OSError, ValueError, AttributeError, TypeError):
-        found = json.loads(_file().read_bytes())
-        return {str(key): float(factor) for key, factor in found.items()}
-    return {}
+    found = stored(_name())
+    return {} if found is None else dict(json.loads(found))
 
 
 @lru_cache(maxsize=1)
-def _file() -> Path:
+def _name() -> str:
     """Another pint, or other rules for units, are another file."""
     rules = Path(__file__).with_name("units.py").read_bytes()
     digest = hashlib.sha256(version("pint").encode() + rules)
-    return cache_root() / f"units-{digest.hexdigest()[:16]}.json"
+    return f"units-{digest.hexdigest()[:16]}.json"

@@ -1,8 +1,8 @@
-"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.jit.linking`.
+"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.jit.linking`,
+how they are kept in `hydrosim.jit.disk`.
 
-numba's disk cache notices an edit of the file a kernel is in, but not of the files it calls
-into. hydrosim therefore keeps its cache in a folder named after a hash of all sources that may
-hold kernels (`SOURCES`): any edit there gives a new folder, and no kernel can be stale.
+The folder of the cache is named after a hash of all sources that may hold kernels (`SOURCES`): any
+edit there gives a new folder, and no kernel can be stale.
 """
 
 from __future__ import annotations
@@ -14,26 +14,21 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 
-from hydrosim.cache import cache_root
 from hydrosim.jit.linking import Part, Summing, Whole
 
-config: Any = numba.config
 PACKAGE = Path(__file__).parents[1]
 SOURCES = {"jit", "rigid", "integrate", "forces", "waves", "radiation", "stepping"}
 
 
 @lru_cache
-def kernel_cache() -> Path:
-    """Folder of the compiled kernels of exactly these sources, interpreter and numba.
-
-    Place and time of the sources count too: numba asks for both before it takes a kernel.
-    """
-    digest = hashlib.sha256(f"{sys.version}{numba.__version__}{PACKAGE}".encode())
-    for path in _sources():
-        digest.update(f"{path.stat().st_mtime_ns}".encode() + path.read_bytes())
-    return cache_root() / f"kernels-{digest.hexdigest()[:16]}"
+def kernel_folder() -> str:
+    """Name of the folder of the compiled kernels of exactly these sources, interpreter, numba and
+    LLVM, wherever the sources lie."""
+    made = f"{sys.version}{numba.__version__}{llvmlite.__version__}{sources_digest()}"
+    return f"kernels-{hashlib.sha256(made.encode()).hexdigest()[:16]}"
 
 
 @lru_cache
@@ -41,7 +36,8 @@ def sources_digest() -> str:
     """Of what the kernels are, wherever they are installed."""
     digest = hashlib.sha256()
     for path in _sources():
-        digest.update(path.read_bytes())
+        content = path.read_bytes()
+        digest.update(f"{path.relative_to(PACKAGE).as_posix()} {len(content)} ".encode() + content)
     return digest.hexdigest()[:16]
 
 
@@ -76,12 +72,7 @@ def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(kernel_cache())
-    try:
-        return kind(function)
-    finally:
-        config.CACHE_DIR = before
+    return kind(function, kernel_folder)
 
 
 @kernel

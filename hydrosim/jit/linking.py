@@ -17,16 +17,14 @@ import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from importlib import import_module
 from typing import Any
 
 from llvmlite import binding
 from numba.core import compiler, event, typing
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
 
+from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.refs import Ref
 
 OPTIONS: dict[str, Any] = {
@@ -86,33 +84,13 @@ class _WholeCompiler(compiler.Compiler):
         return super().compile_extra(func)
 
 
-class _Cached(CompileResultCacheImpl):
-    """What is on disk of a whole: its code, and before it the wholes that it calls by name."""
-
-    def reduce(self, cres: Any) -> Any:
-        functions = cres.library._final_module.functions
-        return [_named[f.name] for f in functions if f.name in _named], super().reduce(cres)
-
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        needed, code = payload
-        for module, name, args in needed:
-            getattr(import_module(module), name).compile(args)
-        return super().rebuild(target_context, code)
+_named: dict[str, Name] = {}
+"""Wholes by the names of their machine code."""
 
 
-class _Cache(FunctionCache):
-    _impl_class = _Cached
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As numba's, but without all that only compilers need, which takes a quarter of a second
-        to load."""
-        rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
-
-
-_named: dict[str, tuple[str, str, Any]] = {}
-"""Module, name and types of the arguments of wholes, by the names of their machine code."""
+def _called(library: Any) -> list[Name]:
+    """The wholes that code calls by name."""
+    return [_named[f.name] for f in library._final_module.functions if f.name in _named]
 
 
 class _Flags(compiler.Flags):
@@ -139,10 +117,10 @@ def _part_flags(fastmath: frozenset[str]) -> Any:
 class _Kernel(CPUDispatcher):
     fastmath: frozenset[str] = frozenset()
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
         options = {**OPTIONS, "fastmath": set(self.fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._cache = _Cache(function)
+        self._cache = Disk(function, folder, _called)
 
     def __reduce__(self) -> str:  # type: ignore[override]
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
@@ -152,8 +130,8 @@ class Part(_Kernel):
     """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
     machine code with its own parts."""
 
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+        super().__init__(function, folder)
         self._parts: dict[Any, Any] = {}
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -185,8 +163,8 @@ class Summing(Part):
 class Whole(_Kernel):
     """A kernel that is machine code of its own, for Python and for the kernels that call it."""
 
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+        super().__init__(function, folder)
         self._names: dict[Any, str] = {}
 
     def add_overload(self, cres: Any) -> None:

@@ -1,26 +1,23 @@
 """Arrays kept on disk, so that what takes long to compute is computed once.
 
-A file is believed if it carries the digest of its own content; any other is made again. A folder
-that cannot be written costs only the time of the next time.
+A file that is damaged is made again, see `hydrosim.cache`.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from hydrosim.cache import cache_root, store
+from hydrosim.cache import store, stored
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
-
-DIGEST = "digest"
 
 
 def kept(
@@ -36,12 +33,15 @@ def kept(
     content depends on.
     """
     key = hashlib.sha256(repr((*settings, _version())).encode()).hexdigest()[:24]
-    path = cache_root() / kind / f"{key}.npz"
-    with suppress(Exception):  # a damaged file may raise anything
-        return of_arrays(_read(path))
+    name = f"{kind}/{key}.npz"
+    found = stored(name)
+    if found is not None:
+        with np.load(BytesIO(found), allow_pickle=False) as arrays:
+            return of_arrays(dict(arrays))
     made = make()
-    with suppress(OSError):
-        _write(path, to_arrays(made))
+    content = BytesIO()
+    np.savez(content, **dict[str, Any](to_arrays(made)))
+    store(name, content.getvalue())
     return made
 
 
@@ -51,28 +51,4 @@ def _version() -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _read(path: Path) -> Arrays:
-    """The arrays in a file; raises where they are not what was written."""
-    with np.load(path, allow_pickle=False) as data:
-        arrays = dict(data)
-    if str(arrays.pop(DIGEST)) != _digest(arrays):
-        raise ValueError(f"{path}: is damaged")
-    return arrays
-
-
-def _write(path: Path, arrays: Arrays) -> None:
-    content: dict[str, Any] = {**arrays, DIGEST: np.array(_digest(arrays))}
-    store(path, lambda file: np.savez(file, **content))
-
-
-def _digest(arrays: Arrays) -> str:
-    """SHA-256 (hex) over names, types, shapes and numbers."""
-    digest = hashlib.sha256()
-    for name, value in sorted(arrays.items()):
-        array = np.ascontiguousarray(value)
-        digest.update(f"{name} {value.shape} {array.dtype.str}".encode())
-        digest.update(array.tobytes())
     return digest.hexdigest()

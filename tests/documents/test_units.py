@@ -140,14 +140,14 @@ def test_pint_is_loaded_for_units_that_no_run_before_knew(tmp_path: Path) -> Non
     assert loads_pint(tmp_path) == ["False", "False", "3000.0"]
 
 
-@pytest.mark.parametrize("damage", ["", "{", "[1]", '{"km in m": null}'])
+@pytest.mark.parametrize("damage", ["", "{", "[1]", '{"km in m": null}', '{"km in m": 999.0}'])
 def test_a_damaged_file_of_factors_is_made_again(tmp_path: Path, damage: str) -> None:
     loads_pint(tmp_path)
     (file,) = tmp_path.iterdir()
-    whole = file.read_text()
+    whole = file.read_bytes()
     file.write_text(damage)
     assert loads_pint(tmp_path)[-1] == "3000.0"
-    assert file.read_text() == whole
+    assert file.read_bytes() == whole
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ import pytest
 import xarray as xr
 from numba.core.errors import NumbaError
 
-from hydrosim.jit.kernels import kernel_cache
+from hydrosim.cache import cache_root
+from hydrosim.jit.kernels import kernel_folder
 from hydrosim.jit.linking import OPTIONS
 
 pytestmark = pytest.mark.kernels
@@ -35,10 +36,9 @@ def test_the_compiler_refuses_kernels_that_make_arrays() -> None:
 
 def test_the_loop_calls_no_allocator(base_run: xr.Dataset) -> None:
     assert base_run.attrs["status"] == "complete"
-    of_tests = f"{Path(__file__).parent.name}_"  # numba's folders have the names of the sources'
-    files = [p for p in kernel_cache().rglob("*.nbc") if not p.parent.name.startswith(of_tests)]
-    called = {path.name.split("-")[0]: calls(path) for path in files}
-    assert {"run.advance", "stepper.step", "dynamics.rhs"} <= called.keys()
+    files = (cache_root() / kernel_folder()).glob(f"{KERNEL}*.nbc")
+    called = {path.name.split("-")[0].removeprefix(KERNEL): calls(path) for path in files}
+    assert {"stepping.run.advance", "stepping.stepper.step", "stepping.dynamics.rhs"} <= {*called}
     for names in called.values():
         assert {name for name in names if not name.startswith((KERNEL, *ENTRY))} <= HARMLESS
 
@@ -52,7 +52,7 @@ def test_an_allocator_would_be_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def calls(path: Path) -> set[str]:
-    """Names of what the machine code in one of numba's cache files calls and does not hold."""
+    """Names of what the machine code in a file of the cache calls and does not hold."""
     cached = path.read_bytes()
     start = cached.find(b"\x7fELF\x02\x01")
     if start < 0:

@@ -77,11 +77,11 @@ def test_any_edit_of_a_source_of_kernels_makes_a_new_cache(
     source.parent.mkdir()
     source.write_text("a = 1\n")
     other.write_text("")
-    before = kernels.kernel_cache.__wrapped__()
+    before = kernels.sources_digest.__wrapped__()
     other.write_text("b = 1\n")
-    assert kernels.kernel_cache.__wrapped__() == before
+    assert kernels.sources_digest.__wrapped__() == before
     source.write_text("a = 2\n")
-    assert kernels.kernel_cache.__wrapped__() != before
+    assert kernels.sources_digest.__wrapped__() != before
 
 
 def run(cache: Path, program: str = PROGRAM) -> list[str]:

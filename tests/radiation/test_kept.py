@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydrosim.cache import DIGEST
 from hydrosim.radiation.kept import kept
 
 NUMBERS = {"one": np.array([0.1, -0.0, np.inf]), "two": np.arange(6).reshape(2, 3)}
@@ -52,9 +53,10 @@ def zipped(**arrays: np.ndarray) -> bytes:
 
 def another_number(content: bytes) -> bytes:
     """A whole file with its old digest."""
-    arrays = dict(np.load(io.BytesIO(content)))
+    size = DIGEST().digest_size
+    arrays = dict(np.load(io.BytesIO(content[size:])))
     arrays["one"] = np.array([0.2, 0.0, np.inf])
-    return zipped(**arrays)
+    return content[:size] + zipped(**arrays)
 
 
 @pytest.mark.parametrize(
@@ -75,8 +77,7 @@ def test_damaged_file_is_made_again(folder: Path, damaged) -> None:
     numbers(1)
 
 
-def test_every_changed_byte_is_noticed_or_harmless(folder: Path) -> None:
-    """Of the bytes of a file some are those of the archive alone, such as times."""
+def test_every_changed_byte_is_noticed(folder: Path) -> None:
     numbers(1, made=True)
     [file] = folder.iterdir()
     content = file.read_bytes()
@@ -84,10 +85,7 @@ def test_every_changed_byte_is_noticed_or_harmless(folder: Path) -> None:
         changed = bytearray(content)
         changed[place] ^= 0x10
         file.write_bytes(changed)
-        found = kept("numbers", (1,), lambda: NUMBERS, dict, dict)
-        assert {n: x.tobytes() for n, x in found.items()} == {
-            n: x.tobytes() for n, x in NUMBERS.items()
-        }
+        numbers(1, made=True)
 
 
 def test_folder_that_cannot_be_written_is_no_error(folder: Path) -> None:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from tempfile import NamedTemporaryFile
+from collections.abc import Callable, Iterable
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 
-from hydrosim.cache import cache_root
+from hydrosim.cache import store, stored
 
 
 def key_of(*parts: str | bytes | float | np.ndarray) -> str:
@@ -31,17 +29,12 @@ def remembered(key: str, compute: Callable[[], Iterable[Any]]) -> list[np.ndarra
 
     A file is there whole or not at all, so that any moment is good for an interruption.
     """
-    path = cache_root() / "potential-flow" / f"{key[:32]}.npz"
-    if path.is_file():
-        with np.load(path) as file:
+    name = f"potential-flow/{key[:32]}.npz"
+    found = stored(name)
+    if found is not None:
+        with np.load(BytesIO(found), allow_pickle=False) as file:
             return [file[name] for name in file.files]
-    arrays = [np.asarray(array) for array in compute()]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _write(path, arrays)
+    arrays, content = [np.asarray(array) for array in compute()], BytesIO()
+    np.savez(content, *arrays)
+    store(name, content.getvalue())
     return arrays
-
-
-def _write(path: Path, arrays: Sequence[np.ndarray]) -> None:
-    with NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-        np.savez(file, *arrays)
-    os.replace(file.name, path)

@@ -1,0 +1,80 @@
+"""Machine code of kernels on disk: a file for each kernel and the types of its arguments.
+
+numba's own disk cache takes what it finds for code, notices an edit of the file that a kernel is in
+but not of those that it calls into, and knows a file by its place and time. Here all names begin
+with a hash of all sources that may hold kernels, so that any edit there makes others, and what is
+damaged is compiled again (`hydrosim.cache`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Callable
+from functools import lru_cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
+from numba.core.serialize import dumps
+
+from hydrosim.cache import store, stored
+
+Name = tuple[str, str, Any]
+"""Module and name of a whole, and the types of its arguments."""
+
+
+class Disk(_Cache):
+    """The files of one kernel; ``folder`` names that of all, ``calls`` says of compiled code which
+    wholes it calls by name: those are loaded first."""
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        folder: Callable[[], str],
+        calls: Callable[[Any], list[Name]],
+    ) -> None:
+        self._function, self._folder, self._calls = function, folder, calls
+
+    @property
+    def cache_path(self) -> str:
+        return self._folder()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The code for these types, None if there is none. Nothing is loaded that only compilers
+        need, which would take a quarter of a second."""
+        rtsys.initialize(target_context)
+        content = stored(self._name(sig, target_context.codegen()))
+        if content is None:
+            return None
+        needed, code = pickle.loads(content)
+        for module, name, args in needed:
+            getattr(import_module(module), name).compile(args)
+        return CompileResult._rebuild(target_context, *code)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, unless it holds addresses of this process."""
+        if not data.library.has_dynamic_globals:
+            content = dumps((self._calls(data.library), data._reduce()))
+            store(self._name(sig, data.codegen), content)
+
+    def enable(self) -> None: ...
+
+    def disable(self) -> None: ...
+
+    def flush(self) -> None: ...
+
+    def _name(self, sig: Any, codegen: Any) -> str:
+        function = self._function
+        what = repr((sig, codegen.magic_tuple(), _source(function.__code__.co_filename)))
+        digest = hashlib.sha256(what.encode() + function.__code__.co_code).hexdigest()[:32]
+        return f"{self._folder()}/{function.__module__}.{function.__qualname__}-{digest}.nbc"
+
+
+@lru_cache
+def _source(file: str) -> str:
+    """Of a kernel that may be in no folder of this package."""
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
