@@ -17,19 +17,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from collections import Counter
 from collections.abc import Iterator
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import psutil
+from typing import NamedTuple
 
 from benchmarks.random_cases import random_case, text_of
 from benchmarks.random_trial import OPEN, WITHIN, Convergence, Outcome, compared, tried
 from benchmarks.report import Row, markdown
+from benchmarks.worker import Question, Worker
 
-LIMITS = {"try": 30.0, "compare": 90.0}  # s of CPU time that a scene, or its comparison, may take
-PATIENCE = 10.0  # times as long a scene may take if it compiles or fits something first
 SEEDS = 1_000_000  # scenes of a seed
 KINDS = ("complete", "failed", "refused", "crash", "hang")
 BLOCKED = Outcome("hang")
@@ -57,55 +52,23 @@ class Finding(NamedTuple):
         return any(line.startswith(OF_ERROR) for line in self.outcome.warnings.splitlines())
 
 
-class Worker:
-    """A process that runs cases one after the other, and is replaced when it takes too long."""
-
-    def __init__(self) -> None:
-        self._start()
-
-    def _start(self) -> None:
-        context = get_context("spawn")
-        self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        self.process.start()
-        other.close()
-
-    def ask(self, what: str, number: int) -> Any:
-        """The answer; None if it takes too long even when all is compiled and fitted."""
-        usual = LIMITS[what]
-        for limit in (usual, PATIENCE * usual, usual) if what == "try" else (usual,):
-            answer = self._answer(what, number, limit)
-            if answer is not None and limit == usual:
-                return answer
-        return None
-
-    def _answer(self, what: str, number: int, limit: float) -> Any:
-        self.pipe.send((what, number))
-        used = psutil.Process(self.process.pid)
-        begin = sum(used.cpu_times()[:2])
-        while not self.pipe.poll(0.5):
-            if not self.process.is_alive():
-                self._start()
-                return Outcome("crash", "the process died") if what == "try" else None
-            if sum(used.cpu_times()[:2]) - begin > limit:
-                self.process.kill()
-                self.process.join()
-                self._start()
-                return None
-        return self.pipe.recv()
+def _try(number: int) -> Outcome:
+    return tried(random_case(number))
 
 
-def _serve(pipe: Connection) -> None:
-    """Answer what is asked, in the worker's process."""
-    answers = {"try": tried, "compare": compared}
-    while True:
-        what, number = pipe.recv()
-        pipe.send(answers[what](random_case(number)))
+def _compare(number: int) -> Convergence:
+    return compared(random_case(number))
+
+
+QUESTIONS = {
+    "try": Question(_try, 30.0, Outcome("crash", "the process died"), patient=True),
+    "compare": Question(_compare, 90.0),
+}
 
 
 def findings(first: int, count: int, converge: int) -> Iterator[Finding]:
     """Run ``count`` scenes from ``first`` on; compare until ``converge`` unwarned ones are."""
-    worker, done = Worker(), 0
+    worker, done = Worker(QUESTIONS), 0
     for number in range(first, first + count):
         outcome = worker.ask("try", number) or BLOCKED
         convergence = None

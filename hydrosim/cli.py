@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import atexit
 import gc
+import io
 import os
+import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
@@ -27,7 +29,7 @@ from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import printable, show
 from hydrosim.errors import HydrosimError, InputError, SimulationError
 from hydrosim.interrupts import taken_as_interrupts
 
@@ -86,6 +88,7 @@ def run(
         return _simulate_with_progress(case, result, resume, every)
 
     _complete(case, simulated)
+    _require_room(case, result.path)
     try:
         dataset = simulated(case, result)
     except SimulationError as error:
@@ -176,6 +179,18 @@ def plot(
         show(f"picture   {picture}")
 
 
+def _require_room(case: Case, path: Path) -> None:
+    """Refuse a run whose result would not fit on the disk."""
+    from shutil import disk_usage
+
+    from hydrosim.compiling import sizes
+
+    size, free = sizes.result(case.scene()), disk_usage(path.parent).free
+    if size > free:
+        found = f"about {sizes.shown(size)}, and {sizes.shown(free)} are free"
+        raise InputError(f"--output: the result is {found}; record less often (output.step).")
+
+
 def _complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Make the runs that the case needs, and say so."""
     from hydrosim.studies.stages import complete
@@ -254,12 +269,30 @@ def _summary(dataset: xr.Dataset, path: Path) -> None:
 def main() -> None:
     """Run the command line; a message meant for people ends it with its own exit code."""
     taken_as_interrupts()
+    _print_anywhere()
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:  # who reads has seen enough
+        os._exit(1)
+    except OSError as error:
+        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        os._exit(3)  # what is left to be printed cannot be
+    except MemoryError:
+        err.print("[bold red]error[/] there is not enough memory for this", soft_wrap=True)
+        raise SystemExit(3) from None
     except HydrosimError as error:
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
 
 
-def _plain(error: HydrosimError) -> str:
-    return str(error).replace("[", "\\[")
+def _print_anywhere() -> None:
+    """Print what a terminal or a pipe has no character for as its number."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _plain(error: Exception) -> str:
+    return printable(str(error)).replace("[", "\\[")

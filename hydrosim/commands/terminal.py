@@ -2,7 +2,21 @@
 
 from __future__ import annotations
 
+import unicodedata
+
 from rich.console import Console, RenderableType
+
+
+def printable(text: str) -> str:
+    """The text, with what would steer a terminal, or is no character, as its number: names in files
+    of others may hold anything."""
+    if text.isprintable():
+        return text
+    return "".join(c if c in "\n\t" or not _odd(c) else f"\\u{ord(c):04x}" for c in text)
+
+
+def _odd(character: str) -> bool:
+    return unicodedata.category(character) in ("Cc", "Cf", "Cs")
 
 
 def show(*parts: RenderableType) -> None:
@@ -10,6 +24,6 @@ def show(*parts: RenderableType) -> None:
     out = Console()
     for part in parts:
         if isinstance(part, str):
-            out.print(part, markup=False, highlight=False, soft_wrap=True)
+            out.print(printable(part), markup=False, highlight=False, soft_wrap=True)
         else:
             out.print(part)

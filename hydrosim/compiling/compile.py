@@ -23,6 +23,7 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.
     """
+    check_scene(scene)  # also whether its sea can be drawn
     drawn = sea(scene.environment)
     calm = compile_in_calm(scene, seas=drawn)
     calm = planar(calm, drawn) if in_plane else calm

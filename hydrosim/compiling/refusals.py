@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, is_known, signals_of
 from hydrosim.forces.contact.laws import COULOMB
@@ -48,6 +49,7 @@ def check_scene(scene: Scene) -> None:
             _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
         element.check(name)
+    check_sizes(scene)
 
 
 def _check_record(key: str, time: np.ndarray, duration: float) -> None:

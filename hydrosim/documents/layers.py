@@ -6,6 +6,7 @@ Nodes are not changed in place: an anchor may stand for the same node elsewhere.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -80,10 +81,12 @@ def written(node: Node) -> str:
 
 
 def _read_text(path: Path) -> str:
+    if os.path.isdir(path):
+        raise InputError(f"{path}: found a directory; expected a case file (YAML)")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{path}: found a pipe or a device; expected a case file (YAML)")
     try:
         return path.read_bytes().decode("utf-8-sig")
-    except IsADirectoryError:
-        raise InputError(f"{path}: found a directory; expected a case file (YAML)") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:

@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from hydrosim.documents.limits import excesses, too_long
 from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
 
@@ -27,12 +28,17 @@ SETTING = "--set "  # begins the name of a text that came from the command line
 def compose(text: str, name: str) -> Node | None:
     """Nodes of a YAML text that messages call ``name``; None if there is nothing in it.
 
-    Raises InputError with the line of what is not YAML, or of a key that is there twice.
+    Raises InputError with the line of what is not YAML, of what is too much (`limits`), or of a key
+    that is there twice.
     """
+    if excess := too_long(text):
+        raise InputError(f"{name}: {excess}")
     try:
         loader = yaml.SafeLoader(text)
         loader.name = name
         node = loader.get_single_node()
+        for mark, excess in excesses(node):
+            raise wrong(mark, excess)
         _refuse_bad_keys(node)
     except yaml.MarkedYAMLError as error:
         what = ", ".join(part for part in (error.context, error.problem) if part)

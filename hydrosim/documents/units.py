@@ -19,7 +19,9 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydrosim.documents import factors
 
+LONGEST = 200  # characters of what was found, in a message
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
+LARGEST, SMALLEST = 1e20, 1e-20  # in SI: products of a few such numbers are numbers still
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 # Products and quotients of names with small powers: pint computes whatever else it is given.
@@ -32,6 +34,7 @@ STRICT = ("", "rad", "rad/s", "m^2*s/rad")
 
 def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     """A validation error in this package's own words."""
+    found = found if len(found) <= LONGEST else f"{found[:LONGEST]}..."
     text = f"found {found}; expected {expected}" + (f"; {remedy}" if remedy else "")
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
@@ -72,8 +75,12 @@ class Quantity:
         number = self._convert(value) if isinstance(value, str) else self._plain(value)
         if not isfinite(number):
             raise self._wrong(value, "give a finite number")
+        if abs(number) > LARGEST:
+            raise self._wrong(value, f"nothing is larger than {LARGEST:g} in SI")
         if self.above is not None and not number > self.above:
             raise self._wrong(value, f"it must be above {self.above:g}")
+        if self.above == 0.0 and number < SMALLEST:
+            raise self._wrong(value, f"it must be above {SMALLEST:g} in SI")
         if self.at_least is not None and not number >= self.at_least:
             raise self._wrong(value, f"it must be {self.at_least:g} or more")
         if self.at_most is not None and not number <= self.at_most:

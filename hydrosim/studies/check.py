@@ -10,6 +10,7 @@ from rich.console import JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from hydrosim.compiling import sizes
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
@@ -43,6 +44,8 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
+    memory, size = sizes.shown(sizes.memory(scene)), sizes.shown(sizes.result(scene))
+    yield f"about {memory} of memory, {size} of result"
     if notes.symmetry:
         yield f"solved {notes.symmetry}"
     yield solution(own.scene, own.model)

@@ -1,0 +1,140 @@
+"""How much memory a scene needs, and how large its result is, before any of it is tried."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from math import inf, pi
+from pathlib import Path
+from typing import NamedTuple
+
+from hydrosim.errors import InputError
+from hydrosim.radiation.retardation import FINER
+from hydrosim.scene import (
+    ADAPTIVE,
+    AutomaticRadiation,
+    Body,
+    ConvolutionRadiation,
+    Density,
+    Scene,
+    StateSpaceRadiation,
+)
+from hydrosim.waves.spectra import cut_off
+
+NUMBER = 8  # bytes
+MOST_STEPS = 1e12  # of a run: months
+MOST_ROWS = 20_000  # of a table of retardation functions: 100 s every 5 ms
+MOST_WAVES = 2e6  # of one sea
+CONTAINER = Path("/sys/fs/cgroup/memory.max")
+
+
+class Part(NamedTuple):
+    """What needs memory: key and value that say so, the ``bytes``, and what to do about it."""
+
+    key: str
+    memory: float
+    remedy: str
+
+
+def memory(scene: Scene) -> float:
+    """Memory [bytes] that a run needs, about: within a factor of two or so."""
+    return sum(part.memory for part in _parts(scene))
+
+
+def result(scene: Scene) -> float:
+    """Size [bytes] of the result of a run, about."""
+    states = _states(scene) if scene.output_states else 0.0
+    return NUMBER * _records(scene) * (_channels(scene) + states)
+
+
+def check_sizes(scene: Scene) -> None:
+    """Raises InputError where a scene cannot fit into the memory, or would not end."""
+    steps = scene.duration / scene.solver.step
+    if scene.solver.method not in ADAPTIVE and steps > MOST_STEPS:
+        raise InputError(
+            f"duration: found {scene.duration:g} s in steps of {scene.solver.step:g} s, {steps:.1e}"
+            f" steps; expected at most {MOST_STEPS:g}, which take months. Shorten the duration."
+        )
+    for body in scene.bodies:
+        if _rows(body) > MOST_ROWS:
+            raise InputError(
+                f"bodies.{body.name}.radiation: found a table of {_rows(body):.3g} rows"
+                f" (length over step); expected at most {MOST_ROWS:,}. Choose a larger step: it has"
+                " nothing to do with that of the run."
+            )
+    for count in _waves(scene):
+        if count > MOST_WAVES:
+            raise InputError(
+                f"environment.waves.repeat_period: found one that needs {count:.1e} waves; expected"
+                f" at most {MOST_WAVES:g}. Give one that is hardly longer than the run."
+            )
+    largest, most = max(_parts(scene), key=lambda part: part.memory), _available()
+    if memory(scene) > most:
+        raise InputError(
+            f"{largest.key}: the run needs about {shown(memory(scene))} of memory,"
+            f" {shown(largest.memory)} of it for this; there are {shown(most)}. {largest.remedy}."
+        )
+
+
+def shown(size: float) -> str:
+    """A number of bytes in words."""
+    for unit in ("kB", "MB", "GB"):
+        size /= 1000.0
+        if size < 1000.0:
+            return f"{size:.3g} {unit}"
+    return f"{size / 1000.0:.3g} TB"
+
+
+def _parts(scene: Scene) -> Iterator[Part]:
+    motions = 6 * len(scene.bodies)
+    # what is recorded is laid out anew for the dataset
+    recorded = NUMBER * _records(scene) * (2.0 * _channels(scene) + _states(scene))
+    yield Part("output.step", recorded, "Record less often, or make a shorter run")
+    wave = NUMBER * (6 + 8 * (1 + motions))  # components, their loads, a table over time of both
+    waves = wave * sum(_waves(scene))
+    yield Part("environment.waves.repeat_period", waves, "Shorten it")
+    tables = NUMBER * 3 * FINER * 36 * sum(map(_rows, scene.bodies)) * len(scene.bodies)
+    yield Part("bodies.radiation", tables, "Choose a larger step or a shorter length")
+
+
+def _records(scene: Scene) -> float:
+    return scene.duration / scene.output_step + 1.0
+
+
+def _channels(scene: Scene) -> float:
+    """Numbers in a record that are written."""
+    motions, forces = 6 * len(scene.bodies), 4 + len(scene.forces)
+    points = sum(len(element.unit_names(name)) for name, element in scene.forces.items())
+    return 6.0 + 2.0 * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)
+
+
+def _states(scene: Scene) -> float:
+    """States of a scene; of radiation those of a usual fit."""
+    return sum(12.0 + (60.0 if body.hydrodynamics is not None else 0.0) for body in scene.bodies)
+
+
+def _rows(body: Body) -> float:
+    table = body.radiation
+    if body.hydrodynamics is None or not isinstance(
+        table, AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
+    ):
+        return 0.0
+    return table.length / table.step
+
+
+def _waves(scene: Scene) -> Iterator[float]:
+    """Number of waves in each random sea."""
+    for train in scene.environment.waves:
+        if isinstance(train.spectrum, Density):
+            yield cut_off(train.spectrum) * train.repeat_period / (2.0 * pi)
+
+
+def _available() -> float:
+    """Memory of the machine [bytes], or of the container."""
+    most = inf
+    if hasattr(os, "sysconf"):
+        most = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    try:
+        return min(most, float(CONTAINER.read_text()))
+    except (OSError, ValueError):  # none, or "max"
+        return most

@@ -1,0 +1,89 @@
+"""How much a YAML text may hold, and what: nobody writes more, but a program may, or an enemy."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator
+
+import yaml
+from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
+
+MOST_TEXT = 250_000  # characters: read in a few seconds
+MOST_VALUES = 100_000  # aliases counted as what they stand for
+DEEPEST = 40  # lists and mappings in each other
+LONGEST = {"key": 100, "text": 10_000}  # characters
+
+
+def too_long(text: str) -> str:
+    """What is wrong with the length of a text; empty if nothing is."""
+    if len(text) <= MOST_TEXT:
+        return ""
+    return (
+        f"found {len(text):,} characters; expected at most {MOST_TEXT:,}; long series belong in"
+        " files of their own: {file: FILE, column: NAME}"
+    )
+
+
+def excesses(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
+    """What is too much in a node, or cannot be printed, with its place."""
+    if node is None:
+        return
+    sizes: dict[int, tuple[int, int]] = {}
+    yield from _measured(node, sizes, set())
+    for scalar, kind in _scalars(node, set()):
+        yield from _of_text(scalar, kind)
+
+
+def _measured(
+    node: Node, sizes: dict[int, tuple[int, int]], above: set[int]
+) -> Iterator[tuple[yaml.Mark, str]]:
+    """Enters the number of values in a node, and how deep it is, in ``sizes``; ``above`` are the
+    nodes that it is in."""
+    if id(node) in above:
+        yield node.start_mark, "found an alias within what it stands for; expected it elsewhere"
+        return
+    if id(node) in sizes:
+        return
+    count, depth = 1, 0
+    for child in _children(node):
+        for excess in _measured(child, sizes, above | {id(node)}):
+            yield excess
+            return
+        inside, deep = sizes[id(child)]
+        count, depth = count + inside, max(depth, deep + 1)
+    sizes[id(node)] = count, depth
+    if depth > DEEPEST:
+        yield node.start_mark, f"found {depth} levels in each other; expected {DEEPEST} at most"
+    elif count > MOST_VALUES:
+        text = f"found {count:,} values, with what aliases stand for; expected at most"
+        yield node.start_mark, f"{text} {MOST_VALUES:,}"
+
+
+def _children(node: Node) -> list[Node]:
+    if isinstance(node, MappingNode):
+        return [part for pair in node.value for part in pair]
+    return node.value if isinstance(node, CollectionNode) else []
+
+
+def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
+    """All scalars of a node once, and whether each is a key or a text."""
+    if id(node) in seen:
+        return
+    seen.add(id(node))
+    if isinstance(node, ScalarNode):
+        yield node, "text"
+    keys = [key for key, _ in node.value] if isinstance(node, MappingNode) else []
+    yield from ((key, "key") for key in keys if isinstance(key, ScalarNode))
+    for child in _children(node):
+        if child not in keys:
+            yield from _scalars(child, seen)
+
+
+def _of_text(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
+    text, most = str(node.value), LONGEST[kind]
+    if len(text) > most:
+        yield node.start_mark, f"found a {kind} of {len(text)} characters; expected at most {most}"
+    odd = [c for c in text if c not in "\t\n\r" and unicodedata.category(c) in ("Cc", "Cs")]
+    if odd:
+        found = f"found the character U+{ord(odd[0]):04X} in a {kind}"
+        yield node.start_mark, f"{found}; expected characters that can be printed"

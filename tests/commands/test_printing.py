@@ -1,0 +1,52 @@
+"""What is printed can be printed, wherever that is, and steers no terminal."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hydrosim.commands.terminal import printable
+
+ROOT = Path(__file__).parents[2]
+CASE = ROOT / "cases" / "sphere" / "decay.yaml"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("heave [m], 20°\n\tand on", "heave [m], 20°\n\tand on"),
+        ("\x1b[2Jgone", "\\u001b[2Jgone"),
+        ("a\u202eb", "a\\u202eb"),
+        ("\udcff.nc", "\\udcff.nc"),
+        ("a b", "a b"),
+    ],
+)
+def test_what_steers_is_shown_as_its_number(text: str, shown: str) -> None:
+    assert printable(text) == shown
+
+
+def said(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "hydrosim", *arguments]
+    known = {"PYTHONPATH": str(ROOT), **os.environ}
+    return subprocess.run(
+        command, env={**known, **environment}, capture_output=True, text=True, check=False
+    )
+
+
+def test_a_terminal_of_few_characters() -> None:
+    done = said("check", str(CASE), PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.isascii()
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full device")
+def test_a_full_disk_behind_the_terminal() -> None:
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "hydrosim", "check", str(CASE)]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr == "error [Errno 28] No space left on device\n"

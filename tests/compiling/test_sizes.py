@@ -1,0 +1,92 @@
+"""What cannot fit is said before it is tried; what is estimated is about what comes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from moored_barge import scene_of
+
+import hydrosim as hs
+from hydrosim.compiling import sizes
+from hydrosim.compiling.refusals import check_scene
+from hydrosim.errors import InputError
+from hydrosim.forces import Plane
+from hydrosim.scene import ConvolutionRadiation, Scene, StateSpaceRadiation
+
+TOO_LARGE: dict[str, tuple[dict[str, Any], str]] = {
+    "steps": ({"duration": 1e12}, r"duration: found 1e\+12 s in steps of 0.1 s, 1.0e\+13 steps"),
+    "records": (
+        {"duration": 1e10},
+        r"output.step: the run needs about [\d.]+ TB of memory, .* Record less often",
+    ),
+    "a fine table": (
+        {"radiation": StateSpaceRadiation(length=1e4, step=0.1)},
+        r"bodies.barge.radiation: found a table of 1e\+05 rows",
+    ),
+    "a long memory": (
+        {"radiation": ConvolutionRadiation(length=1e12)},
+        "bodies.barge.radiation: found a table",
+    ),
+    "waves": ({"repeat_period": 1e12}, r"repeat_period: found one that needs \d.*e\+11 waves"),
+}
+
+
+def changed(scene: Scene, **changes: Any) -> Scene:
+    """The scene with other values of its own, of its body or of its waves."""
+    (body,), (train,) = scene.bodies, scene.environment.waves
+    if "radiation" in changes:
+        return replace(scene, bodies=(replace(body, **changes),))
+    if "repeat_period" in changes:
+        sea = replace(scene.environment, waves=(replace(train, **changes),))
+        return replace(scene, environment=sea)
+    return replace(scene, **changes)
+
+
+@pytest.mark.parametrize("what", TOO_LARGE)
+def test_what_cannot_fit_is_refused(what: str) -> None:
+    changes, told = TOO_LARGE[what]
+    with pytest.raises(InputError, match=told):
+        hs.compile_scene(changed(scene_of("base"), **changes))
+
+
+def test_what_needs_no_memory_is_none_of_it() -> None:
+    """A long run with few records, in waves that are summed one by one."""
+    scene = scene_of("free_floating")
+    check_scene(replace(scene, duration=1e7, output_step=1e3))
+
+
+@pytest.mark.parametrize("name", ["base", "free_floating"])
+def test_the_size_of_a_result_is_foretold(name: str, tmp_path: Path) -> None:
+    scene = replace(scene_of(name), duration=200.0)
+    hs.simulate(scene).to_netcdf(tmp_path / "run.nc")
+    size = (tmp_path / "run.nc").stat().st_size
+    assert 0.5 * size < sizes.result(scene) + 30_000 < 2.0 * size  # names and texts are 30 kB
+    assert sizes.memory(scene) > sizes.result(scene)
+
+
+def test_a_container_has_the_memory_that_it_was_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "memory.max").write_text("1000000\n")
+    monkeypatch.setattr(sizes, "CONTAINER", tmp_path / "memory.max")
+    with pytest.raises(InputError, match=r"there are 1 MB"):
+        check_scene(scene_of("base"))
+    (tmp_path / "memory.max").write_text("max\n")
+    check_scene(scene_of("base"))
+
+
+def test_a_plane_of_a_body_that_is_not_there() -> None:
+    scene = scene_of("base")
+    lost = replace(
+        scene.forces["interface"], plane=Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
+    )
+    with pytest.raises(InputError, match=r"forces.interface.plane.body: there is no body topside"):
+        hs.compile_scene(replace(scene, forces={**scene.forces, "interface": lost}))
+
+
+@pytest.mark.parametrize(("size", "text"), [(2.5e6, "2.5 MB"), (1e3, "1 kB"), (3e15, "3e+03 TB")])
+def test_bytes_in_words(size: float, text: str) -> None:
+    assert sizes.shown(size) == text
