@@ -149,9 +149,13 @@ class Output:
                 for part, output in zip(parts, outputs, strict=True):
                     part.replace(output.path)
         except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
-            raise WritingError(
-                f"{self.path}: cannot be written ({reason(error, self.path)})."
-            ) from None
+            raise unwritable(self.path, error) from None
+
+    def take(self, path: Path) -> None:
+        """Give a file that is complete, in the same file system, its name."""
+        self.checked()
+        _to_disk(path)
+        path.replace(self.path)
 
     def _refuse(self, text: str) -> NoReturn:
         raise InputError(f"{self.option}: {text}.")
@@ -188,12 +192,12 @@ def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
     return output.path
 
 
-def reason(error: Exception, path: Path) -> str:
-    """Why a file cannot be written, and how much room there is where it is to be."""
+def unwritable(path: Path, error: Exception) -> WritingError:
+    """Says why a file cannot be written, and how much room there is where it is to be."""
     text = getattr(error, "strerror", None) or str(error) or type(error).__name__
     with suppress(OSError):
         text += f"; {disk_usage(path.parent).free / 1e6:,.0f} MB are free there"
-    return text
+    return WritingError(f"{path}: cannot be written ({text}). What was there before still stands.")
 
 
 def files_named(values: object, folder: Path) -> Iterator[Path]:

@@ -32,6 +32,9 @@ def sweep(
         int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
     ] = None,
     overwrite: Overwrite = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a sweep that was killed or interrupted.")
+    ] = False,
 ) -> None:
     """Run a case with all combinations of parameters and seeds; write one netCDF file."""
     from hydrosim.studies.sweep import load_study
@@ -39,7 +42,7 @@ def sweep(
     study = load_study(study_file)
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
-    with announced(err), _with_progress(study, result, workers) as runs:
+    with announced(err), _with_progress(study, result, workers, resume) as runs:
         status = runs.status.values.tolist()
         show(*_lines(runs, study.labels), f"result    {runs.encoding['source']}")
     if {"interrupted", "not run"} & {*status}:
@@ -48,7 +51,7 @@ def sweep(
         raise typer.Exit(3)
 
 
-def _with_progress(study: Study, result: Output, workers: int | None) -> xr.Dataset:
+def _with_progress(study: Study, result: Output, workers: int | None, resume: bool) -> xr.Dataset:
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -64,7 +67,11 @@ def _with_progress(study: Study, result: Output, workers: int | None) -> xr.Data
     times = (TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, *times, console=err, transient=True) as bar:
         task = bar.add_task("runs", total=len(study.scenes))
-        return run_study(study, result, workers, lambda done, _: bar.update(task, completed=done))
+
+        def report(done: int, _: int) -> None:
+            bar.update(task, completed=done)
+
+        return run_study(study, result, workers, report, resume)
 
 
 def _lines(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:

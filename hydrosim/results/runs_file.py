@@ -26,11 +26,17 @@ class RunsFile:
 
     All runs have the variables, coordinates and sizes of the one that is added first; what is not
     there of a run is NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are
-    known before. The same runs, added in the same order, give the same bytes.
+    known before; ``mark`` is its history. The same runs, added in the same order, give the same
+    bytes.
     """
 
     def __init__(
-        self, path: Path, count: int, along: Mapping[str, np.ndarray], coordinates: Sequence[str]
+        self,
+        path: Path,
+        count: int,
+        along: Mapping[str, np.ndarray],
+        coordinates: Sequence[str],
+        mark: str = "",
     ) -> None:
         self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
         self._file.set_auto_maskandscale(False)
@@ -38,6 +44,8 @@ class RunsFile:
         self._attributes: dict[str, object] = {}
         self._file.createDimension(RUN, count)
         self._file.coordinates = " ".join(coordinates)
+        if mark:
+            self._file.history = mark
         for name, values in {RUN: np.arange(count), **along}.items():
             self._along(name, np.asarray(values))
         for name, what in TEXTS.items():

@@ -12,8 +12,8 @@ import gc
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from numbers import Number
@@ -34,12 +34,15 @@ from hydrosim.compiling.symmetry import planar, wave_asymmetries
 from hydrosim.compiling.wet import WetGroup, wet_groups
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.outputs import Output, as_output
+from hydrosim.interrupts import undisturbed
+from hydrosim.outputs import Output, as_output, unwritable
+from hydrosim.results.journal import RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Body, Coefficients, Scene, Start
 from hydrosim.studies.simulation import run_compiled, simulate, warned_of_steps
 from hydrosim.studies.stages import complete
+from hydrosim.studies.unfinished import begun, folder_of, identity, is_whole
 from hydrosim.waves import Components, sea
 
 if TYPE_CHECKING:
@@ -82,6 +85,7 @@ def simulate_many(
     start: float = 0.0,
     workers: int | None = None,
     progress: Progress | None = None,
+    resume: bool = False,
 ) -> xr.Dataset:
     """Run all cases or scenes, on as many cores as there are ``workers``, by default all.
 
@@ -93,11 +97,14 @@ def simulate_many(
     * ``status``, and ``status_message`` where it is not "complete".
 
     It is the same to the bit as that of single runs, and to the byte whatever the number of
-    workers. With ``output`` it is in that netCDF file, written run by run, and what is returned
-    reads from there when asked; else it is in memory. All runs have one duration, one output step
-    and the same bodies. A run that cannot go on is marked "failed" and the others go on; it has no
-    values. After an interrupt from the keyboard the runs done until then are returned, and others
-    marked. Raises InputError where the runs do not fit together.
+    workers. With ``output`` it is in that netCDF file, and what is returned reads from there when
+    asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
+    a set that was killed or interrupted goes on from there with ``resume``, to the same result.
+
+    All runs have one duration, one output step and the same bodies. A run that cannot go on is
+    marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
+    runs done until then are returned, and others marked. Raises InputError where the runs do not
+    fit together or the file must not be replaced, WritingError where it cannot be written.
 
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")
@@ -110,23 +117,33 @@ def simulate_many(
     known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
     digest = partial(_digest, variables=list(variables), start=start)
 
-    def write(path: Path) -> None:
-        file = RunsFile(path, len(scenes), known, list(along))
-        try:
-            with _collected_here():
-                _run_all(scenes, file, digest, workers or os.cpu_count() or 1, progress)
-        finally:
-            file.close()
+    shared, result = _Shared(), None if output is None else as_output(output, "sweep")
+    mark = "" if result is None else result.mark
 
-    if output is None:
+    def write(path: Path, journal: Journal | None) -> Path:
+        file = RunsFile(path, len(scenes), known, list(along), mark)
+        work = _Set(scenes, shared, digest, file, journal)
+        with _closed(file), _collected_here():
+            _run_all(work, workers or os.cpu_count() or 1, progress)
+        return path
+
+    if result is None:
         with TemporaryDirectory() as folder:
-            write(Path(folder, "runs.nc"))
-            return xr.load_dataset(Path(folder, "runs.nc"), engine="netcdf4")
-    result = as_output(output, "sweep")
-    unfinished = Path(f"{result.path}.partial")
-    write(unfinished)
-    unfinished.replace(result.path)
-    return xr.open_dataset(result.path, engine="netcdf4")
+            return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
+    asked = {"variables": tuple(variables), "start": start, **along}
+    ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
+    try:
+        path = write(folder_of(result) / RESULT, journal)
+        ended = is_whole(path)
+        place = result.settled() if ended or not is_whole(result.path) else result.aside()
+        place.take(path)
+    except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
+        raise unwritable(result.path, error) from None
+    finally:
+        journal.close()
+        if ended or not len(journal):
+            journal.remove()
+    return xr.open_dataset(place.path, engine="netcdf4")
 
 
 def prepared(case: Case | Scene) -> Scene:
@@ -197,32 +214,44 @@ def _collected_here() -> Iterator[None]:
             gc.enable()
 
 
-def _run_all(
-    scenes: Sequence[Scene],
-    file: RunsFile,
-    digest: Callable[[xr.Dataset], xr.Dataset],
-    workers: int,
-    progress: Progress | None,
-) -> None:
-    """Run the scenes by so many threads; what they find is written by this one, in order."""
-    stop, shared, done = Event(), _Shared(), 0
-    pending: deque[Future[_Outcome]] = deque()
+@contextmanager
+def _closed(file: RunsFile) -> Iterator[None]:
+    """Closes the file in the end; what ends it early is told, not what follows from that."""
+    try:
+        yield
+    except BaseException:
+        with suppress(RuntimeError, OSError):
+            file.close()
+        raise
+    file.close()
+
+
+def _run_all(work: _Set, workers: int, progress: Progress | None) -> None:
+    """Run the scenes by so many threads; what they find is kept by this one as it comes, and
+    written in order."""
+    stop, done = Event(), 0
+    pending: deque[tuple[int, Future[_Outcome]]] = deque()
 
     def take() -> None:
         nonlocal done
-        outcome = pending[0].result()
-        _write(done, outcome, file)
-        pending.popleft()
-        done += 1
+        run, first = pending[0]
+        while not first.done():
+            wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
+            work.keep(pending)
+        with undisturbed():
+            work.keep(pending)
+            _write(run, first.result(), work.file)
+            pending.popleft()
+            done += 1
         if done % COLLECTED == 0:
             gc.collect()
         if progress is not None:
-            progress(done, len(scenes))
+            progress(done, len(work.scenes))
 
     with ThreadPoolExecutor(workers) as pool:
         try:
-            for scene in scenes:
-                pending.append(pool.submit(_run, shared.prepared(scene), digest, stop))
+            for run, scene in enumerate(work.scenes):
+                pending.append((run, work.begun(run, scene, pool, stop)))
                 while len(pending) > (1 + AHEAD) * workers:
                     take()
             while pending:
@@ -236,6 +265,37 @@ def _run_all(
             stop.set()
 
 
+class _Set(NamedTuple):
+    """Scenes, what they share, what is taken of a run, the file, and what is kept on the way."""
+
+    scenes: Sequence[Scene]
+    shared: _Shared
+    digest: Callable[[xr.Dataset], xr.Dataset]
+    file: RunsFile
+    journal: Journal | None
+
+    def begun(
+        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
+    ) -> Future[_Outcome]:
+        """A run that is done, or is being done by a thread."""
+        if self.journal is None or run not in self.journal:
+            return pool.submit(_run, self.shared.prepared(scene), self.digest, stop)
+        found, attributes, warnings = self.journal.read(run)
+        known: Future[_Outcome] = Future()
+        known.set_result(_Outcome(COMPLETE, "", warnings, found, attributes))
+        return known
+
+    def keep(self, pending: Iterable[tuple[int, Future[_Outcome]]]) -> None:
+        """Put what is complete by now on the disk."""
+        for run, future in pending:
+            if self.journal is None or run in self.journal or not future.done():
+                continue
+            if not future.exception() and (outcome := future.result()).found is not None:
+                kept = Kept(outcome.found, outcome.attributes, outcome.warnings)
+                with undisturbed():
+                    self.journal.add(run, kept)
+
+
 def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
     found = outcome.found
     if found is None:
@@ -247,30 +307,42 @@ def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
 
 
 def _run(
-    work: _Work | HydrosimError, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
+    work: _Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
 ) -> _Outcome:
-    """One run, in a thread of its own; it ends early once ``stop`` is set."""
+    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
+    it is its own failure, but for what is asked of all runs."""
 
     def watch(*_: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
 
-    if isinstance(work, HydrosimError):
-        return _Outcome("failed", str(work))
+    if isinstance(work, Exception):
+        return _Outcome("failed", _told(work))
     if stop.is_set():
         return _Outcome(NOT_RUN)
     try:
         compiled = in_waves(work.calm, work.scene, work.sea)
         run = run_compiled(compiled, watch)
-    except HydrosimError as error:
-        return _Outcome("failed", str(error))
     except KeyboardInterrupt:
         return _Outcome("interrupted")
+    except Exception as error:
+        return _Outcome("failed", _told(error))
     status = str(run.attrs["status"])
     if status != COMPLETE:
         return _Outcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in OWN}
-    return _Outcome(status, "", str(run.attrs.get("warnings", "")), digest(run), common)
+    try:
+        found = digest(run)
+    except InputError:
+        raise
+    except Exception as error:
+        return _Outcome("failed", _told(error))
+    return _Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+
+
+def _told(error: Exception) -> str:
+    """A message; of an error that nobody has thought of also what it is."""
+    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
 
 
 def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
@@ -307,7 +379,7 @@ class _Shared:
         self._wet: tuple[WetGroup, ...] = ()
         self._made: tuple[list[str], Compiled] | None = None
 
-    def prepared(self, scene: Scene) -> _Work | HydrosimError:
+    def prepared(self, scene: Scene) -> _Work | Exception:
         """A scene in calm water and its sea, or why there is none."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
@@ -315,21 +387,22 @@ class _Shared:
             self._calm, self._wet, self._made = calm, (), None
         try:
             check_scene(scene)
-            scene = self._opened(scene)
+            scene = self.opened(scene)
             drawn = sea(scene.environment)
             self._wet = self._wet or tuple(wet_groups(scene, drawn))
             aside = list(wave_asymmetries(scene, self._wet, drawn))
             if self._made is None or self._made[0] != aside:
                 whole = compile_calm(scene, self._wet)
                 self._made = aside, warned_of_steps(planar(whole, drawn))
-        except HydrosimError as error:
+        except Exception as error:
             return error
         made = self._made[1]
         # what is read from files is read: netCDF knows no threads
         scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
         return _Work(scene, drawn, made)
 
-    def _opened(self, scene: Scene) -> Scene:
+    def opened(self, scene: Scene) -> Scene:
+        """A scene with its databases, and the run to start from, in memory."""
         bodies = tuple(map(self._read, scene.bodies))
         scene = replace(scene, bodies=bodies)
         if scene.initial is None:

@@ -120,6 +120,7 @@ def run_study(
     output: Path | Output,
     workers: int | None = None,
     progress: Progress | None = None,
+    resume: bool = False,
 ) -> xr.Dataset:
     """Run a study into the file ``output``, see `simulate_many`."""
     return simulate_many(
@@ -130,6 +131,7 @@ def run_study(
         start=study.kept.start,
         workers=workers,
         progress=progress,
+        resume=resume,
     )
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ import xarray as xr
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
+from hydrosim.studies.sweep import load_study, run_study
 
 SLOW = """\
 title: Swinging block, in steps of a few microseconds
@@ -35,9 +38,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def started(*arguments: str) -> subprocess.Popen[str]:
+def started(*arguments: str, before: Callable[[], None] | None = None) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "hydrosim", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=before
+    )
 
 
 def wait_for(path: Path, changed_from: int, process: subprocess.Popen[str]) -> None:
@@ -71,3 +76,59 @@ def test_a_run_ended_by_every_signal(folder: Path) -> None:
     assert not path.exists()
     assert differences(xr.load_dataset("slow.nc"), hs.simulate(hs.load_case("slow.yaml"))) == []
     assert sorted(os.listdir()) == ["slow.nc", "slow.yaml"]
+
+
+STUDY = """\
+case: short.yaml
+parameters:
+  forces.spring.stiffness.surge: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+"""
+SHORT = SLOW.replace("4e-6 s", "1e-4 s")
+
+
+@pytest.fixture
+def study(folder: Path) -> Path:
+    Path("short.yaml").write_text(SHORT)
+    Path("study.yaml").write_text(STUDY)
+    return folder
+
+
+def whole(study: str) -> xr.Dataset:
+    """The study as one that is not stopped; what says where it came from is as in a command's."""
+    return run_study(load_study(study), Path("whole.nc")).load()
+
+
+def test_a_sweep_that_is_killed(study: Path) -> None:
+    sweep = started("sweep", "study.yaml", "--workers", "1")
+    wait_for(Path("study.nc.partial") / "first.nc", 0, sweep)
+    sweep.kill()
+    sweep.communicate(timeout=LONGEST)
+    assert not Path("study.nc").exists()
+    again = started("sweep", "study.yaml", "--resume")
+    assert again.wait(LONGEST) == 0
+    assert not Path("study.nc.partial").exists()
+    assert differences(xr.load_dataset("study.nc"), whole("study.yaml")) == []
+
+
+def on_a_full_disk(size: int) -> Callable[[], None]:
+    """Files of the process can have so many bytes."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+def test_a_full_disk(study: Path) -> None:
+    """One message, and what was there stays; what is done goes on where there is room."""
+    assert started("run", "short.yaml").wait(LONGEST) == 0
+    before = Path("short.nc").read_bytes()
+    for arguments in (("run", "short.yaml"), ("sweep", "study.yaml")):
+        full = started(*arguments, before=on_a_full_disk(30_000))
+        _, told = full.communicate(timeout=LONGEST)
+        assert full.returncode == 3, told
+        assert told.count("error") == 1 or "HDF error" in told
+        assert "cannot be written" in told
+        assert "Traceback" not in told
+    assert Path("short.nc").read_bytes() == before
+    assert not Path("study.nc").exists()
+    assert started("sweep", "study.yaml", "--resume").wait(LONGEST) == 0
+    assert differences(xr.load_dataset("study.nc"), whole("study.yaml")) == []
+    names = {path.name for path in study.iterdir()}
+    assert names == {"short.nc", "short.yaml", "slow.yaml", "study.nc", "study.yaml", "whole.nc"}

@@ -113,7 +113,8 @@ def test_the_file_is_the_same_to_the_byte_for_any_number_of_workers(tmp_path: Pa
     scenes = [replace(slow, solver=Solver(step=0.02)), turning_over(), *others]
     made = []
     for workers in (1, 2, 3):
-        path = tmp_path / f"{workers}.nc"
+        path = tmp_path / f"{workers}" / "runs.nc"
+        path.parent.mkdir()
         hs.simulate_many(scenes, path, workers=workers).close()
         made.append(path.read_bytes())
     assert made[0] == made[1] == made[2]
@@ -145,7 +146,7 @@ def test_runs_are_in_the_file_as_soon_as_they_are_done(tmp_path: Path) -> None:
 
     def look(count: int, total: int) -> None:
         copy = tmp_path / f"{count}.nc"
-        shutil.copy(f"{path}.partial", copy)
+        shutil.copy(tmp_path / "runs.nc.partial" / "result.nc", copy)
         with xr.open_dataset(copy) as part:
             finite = np.isfinite(part.position).all(("time", "body", "dof"))
             assert total == 3

@@ -1,0 +1,80 @@
+"""Sets of runs on their way: what is complete of them is in the folder `RUNS.nc.partial`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.outputs import Output
+from hydrosim.results.journal import Journal, forget, identity_of, is_empty
+from hydrosim.results.runs_file import NOT_RUN
+from hydrosim.scene import Scene
+from hydrosim.studies.checkpoint import program
+from hydrosim.studies.digest import digest
+
+
+def folder_of(result: Output) -> Path:
+    """Where a set is kept until it is done."""
+    return Path(f"{result.path}.partial")
+
+
+def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
+    """The journal of the set with this ``identity``: with what is there if it is to ``resume``,
+    else a new one. Raises InputError where runs would be lost, or are of another set."""
+    folder = folder_of(result)
+    if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
+        raise InputError(f"{folder}: is no folder; remove it, or give the result another name.")
+    stored = identity_of(folder)
+    if not (is_empty(folder) or resume or result.overwrite):
+        raise InputError(
+            f"{folder}: holds runs of a set that did not come to its end; --resume goes on from"
+            " them (resume=True in Python), --overwrite begins anew."
+        )
+    if not resume:
+        forget(folder)
+    elif other := [name for name in identity if stored.get(name, identity[name]) != identity[name]]:
+        raise InputError(
+            f"--resume: the runs in {folder} were made with another state of: {other[0]}. Go on"
+            " with what they were made with, or begin anew with --overwrite."
+        )
+    folder.mkdir(exist_ok=True)
+    return Journal(folder, identity)
+
+
+def identity(
+    scenes: Sequence[Scene], opened: Callable[[Scene], Scene], asked: Mapping[str, Any]
+) -> dict[str, str]:
+    """What must be the same for a set to go on, by what it is called in a message."""
+    read: dict[int, Any] = {}
+    cases: list[Any] = []
+    for scene in scenes:
+        try:
+            whole = opened(scene)
+        except HydrosimError as error:
+            cases.append(str(error))
+            continue
+        files = [*(body.hydrodynamics for body in whole.bodies), whole.initial]
+        read.update({id(file): file for file in files})
+        bodies = tuple(replace(body, hydrodynamics=None) for body in whole.bodies)
+        numbers = [list(read).index(id(file)) for file in files]
+        cases.append((replace(whole, bodies=bodies, initial=None), numbers))
+    return {
+        "the program": program(),
+        "a database, or the run to start from": digest(list(read.values())),
+        "the cases, or what is kept of the runs": digest((cases, dict(asked))),
+    }
+
+
+def is_whole(path: Path) -> bool:
+    """Whether all runs in the file of a set came to an end."""
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as runs:
+            return not {NOT_RUN, "interrupted"} & {*runs.status.values.tolist()}
+    except (OSError, ValueError, RuntimeError, AttributeError):
+        return False

@@ -1,0 +1,152 @@
+"""Sets of runs that were ended on their way and go on: the same file in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from moored_barge import SEA, in_contact, in_waves, with_body
+
+import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.errors import WritingError
+from hydrosim.results import journal
+from hydrosim.results.runs_file import RunsFile
+from hydrosim.scene import Scene, WaveTrain
+from hydrosim.studies import many
+
+
+def seeds(count: int, duration: float = 20.0) -> list[Scene]:
+    return [in_waves(in_contact(duration), WaveTrain(SEA, seed=k)) for k in range(count)]
+
+
+class Killed(BaseException):
+    """Nothing is done any more."""
+
+
+def killed_after(count: int) -> Callable[[int, int], None]:
+    def progress(done: int, _: int) -> None:
+        if done >= count:
+            raise Killed
+
+    return progress
+
+
+def result(path: Path) -> xr.Dataset:
+    return xr.load_dataset(path, engine="netcdf4")
+
+
+def test_a_set_goes_on_to_the_same_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed, interrupted, and cut short on the disk; no run that is there is made again."""
+    scenes, path = seeds(8), tmp_path / "runs.nc"
+    hs.simulate_many(scenes, tmp_path / "whole.nc").close()
+    with pytest.raises(Killed):
+        hs.simulate_many(scenes, path, workers=1, progress=killed_after(2))
+    assert not path.exists()
+    runs = tmp_path / "runs.nc.partial" / "runs"
+    runs.write_bytes(runs.read_bytes()[:-5])  # the last one was being written
+    with pytest.raises(hs.InputError, match=r"holds runs of a set .*--resume .*--overwrite"):
+        hs.simulate_many(scenes, path)
+
+    def interrupted(done: int, _: int) -> None:
+        if done == 4:
+            raise KeyboardInterrupt
+
+    part = hs.simulate_many(scenes, path, workers=1, progress=interrupted, resume=True)
+    assert part.status.values.tolist()[:4] == ["complete"] * 4
+    assert part.status.values.tolist()[-1] == "not run"
+    part.close()
+    made = []
+    once = many.run_compiled
+    monkeypatch.setattr(many, "run_compiled", lambda *a: made.append(1) or once(*a))
+    hs.simulate_many(scenes, path, workers=2, resume=True).close()
+    assert len(made) <= 4
+    assert differences(result(path), result(tmp_path / "whole.nc")) == []
+    assert {p.name for p in tmp_path.iterdir()} == {"runs.nc", "whole.nc"}
+
+
+def test_another_set_is_refused(tmp_path: Path) -> None:
+    scenes, path = seeds(3), tmp_path / "runs.nc"
+    with pytest.raises(Killed):
+        hs.simulate_many(scenes, path, workers=1, progress=killed_after(1))
+    database = scenes[0].bodies[0].hydrodynamics
+    mass = database.added_mass.copy()
+    mass[3, 0, 0] *= 1.0 + 1e-15
+    other = [with_body(s, hydrodynamics=replace(database, added_mass=mass)) for s in scenes]
+    for changed, options, words in (
+        (other, {}, "another state of: a database"),
+        (seeds(4), {}, "another state of: the cases"),
+        (scenes, {"variables": ["velocity"]}, "another state of: the cases"),
+    ):
+        with pytest.raises(hs.InputError, match=words):
+            hs.simulate_many(changed, path, resume=True, **options)
+
+
+def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever it raises, where it runs and where it is made."""
+    once, prepared = many.run_compiled, many.check_scene
+
+    def run(compiled: object, watch: object) -> xr.Dataset:
+        if compiled.scene.environment.waves[0].seed == 1:
+            raise ZeroDivisionError("of nothing")
+        return once(compiled, watch)
+
+    def check(scene: Scene) -> None:
+        if scene.environment.waves[0].seed == 2:
+            raise MemoryError
+        prepared(scene)
+
+    monkeypatch.setattr(many, "run_compiled", run)
+    monkeypatch.setattr(many, "check_scene", check)
+    runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
+    assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]
+    messages = runs.status_message.values.tolist()
+    assert messages == ["", "ZeroDivisionError: of nothing", "MemoryError: ", ""]
+    assert np.isfinite(runs.position[3]).all()
+
+
+def test_a_set_that_cannot_be_written_goes_on_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes, path, once = seeds(4), tmp_path / "runs.nc", RunsFile.add
+
+    def full(self: RunsFile, run: int, *rest: object) -> None:
+        if run == 2:
+            raise RuntimeError("NetCDF: HDF error")
+        once(self, run, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RunsFile, "add", full)
+        with pytest.raises(WritingError, match=r"runs\.nc: cannot be written \(NetCDF: HDF error"):
+            hs.simulate_many(scenes, path)
+    assert not path.exists()
+    runs = hs.simulate_many(scenes, path, resume=True)
+    assert runs.status.values.tolist() == ["complete"] * 4
+
+
+def test_what_is_kept_of_a_run_is_what_it_was(tmp_path: Path) -> None:
+    """Types of attributes as well: those that all runs have are told by them."""
+    found = xr.Dataset(
+        {"a": ("x", np.array([1.0, np.nan, -0.0])), "n": np.int64(7)}, {"x": [3.0, 4.0, 5.0]}
+    )
+    found.a.attrs["flag_values"] = np.arange(3, dtype=np.int8)
+    attributes = {"f": np.float64(0.1), "g": 0.1, "i": np.int64(3), "t": "x", "l": [1.5, 2.5]}
+    attributes["array"] = np.array([[1, 2]], dtype=np.int16)
+    book = journal.Journal(tmp_path, {"the program": "x"})
+    book.add(5, journal.Kept(found, attributes, "careful"))
+    book.add(6, journal.Kept(found.isel(x=[0]), {}, ""))  # of another form: it is run again
+    book.close()
+    again = journal.Journal(tmp_path, {"the program": "x"})
+    assert (5 in again, 6 in again, len(again)) == (True, False, 1)
+    kept = again.read(5)
+    assert differences(found, kept.found) == []
+    assert kept.warnings == "careful"
+    assert {k: type(v) for k, v in kept.attributes.items()} == {
+        k: type(v) for k, v in attributes.items()
+    }
+    assert kept.attributes["array"].dtype == np.int16
+    again.remove()
