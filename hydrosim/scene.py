@@ -58,10 +58,11 @@ class Changes:
 
 @dataclass(frozen=True)
 class ChangedDatabase:
-    """A database, or its file, with ``changes``."""
+    """A database, or its file, with ``changes``; ``draught`` names one of several in the file."""
 
     source: Hydrodynamics | Path
     changes: Changes
+    draught: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,7 @@ class DatabaseFile(Strict):
     symmetrise: StrictBool = False
     without: tuple[Without, ...] = ()
     bodies_apart: StrictBool = False
+    draught: StrictStr | None = None
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
@@ -38,7 +39,8 @@ class DatabaseFile(Strict):
     def build(self, place: Place) -> scene.ChangedDatabase:
         """As a scene has it."""
         changes = dict(self)
-        return scene.ChangedDatabase(place(changes.pop("file")), scene.Changes(**changes))
+        file, draught = place(changes.pop("file")), changes.pop("draught")
+        return scene.ChangedDatabase(file, scene.Changes(**changes), draught)
 
 
 class Coefficients(Strict):

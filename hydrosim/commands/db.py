@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make.")
 
 PICTURES = (".png", ".pdf", ".svg")
+MOST = 1_000_000  # steps of a table
 
 DatabaseFile = Annotated[Path, typer.Argument(metavar="FILE", help="Hydrodynamic database.")]
 
@@ -117,6 +118,37 @@ def convert(
         files = write(db, output)
     show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
     show(*(f"result    {path}" for path in files))
+
+
+@app.command()
+@with_given
+def kernel(
+    file: DatabaseFile,
+    until: Annotated[float, typer.Option(min=1e-3, help="Last time, in seconds.")] = 100.0,
+    every: Annotated[float, typer.Option(min=1e-6, help="Between times, in seconds.")] = 0.1,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Table.")
+    ] = None,
+    overwrite: Overwrite = False,
+    *,
+    given: Given,
+) -> None:
+    """Write retardation functions as a table, and draw them. For the other options see convert."""
+    from hydrosim.database.kernels import kernels, write_table
+    from hydrosim.database.load import read
+    from hydrosim.plot.kernels import draw_kernels
+
+    if not 2 <= until / every <= MOST:
+        raise InputError(
+            f"--until, --every: {until:g} s by {every:g} s; expected 2 to {MOST} steps."
+        )
+    made = placed(output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv")
+    page = made.at(made.path.with_suffix(".png"), "picture").checked()
+    db = read(file, given)
+    time, functions, report = kernels(db, until, every)
+    write_table(db, time, functions, made)
+    draw_kernels(db.attributes.get("title", file.name), time, functions, page)
+    show(report, *_not_used(db, given), f"result    {made.path}, {page.path}")
 
 
 @app.command()

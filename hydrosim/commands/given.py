@@ -48,6 +48,7 @@ _OPTIONS: dict[str, Any] = {
     "frequency_column": Annotated[
         str | None, typer.Option(help="What tables have: period, frequency or a wavenumber.")
     ],
+    "draught": Annotated[str | None, typer.Option(help="Name of one of several in the file.")],
     "port_starboard_symmetric": Annotated[
         bool | None, typer.Option("--symmetric/--not-symmetric", help="Each body, in y = 0.")
     ],
@@ -90,6 +91,7 @@ def _given(values: dict[str, Any]) -> Given:
 
     readers: dict[str, Callable[[Any], Any]] = {
         "frequency_column": _column,
+        "draught": str,
         "port_starboard_symmetric": bool,
     }
     read: dict[str, Any] = {

@@ -13,6 +13,7 @@ import numpy as np
 from hydrosim.compiling.coefficients import CONSTANT, SOURCE, database_of
 from hydrosim.database import HydroDatabase, Part, Use, doubts, in_order
 from hydrosim.database.changes import APART, changed
+from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.load import read
 from hydrosim.database.transfer import body_of, velocity_transfer
 from hydrosim.errors import InputError
@@ -34,13 +35,13 @@ HARDLY = 0.01  # share of a sea's energy that a database may lack, too
 Source = Path | Hydrodynamics | ChangedDatabase
 
 
-def opened(source: Source) -> HydroDatabase:
+def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database of a body: read from its file, unless it is in memory, and changed as asked for.
     Raises InputError where that cannot be, or its frequencies and headings are out of order."""
     if isinstance(source, ChangedDatabase):
-        return changed(opened(source.source), source.changes)
+        return changed(opened(source.source, Given(draught=source.draught)), source.changes)
     if isinstance(source, Path):
-        return in_order(read(source))
+        return in_order(read(source, given))
     if isinstance(source, HydroDatabase):
         return in_order(source)
     raise InputError(

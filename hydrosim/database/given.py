@@ -20,7 +20,8 @@ class Given:
     """In SI units and the database's frame; None where the file is to say it.
 
     ``length`` is the one that a program divides by (WAMIT's ULEN). Points are of one body or, for
-    several, one after the other. Readers use what they need and leave the rest.
+    several, one after the other. ``draught`` is the name of one of
+    several in a file. Readers use what they need and leave the rest.
     """
 
     length: float | None = None
@@ -33,6 +34,7 @@ class Given:
     reference_point: tuple[float, ...] | None = None
     frequency_column: FrequencyColumn | None = None
     port_starboard_symmetric: bool | None = None
+    draught: str | None = None
 
 
 NOTHING_GIVEN = Given()

@@ -11,6 +11,7 @@ from hydrosim.database.checks import EVERYTHING, doubts, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
+from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
 
@@ -37,6 +38,11 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database in the file ``path``, unchecked. A name without suffix stands for the files with
     that name; the first of them that a reader knows is read."""
     reader, file = recognise(path)
+    if given.draught is not None and reader.NAME != DRAUGHTS:
+        raise InputError(
+            f"{path}: draught: found {given.draught}, but a file of {reader.NAME} has one draught;"
+            " expected none. Name the file that is for the draught."
+        )
     return reader.read(file, given)
 
 

@@ -83,7 +83,8 @@ def _water(db: HydroDatabase) -> Iterator[tuple[str, str]]:
 
 def _ranges(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     yield "frequencies", f"{_range(db.frequency, 'rad/s')}; periods {_periods(db.frequency)}"
-    yield "headings", _range(np.degrees(db.heading), "deg")
+    loads = _range(np.degrees(db.heading), "deg") if db.heading.size else "none, no wave loads"
+    yield "headings", loads
     if db.qtf_frequency is not None and db.qtf_heading is not None:
         pairs = f"{len(db.qtf_heading)} pairs of headings"
         yield "QTF", f"{_range(db.qtf_frequency, 'rad/s')}; {pairs}"
@@ -115,7 +116,8 @@ def _metacentres(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
 def _rest(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     lacking = [name.replace("_", " ") for name in _OPTIONAL if getattr(db, name) is None]
     yield "lacks", ", ".join(lacking) or "nothing"
-    yield from ((k, db.attributes[k]) for k in ("solver", "recipe") if k in db.attributes)
+    said = ("solver", "recipe", "assumed", "changed", "accepted")
+    yield from ((k, db.attributes[k]) for k in said if k in db.attributes)
     yield "checksum", db.checksum[:16]
 
 

@@ -59,7 +59,8 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     """Draw added mass, damping, amplitude and phase of the excitation, and mean drift; the file
     appears under its name, of which the suffix is the format, only when it is complete."""
     columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in KINDS]
-    rows = [_added_mass, _damping, _amplitude, _phase]
+    rows = [_added_mass, _damping]
+    rows += [_amplitude, _phase] if db.heading.size else []
     rows += [_drift] if db.mean_drift is not None else []
     figure = Figure((WIDTH * len(columns), HEIGHT * len(rows) + 0.6), DPI, layout="constrained")
     FigureCanvasAgg(figure)

@@ -287,3 +287,65 @@ def test_help_names_the_commands(db: Command) -> None:
     result = db("--help")
     assert result.code == 0
     assert all(command in result.out for command in ("info", "check", "convert"))
+
+
+class TestKernel:
+    def test_the_table_gives_the_damping_back(self, db: Command, folder: Path) -> None:
+        """B(w) = int K cos(w t) dt, to what the table's end and step leave out."""
+        result = db("kernel", "h851.nc", "--until", "150", "--every", "0.05")
+        assert (result.code, result.err) == (0, "")
+        assert "h851_kernel.csv, h851_kernel.png" in result.out
+        assert (folder / "h851_kernel.png").stat().st_size > 10_000
+        lines = (folder / "h851_kernel.csv").read_text().splitlines()
+        names = lines[3].split(",")
+        assert "surge sway" not in names  # zero by symmetry
+        time, *columns = np.loadtxt(lines[5:], delimiter=",").T
+        K, barge = columns[names.index("heave heave") - 1], read("h851.nc")
+        B = np.interp([0.5, 0.8], barge.frequency, barge.radiation_damping[:, 2, 2])
+        found = [np.trapezoid(K * np.cos(w * time), time) for w in (0.5, 0.8)]
+        assert found == pytest.approx(B, rel=0.01)
+
+    def test_a_table_out_of_proportion_is_refused(self, db: Command) -> None:
+        result = db("kernel", "h851.nc", "--until", "1e6", "--every", "1e-6")
+        assert result.code == 2
+        assert "expected 2 to 1000000 steps" in result.err
+
+
+class TestChanges:
+    def test_are_made_and_said(self, db: Command) -> None:
+        options = ["--frequencies", "0, 2 rad/s", "--without", "drift, qtf", "--symmetrise"]
+        result = db("convert", "h851.nc", "less.nc", *options, "--accept", "positive damping")
+        assert result.code == 0
+        less = read("less.nc")
+        assert less.frequency[-1] == pytest.approx(2.0)
+        assert less.mean_drift is None
+        assert less.qtf_difference is None
+        said = "frequencies 0 to 2 rad/s alone; without drift; without qtf; symmetrised"
+        assert less.attributes["changed"] == said
+        assert less.attributes["accepted"] == "positive damping"
+
+    @pytest.mark.parametrize(
+        ("option", "value", "message"),
+        [
+            ("--frequencies", "2, 1", "expected the lowest and the highest"),
+            ("--frequencies", "0, 3 m", "--frequencies: found"),
+            ("--without", "heave", "expected drift, qtf or loads"),
+            ("--accept", "everything", 'accept: found "everything"; expected one of frequencies'),
+        ],
+    )
+    def test_what_is_no_change_is_named(
+        self, db: Command, option: str, value: str, message: str
+    ) -> None:
+        result = db("convert", "h851.nc", "less.nc", option, value)
+        assert result.code == 2
+        assert message in result.err
+
+    def test_a_set_without_loads_goes_from_format_to_format(self, db: Command) -> None:
+        assert db("convert", "h851.nc", "bare.nc", "--without", "loads").code == 0
+        assert db("convert", "bare.nc", "bare.1").code == 0
+        assert not Path("bare.3").exists()
+        assert read("bare.1").heading.size == 0
+        assert "none, no wave loads" in db("info", "bare.nc").out
+        assert db("check", "bare.nc", "-o", "bare.png").code == 0
+        refused = db("convert", "bare.nc", "bare.h5")
+        assert (refused.code, "has no wave loads" in refused.err) == (2, True)

@@ -91,10 +91,9 @@ def assembled(
     from the coefficients if it is not said. Other fields are passed on as they are."""
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
-    if rows.size == 0 or columns.size == 0:
+    if rows.size == 0:
         raise InputError(
-            f"{path}: has {rows.size} wave frequencies and {columns.size} headings, expected at"
-            " least one of each. Export the file with wave loads and added mass."
+            f"{path}: has no wave frequency, expected at least one. Export it with added mass."
         )
     limits = {"added_mass_zero": omega == 0, "added_mass_infinite": np.isinf(omega)}
     for name, where in limits.items():

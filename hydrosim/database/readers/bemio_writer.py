@@ -11,6 +11,7 @@ import numpy as np
 from hydrosim.database.database import Complex, HydroDatabase, needed
 from hydrosim.database.readers.common import inverse, quotient
 from hydrosim.database.transfer import move_reference
+from hydrosim.errors import InputError
 
 
 def write(db: HydroDatabase, path: Path) -> None:
@@ -21,6 +22,10 @@ def write(db: HydroDatabase, path: Path) -> None:
     functions of more than one pair of headings, which are left out with a warning. Impulse
     responses are left to WEC-Sim's own functions.
     """
+    if not db.heading.size:
+        raise InputError(
+            f"{db.source} has no wave loads, as a BEMIO file must have them; write one of .nc."
+        )
     centre = needed(db, "centre_of_gravity")
     if not np.array_equal(centre, db.reference_point):
         db = move_reference(db, centre)

@@ -121,12 +121,16 @@ class _File:
         if self.scalar("forward_speed"):
             raise self.wrong("forward_speed", "a ship under way", "a body at rest")
         omega = self.omega(depth, gravity)
-        heading = self.real("wave_direction", "wave_direction")
         centre = self.optional("rotation_center", _POINT)
         reference = points(path, "rotation_center", given.reference_point, centre, nb)
         if reference is None:
-            raise self.wrong("rotation_center", "none", "the point that DOFs turn about")
-        total, froude_krylov = self.loads()
+            raise InputError(
+                f"{path}: found no rotation_center, expected the point that rotations are about;"
+                " version 2 leaves it out for several bodies. Give x, y and z of each body with"
+                " `hydrosim db convert --reference-point`: in Capytaine it is the rotation_center"
+                " of the body or, where none was set, the center_of_mass."
+            )
+        heading, total, froude_krylov = self.loads(omega.size)
         return assembled(
             path,
             omega,
@@ -257,15 +261,19 @@ class _File:
         array = self.optional(name, _MATRIX)
         return None if array is None else array[np.ix_(self.dofs, self.motions)]
 
-    def loads(self) -> tuple[Complex, Complex | None]:
-        """Excitation and its Froude-Krylov part (nw, nh, n), for exp(+i w t)."""
+    def loads(self, count: int) -> tuple[Real, Complex, Complex | None]:
+        """Headings (nh,), excitation and its Froude-Krylov part (nw, nh, n), for exp(+i w t); no
+        heading where radiation alone was solved."""
         present = self.file.variables
+        if not present.keys() & {"excitation_force", "Froude_Krylov_force", "diffraction_force"}:
+            return np.zeros(0), np.zeros((count, 0, len(self.dofs)), dtype=complex), None
+        heading = self.real("wave_direction", "wave_direction")
         part = self.complex("Froude_Krylov_force") if "Froude_Krylov_force" in present else None
         if "excitation_force" in present:
-            return self.complex("excitation_force"), part
+            return heading, self.complex("excitation_force"), part
         if part is None:
-            raise self.wrong("excitation_force", "none", "wave loads")
-        return part + self.complex("diffraction_force"), part
+            raise self.wrong("Froude_Krylov_force", "none", "it beside diffraction_force")
+        return heading, part + self.complex("diffraction_force"), part
 
     def complex(self, name: str) -> Complex:
         """Loads conjugated, in the order of the DOFs."""

@@ -44,6 +44,10 @@ _CENTRES = re.compile(r"[XYZ]F\s*=\s*(\S+)\s*-\s*[XYZ]G\s*=\s*(\S+)")
 _DISPLACEMENT = re.compile(r"Displacement\s*=\s*(\S+)")
 _RIGID = np.tile(np.eye(3), (2, 1))  # directions of the six DOFs
 _SIX = "surge, sway, heave, roll, pitch and yaw, in this order"
+_TABLES = {
+    f"{name}.tec"
+    for name in ("radiationcoefficients", "excitationforce", "diffractionforce", "fkforce")
+}
 _ROUNDING = 1e-5  # of frequencies, which are printed in single precision
 _BODY_HEAD = 3  # lines of a body before its DOFs: a ruler, the mesh, its size
 
@@ -65,8 +69,11 @@ class _Project(NamedTuple):
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """By the names that Nemoh gives its files."""
-    return path.name.lower() == "nemoh.cal" or path.suffix.lower() == ".tec"
+    """By the names that Nemoh gives its files; other programs have .tec files, too."""
+    if path.name.lower() == "nemoh.cal":
+        return True
+    beside = _found(path.parent.parent, "Nemoh.cal")
+    return path.suffix.lower() == ".tec" and (beside is not None or path.name.lower() in _TABLES)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:

@@ -235,16 +235,22 @@ def _flat(item: Any, depth: int) -> Iterator[Any]:
 
 
 def _vessel(model: _Node, given: Given) -> _Vessel:
-    """The only draught with wave loads."""
+    """The draught that is asked for, or the only one, of those with wave loads."""
     candidates = [
         (kind, draught)
         for kind in model.nodes("VesselTypes")
         for draught in kind.nodes("Draughts")
         if _tables_of(draught)
     ]
+    names = [_label(kind, draught) for kind, draught in candidates]
+    if given.draught is not None:
+        chosen = [k for k, name in enumerate(names) if name == given.draught]
+        candidates = [candidates[k] for k in chosen]
     if len(candidates) != 1:
         raise model.wrong(
-            "VesselTypes", f"{len(candidates)} draughts with load RAOs", "one: delete the others"
+            "VesselTypes",
+            f"draughts with load RAOs: {' and '.join(map(repr, names)) or 'none'}",
+            "one: choose it by its names, `draught` in a case, `--draught` for `hydrosim db`",
         )
     kind, draught = candidates[0]
     draught.choice("AMDMethod", ["Frequency dependent"])
@@ -262,6 +268,11 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         told(model.path, "water depth", given.water_depth, depth),
         _GRAVITY if given.gravity is None else given.gravity,
     )
+
+
+def _label(kind: _Node, draught: _Node) -> str:
+    """What a draught is called: type and draught by their names."""
+    return ", ".join(str(node.content.get("Name", "unnamed")) for node in (kind, draught))
 
 
 def _tables_of(draught: _Node) -> list[_Node]:

@@ -1,9 +1,9 @@
 """WAMIT's numeric output: name.1, .3 and whatever else of the set lies beside them.
 
-Read are .1, one of .3, .2 or .3fk + .3sc (in this order), .3fk, .8 .9 .7 (mean drift), one each of
-.12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf and .out. Rows may be in any order, and pairs of
-DOFs that symmetry makes zero may be absent. Everything is made dimensional with the length L of
-.out, .mmx or .gdf, and with the density, of .out alone:
+Read are .1, one of .3, .2 or .3fk + .3sc (in this order; a set without them has no loads), .3fk,
+.8 .9 .7 (mean drift), one each of .12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf and .out.
+Rows may be in any order, and pairs of DOFs that symmetry makes zero may be absent. Everything is
+made dimensional with the length L of .out, .mmx or .gdf, and with the density, of .out alone:
 
     A = rho L^k A',  B = rho w L^k B'                k = 3 + number of rotations among I, J
     X = rho g L^m X',  C = rho g L^k C'              m, k = 2 + number of rotations
@@ -116,7 +116,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     bodies = -(-int(_dofs(radiation, 1, _HIGHEST_INDEX).max() + 1) // 6)
     excitation = _excitation_tables(path, files)
     facts, assumed = _facts(path, files, given, bodies)
-    units, remark = _units(facts, bodies, radiation, excitation[0])
+    units, remark = _units(facts, bodies, radiation, excitation)
     return _database(path, files, facts, units, radiation, excitation, [*assumed, *remark])
 
 
@@ -130,10 +130,12 @@ def _database(
     assumed: list[str],
 ) -> HydroDatabase:
     frequency, added_mass, damping, limits = _radiation(radiation, units)
-    heading = np.unique(excitation[0].values[:, 1])
-    total = np.sum([_loads(table, units, frequency, heading) for table in excitation], axis=0)
+    heading = np.unique(excitation[0].values[:, 1]) if excitation else np.zeros(0)
+    total = np.zeros((frequency.size, heading.size, 6 * units.bodies), dtype=complex)
+    for table in excitation:
+        total += _loads(table, units, frequency, heading)
     part = read_table(files[".3fk"], (7,)) if ".3fk" in files else None
-    drift, method = _mean_drift(files, units, frequency, heading)
+    drift, method = _mean_drift(files, units, frequency, heading) if excitation else (None, "")
     symmetric = facts.port_starboard_symmetric
     if symmetric is None:
         symmetric = mirror_image(added_mass, np.radians(heading), total)
@@ -149,7 +151,7 @@ def _database(
         excitation=total,
         froude_krylov=None if part is None else _loads(part, units, frequency, heading),
         mean_drift=drift,
-        **_quadratic(files, units),
+        **(_quadratic(files, units) if excitation else {}),
         hydrostatic_stiffness=_stiffness(files, units),
         inertia_matrix=_inertia(files, units),
         **_points(path, facts, units.bodies),
@@ -170,16 +172,18 @@ def _files(path: Path) -> dict[str, Path]:
 
 
 def _excitation_tables(path: Path, files: dict[str, Path]) -> list[Table]:
-    """Tables whose sum is the excitation."""
+    """Tables whose sum is the excitation; none of a set without loads."""
     for suffix in _EXCITATION:
         if suffix in files:
             return [read_table(files[suffix], (7,))]
     if ".3fk" in files and ".3sc" in files:
         return [read_table(files[suffix], (7,)) for suffix in (".3fk", ".3sc")]
-    raise InputError(
-        f"{path.with_suffix('.3')}: no such file; expected WAMIT's excitation there, in .2 or in"
-        " .3fk and .3sc."
-    )
+    if lone := {".3fk", ".3sc"} & files.keys():
+        raise InputError(
+            f"{path.with_suffix('.3')}: no such file, and {', '.join(lone)} without its other half;"
+            " expected WAMIT's excitation in .3, in .2 or in .3fk and .3sc."
+        )
+    return []
 
 
 def _facts(
@@ -263,7 +267,7 @@ def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
 
 
 def _units(
-    facts: Given, bodies: int, radiation: Table, excitation: Table
+    facts: Given, bodies: int, radiation: Table, excitation: list[Table]
 ) -> tuple[Units, list[str]]:
     """The units, and a remark where the kind of the first column is guessed."""
     names = ("length", "water_density", "gravity", "water_depth")
@@ -271,7 +275,9 @@ def _units(
     units = Units(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
     if facts.frequency_column is not None:
         return replace(units, column=facts.frequency_column), []
-    guess = _guessed_column(units, radiation, excitation)
+    guess = FrequencyColumn.PERIOD
+    if excitation:
+        guess = _guessed_column(units, radiation, excitation[0])
     return replace(units, column=guess), [f"first column {guess}"]
 
 

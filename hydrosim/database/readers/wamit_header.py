@@ -52,7 +52,7 @@ def _bodies(path: Path, lines: list[str], known: Given) -> Given:
         # Of the three ways to integrate a volume WAMIT's own users take the middle one.
         volume=tuple(float(np.median(v)) for v in volumes) or None,
         centre_of_buoyancy=_flat(_items(path, lines, "(Xb,Yb,Zb):", 3)),
-        centre_of_gravity=_flat(_items(path, lines, "(Xg,Yg,Zg)", 3)),
+        centre_of_gravity=_flat(_items(path, lines, "(Xg,Yg,Zg)", 3, or_last=True)),
     )
 
 
@@ -114,13 +114,18 @@ def _entry(path: Path, number: int, tokens: list[str], bodies: int) -> tuple[int
     return int(row), int(column), mass
 
 
-def _items(path: Path, lines: list[str], label: str, count: int) -> list[tuple[float, ...]]:
-    """The ``count`` numbers after each occurrence of ``label``."""
+def _items(
+    path: Path, lines: list[str], label: str, count: int, or_last: bool = False
+) -> list[tuple[float, ...]]:
+    """The ``count`` numbers after each occurrence of ``label``; where WAMIT was given the height of
+    a centre alone, it prints one, ``or_last``, and the others are zero."""
     found = []
     for number, line in enumerate(lines, 1):
         if label in line and not (label == _GRAVITY and _CENTRE in line):
             tokens = line.split(label, 1)[1].lstrip(" :").split()[:count]
             values = tuple(math.inf if t == "infinite" else number_in(t) for t in tokens)
+            if or_last and len(values) == 1:
+                values = (*[0.0] * (count - 1), *values)
             if len(values) < count or any(
                 math.isnan(v) or 1e12 < abs(v) < math.inf for v in values
             ):

@@ -26,7 +26,7 @@ def write(db: HydroDatabase, stem: Path) -> None:
     _write_radiation(db, period, stem)
     weight = db.water_density * db.gravity
     for suffix, loads in ((".3", db.excitation), (".3fk", db.froude_krylov)):
-        if loads is not None:
+        if loads is not None and db.heading.size:
             _write(
                 db, stem, suffix, _load_rows(loads, weight, period, _degrees(db.heading)[:, None])
             )

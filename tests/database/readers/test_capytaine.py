@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrosim.database import HydroDatabase, all_headings
+from hydrosim.database import HydroDatabase, all_headings, netcdf
 from hydrosim.database.load import load, read
 from hydrosim.errors import InputError
 
@@ -248,9 +248,10 @@ def test_what_is_missing_is_named(barge_set, tmp_path):
     heave = barge_set.isel(influenced_dof=[2], radiating_dof=[2])
     with pytest.raises(InputError, match=r"b\.nc: variable influenced_dof: found Heave, expected"):
         read(stored(heave, path))
-    with pytest.raises(InputError, match="variable excitation_force: found none"):
-        read(stored(barge_set.drop_vars(["excitation_force", "Froude_Krylov_force"]), path))
-    with pytest.raises(InputError, match="variable rotation_center: found none"):
+    half = barge_set.rename(excitation_force="diffraction_force").drop_vars("Froude_Krylov_force")
+    with pytest.raises(InputError, match="variable Froude_Krylov_force: found none"):
+        read(stored(half, path))
+    with pytest.raises(InputError, match=r"found no rotation_center.*--reference-point"):
         read(stored(barge_set.drop_vars("rotation_center"), path))
     with pytest.raises(InputError, match="found no rho"):
         read(stored(barge_set.drop_vars("rho"), path))
@@ -291,3 +292,14 @@ def test_damaged_files_are_refused(barge_set, tmp_path, engine):
         assert message is None or path.name in message
         count += message is not None
     assert 40 <= count
+
+
+def test_radiation_alone_is_a_database_without_loads(barge_set, barge, tmp_path):
+    loads = ["excitation_force", "Froude_Krylov_force", "wave_direction"]
+    db = read(stored(barge_set.drop_vars(loads), tmp_path / "b.nc"))
+    assert db.excitation.shape == (db.frequency.size, 0, 6)
+    np.testing.assert_array_equal(db.added_mass, barge.added_mass[USED])
+    netcdf.write(db, tmp_path / "own.nc")
+    again = read(tmp_path / "own.nc")
+    assert again.excitation.shape == db.excitation.shape
+    np.testing.assert_array_equal(again.radiation_damping, db.radiation_damping)

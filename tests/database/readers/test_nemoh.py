@@ -274,3 +274,12 @@ def test_damaged_files_are_refused(project, name):
     path = project.parent / name
     count = damaged.refused(lambda _: read(project), path, path.read_bytes(), str(project.parent))
     assert 30 < count
+
+
+def test_a_table_of_another_program_is_not_taken_for_nemohs(tmp_path):
+    """Tecplot's files have that suffix, too."""
+    (tmp_path / "Results").mkdir()
+    path = tmp_path / "Results" / "pressure.tec"
+    path.write_text('VARIABLES="X" "Y"\n1 2\n')
+    with pytest.raises(InputError, match="is of no format that is known here"):
+        read(path)

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from hydrosim.database import HydroDatabase, move_reference
+from hydrosim.database.given import Given
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import orcaflex
 from hydrosim.errors import InputError
@@ -302,7 +303,7 @@ def test_messages_name_the_key(model, tmp_path):
         read(write(path, model | {"General": {"UnitsSystem": "US"}}))
     with pytest.raises(InputError, match=r"RAOWaveUnit: found steepness, expected one of amp"):
         read(write(path, model | {"VesselTypes": [kind | {"RAOWaveUnit": "steepness"}]}))
-    with pytest.raises(InputError, match="2 draughts with load RAOs, expected one"):
+    with pytest.raises(InputError, match=r"draughts with load RAOs: .* and .*, expected one"):
         read(write(path, model | {"VesselTypes": [kind, kind]}))
     draught = draught_of(model) | {"ReferenceOrigin": [0, "x", 0]}
     with pytest.raises(InputError, match=r"Draughts\[0\]\.ReferenceOrigin: found 'x', expected"):
@@ -315,3 +316,15 @@ def test_messages_name_the_key(model, tmp_path):
 def test_damaged_files_are_refused(model, tmp_path):
     path = write(tmp_path / "barge.yml", model)
     assert 50 < damaged.refused(orcaflex.read, path, path.read_bytes(), "barge.yml")
+
+
+def test_one_of_several_draughts_is_chosen_by_name(model, tmp_path):
+    kind = model["VesselTypes"][0]
+    deep = draught_of(model) | {"Name": "Ballast", "DisplacedVolume": 17.0}
+    both = kind | {"Name": "Barge", "Draughts": [*kind["Draughts"], deep]}
+    path = write(tmp_path / "barge.yml", model | {"VesselTypes": [both]})
+    with pytest.raises(InputError, match="'Barge, Ballast', expected one: choose it by its names"):
+        read(path)
+    assert read(path, Given(draught="Barge, Ballast")).volume == pytest.approx([17.0])
+    with pytest.raises(InputError, match="expected one"):
+        read(path, Given(draught="Barge, Light"))

@@ -561,8 +561,10 @@ def test_a_single_huge_index_makes_no_huge_array(made_up, tmp_path):
 def test_missing_files_are_named(made_up, tmp_path):
     db = made_up()
     wamit.write(db, tmp_path / "x")
-    (tmp_path / "x.3").unlink()
-    with pytest.raises(InputError, match=r"x\.3: no such file"):
+    (tmp_path / "x.3").rename(tmp_path / "x.3sc")
+    for suffix in (".2", ".3fk"):
+        (tmp_path / f"x{suffix}").unlink(missing_ok=True)
+    with pytest.raises(InputError, match=r"x\.3: no such file, and \.3sc without its other half"):
         read(tmp_path / "x")
     (tmp_path / "x.1").unlink()
     with pytest.raises(InputError, match=r"x\.1: no such file"):
@@ -612,3 +614,30 @@ def test_our_formats_are_told_apart(validation, made_up, tmp_path):
     for name, path in files.items():
         first = next(r for r in READERS if r.sniff(path, path.read_bytes()[:4096]))
         assert name == first.NAME
+
+
+def test_a_set_without_loads_has_no_headings(hemisphere_copy):
+    """The rest is what it was; periods are what tables are taken to have."""
+    whole = read(hemisphere_copy)
+    hemisphere_copy.with_suffix(".3").unlink()
+    bare = read(hemisphere_copy)
+    assert bare.heading.size == 0
+    assert bare.excitation.shape == (bare.frequency.size, 0, 6)
+    np.testing.assert_array_equal(bare.added_mass, whole.added_mass)
+    assert bare.mean_drift is None
+    assert not any(finding.refused for finding in check(bare))
+
+
+@pytest.fixture
+def hemisphere_copy(validation, tmp_path):
+    for path in (validation / "hemisphere").iterdir():
+        shutil.copy(path, tmp_path)
+    return tmp_path / "hemisphere.1"
+
+
+def test_a_height_alone_is_a_centre_of_gravity_on_the_axis(volturnus_set):
+    out = volturnus_set.with_suffix(".out")
+    text = re.sub(r"(\(Xg,Yg,Zg\):).*", r"\1    -1.000000", out.read_text(errors="replace"))
+    out.write_text(text)
+    db = read(volturnus_set)
+    np.testing.assert_allclose(db.centre_of_gravity - db.reference_point, [[0.0, 0.0, -1.0]])

@@ -1,0 +1,61 @@
+"""Retardation functions of a database as a table."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.database.netcdf import dof_names
+from hydrosim.outputs import Output
+from hydrosim.radiation.retardation import diagonal_scale, retardation, retardation_function
+
+SEEN = 1e-6  # of the diagonal functions: pairs below have none but rounding
+UNITS = ("N/m", "N/rad", "N m/rad")  # of K, by the number of rotations among the two
+
+
+class Kernel(NamedTuple):
+    """A function of ``time`` (nt,) [s] of a pair of degrees of freedom, its name and unit; and the
+    added mass at infinite frequency."""
+
+    name: str
+    unit: str
+    values: Real
+    added_mass_infinite: float
+
+
+def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[Kernel], str]:
+    """Times, K(t) = 2/pi int B cos(w t) dw of the pairs that radiate, about the database's
+    reference points, and how much of the memory they hold. K_ij = K_ji, of which one is given."""
+    found = retardation(db.frequency, db.added_mass, db.radiation_damping, length=length, step=step)
+    mean = (db.radiation_damping + db.radiation_damping.swapaxes(1, 2)) / 2
+    K, names = retardation_function(db.frequency, mean, found.time), dof_names(db.bodies)
+    scale = diagonal_scale(K)
+    seen = np.abs(K).max(axis=0) > SEEN * np.outer(scale, scale)
+    functions = [
+        Kernel(
+            f"{names[i]} {names[j]}",
+            UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
+            K[:, i, j],
+            float(found.added_mass_infinite[i, j]),
+        )
+        for i, j in np.argwhere(np.triu(seen))
+    ]
+    return found.time, functions, str(found.report)
+
+
+def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: Output) -> None:
+    """Comma-separated columns with a name and a unit each, below lines that begin with #."""
+    points = "; ".join(", ".join(f"{x:g}" for x in point) for point in db.reference_point)
+    heading = [
+        f"# {output.mark}",
+        f"# retardation functions K(t) = 2/pi int B(w) cos(w t) dw, about {points} m",
+        "# added mass at infinite frequency (SI): "
+        + ", ".join(f"{one.name} {one.added_mass_infinite:.6g}" for one in functions),
+        ",".join(["time", *(one.name for one in functions)]),
+        ",".join(["[s]", *(f"[{one.unit}]" for one in functions)]),
+    ]
+    rows = np.column_stack([time, *(one.values for one in functions)])
+    with output.written() as path:
+        np.savetxt(path, rows, "%.9g", ",", header="\n".join(heading), comments="", encoding="utf8")

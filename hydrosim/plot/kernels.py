@@ -1,0 +1,35 @@
+"""Picture of retardation functions: those of each degree of freedom by itself, and couplings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from hydrosim.database.database import Real
+from hydrosim.database.kernels import Kernel
+from hydrosim.outputs import Output, save_picture
+
+COLUMNS, WIDTH, HEIGHT = 3, 4.6, 2.4  # panels in a row; inches of each
+
+
+def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Output) -> None:
+    """A panel for each function."""
+    rows = max(-(-len(functions) // COLUMNS), 1)
+    figure = Figure((WIDTH * COLUMNS, HEIGHT * rows + 0.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).ravel()
+    for one, axis in zip(functions, axes, strict=False):
+        axis.plot(time, one.values, linewidth=1.0)
+        axis.axhline(0.0, color="grey", linewidth=0.5)
+        first, second = one.name.split(" ")
+        axis.set_title(first if first == second else f"{first} by {second}", fontsize="medium")
+        axis.set_ylabel(f"K [{one.unit}]")
+    for axis in axes[len(functions) :]:
+        axis.set_axis_off()
+    for axis in axes[max(len(functions) - COLUMNS, 0) : len(functions)]:
+        axis.set_xlabel("time [s]")
+        axis.tick_params(labelbottom=True)
+    figure.suptitle(f"{title}: retardation functions")
+    save_picture(figure, output, dpi=100)
