@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,6 +10,19 @@ import numpy as np
 
 from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.recordings.recording import Recording, of_arrays
+
+# What scipy raises about damaged files.
+_DAMAGE = (
+    ArithmeticError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    zlib.error,
+)
 
 
 def read(source: Source) -> Recording:
@@ -18,7 +32,7 @@ def read(source: Source) -> Recording:
 
     try:
         content = loadmat(source.file, squeeze_me=True, struct_as_record=False)
-    except (MatReadError, ValueError, TypeError, OSError, EOFError) as error:
+    except (MatReadError, *_DAMAGE) as error:
         source.wrong(f"cannot be read as MATLAB file ({error}); save it again")
     named = ((name, value) for name, value in content.items() if not name.startswith("__"))
     arrays = {name: array for each in named for name, array in _arrays(*each)}

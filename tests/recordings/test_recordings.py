@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import damaged
 import h5py
 import numpy as np
 import pytest
@@ -228,3 +229,26 @@ class TestWrite:
         time, wave = (column.value for column in read_recording(path).columns)
         assert_allclose(time, 0.5 * np.arange(41))
         assert_allclose(wave, run.wave_elevation[::5], rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".nc"])
+def test_damaged_files_are_refused_or_read(tmp_path: Path, suffix: str) -> None:
+    """A message with the file's name, or what is left of the recording."""
+    whole, columns = tmp_path / f"whole{suffix}", {"time": TIME, "heave": HEAVE, "force": FORCE}
+    if suffix == ".csv":
+        whole.write_text(TEXTS["csv, units in brackets"][0])
+    elif suffix == ".mat":
+        scipy.io.savemat(whole, columns)
+    elif suffix == ".h5":
+        with h5py.File(whole, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
+    else:
+        made_run().to_netcdf(whole)
+    content = whole.read_bytes()
+    for seed in range(damaged.COUNT):
+        path = tmp_path / f"part{seed}{suffix}"
+        path.write_bytes(damaged.damaged(content, seed))
+        message = damaged.message(read_recording, path)
+        assert message is None or path.name in message, seed
+        path.unlink()

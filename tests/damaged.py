@@ -1,16 +1,20 @@
-"""Damage done to files, by seed: readers must say what is wrong or find a database in the rest."""
+"""Damage done to files, by seed: readers must say what is wrong or find sense in the rest.
+
+As many files as `HYDROSIM_DAMAGE` says, 100 of each kind unless it is set.
+"""
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
 
+COUNT = int(os.environ.get("HYDROSIM_DAMAGE", "100"))
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.])")
 _INSTEAD = [b"NaN", b"inf", b"1e308", b"999999999", b"-1", b"0", b"", b"*****", b"1e-308", b"2.5"]
 
@@ -33,19 +37,19 @@ def damaged(content: bytes, seed: int) -> bytes:
     return content[: match.start()] + instead + content[match.end() :]
 
 
-def refused(read: Callable[[Path], HydroDatabase], path: Path, content: bytes, name: str) -> int:
-    """How many of 100 damaged contents of ``path`` are refused, by ``name``."""
+def refused(read: Callable[[Path], object], path: Path, content: bytes, name: str) -> int:
+    """How many damaged contents of ``path`` in a hundred are refused, by ``name``."""
     count = 0
-    for seed in range(100):
+    for seed in range(COUNT):
         path.write_bytes(damaged(content, seed))
         found = message(read, path)
         assert found is None or name in found, seed
         count += found is not None
     path.write_bytes(content)
-    return count
+    return 100 * count // COUNT
 
 
-def message(read: Callable[[Path], HydroDatabase], path: Path) -> str | None:
+def message(read: Callable[[Path], object], path: Path) -> str | None:
     """What a reader raises about a file, if anything."""
     try:
         read(path)
