@@ -17,7 +17,7 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "many_runs"),
-    *("reading", "databases", "validation", "extremes"),
+    *("reading", "databases", "validation", "extremes", "kills"),
 )
 
 

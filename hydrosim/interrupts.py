@@ -17,23 +17,23 @@ ENDING = [
 def taken_as_interrupts() -> None:
     """From now on SIGTERM and SIGHUP raise KeyboardInterrupt, as Ctrl-C does, unless somebody has
     said otherwise, as `nohup` does."""
+    terminals = [stream for stream in (0, 1, 2) if os.isatty(stream)]
+
+    def interrupt(number: int, _: FrameType | None) -> None:
+        if number != signal.SIGTERM:
+            _leave(terminals)
+        raise KeyboardInterrupt
+
     for number in ENDING:
         if signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, _interrupt)
+            signal.signal(number, interrupt)
 
 
-def _interrupt(number: int, _: FrameType | None) -> None:
-    if number != signal.SIGTERM:
-        _leave_terminal()
-    raise KeyboardInterrupt
-
-
-def _leave_terminal() -> None:
+def _leave(terminals: list[int]) -> None:
     """After a hang-up there is no terminal to write to, and to try would end the program."""
     nowhere = os.open(os.devnull, os.O_RDWR)
-    for stream in (0, 1, 2):
-        if os.isatty(stream):
-            os.dup2(nowhere, stream)
+    for stream in terminals:
+        os.dup2(nowhere, stream)
     os.close(nowhere)
 
 

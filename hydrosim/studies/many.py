@@ -14,9 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from dataclasses import fields, is_dataclass, replace
 from functools import partial
-from numbers import Number
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event
@@ -25,25 +23,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.calm import compile_calm, in_waves
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.databases import Source, opened
-from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import opened_start
-from hydrosim.compiling.symmetry import planar, wave_asymmetries
-from hydrosim.compiling.wet import WetGroup, wet_groups
-from hydrosim.database import HydroDatabase
+from hydrosim.compiling.calm import in_waves
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import undisturbed
 from hydrosim.outputs import Output, as_output, unwritable
 from hydrosim.results.journal import RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
 from hydrosim.results.statistics import statistics
-from hydrosim.scene import Body, Coefficients, Scene, Start
-from hydrosim.studies.simulation import run_compiled, simulate, warned_of_steps
+from hydrosim.scene import Scene
+from hydrosim.studies.shared import Shared, Work
+from hydrosim.studies.simulation import run_compiled, simulate
 from hydrosim.studies.stages import complete
 from hydrosim.studies.unfinished import begun, folder_of, identity, is_whole
-from hydrosim.waves import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -54,18 +45,9 @@ FEWEST = 4  # output times, to have statistics of
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
 OWN |= {"status", "status_message"}  # attributes of a run that are no attributes of the set
-PLAIN = (str, Number, Path, type(None))
 
 Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
-
-
-class _Work(NamedTuple):
-    """A scene, the sea drawn of its waves, and all else compiled."""
-
-    scene: Scene
-    sea: tuple[Components, ...]
-    calm: Compiled
 
 
 class _Outcome(NamedTuple):
@@ -117,7 +99,7 @@ def simulate_many(
     known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
     digest = partial(_digest, variables=list(variables), start=start)
 
-    shared, result = _Shared(), None if output is None else as_output(output, "sweep")
+    shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
 
     def write(path: Path, journal: Journal | None) -> Path:
@@ -269,7 +251,7 @@ class _Set(NamedTuple):
     """Scenes, what they share, what is taken of a run, the file, and what is kept on the way."""
 
     scenes: Sequence[Scene]
-    shared: _Shared
+    shared: Shared
     digest: Callable[[xr.Dataset], xr.Dataset]
     file: RunsFile
     journal: Journal | None
@@ -307,7 +289,7 @@ def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
 
 
 def _run(
-    work: _Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
+    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
 ) -> _Outcome:
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""
@@ -366,73 +348,3 @@ def _first_contact(run: xr.Dataset) -> xr.DataArray:
     first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
     said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
     return xr.DataArray(first, {"contact_group": run.contact_group}, ("contact_group",), attrs=said)
-
-
-class _Shared:
-    """Compiles what each scene has in common with the one before it only once; reads databases, and
-    the run to start from, only once."""
-
-    def __init__(self) -> None:
-        self._databases: dict[Source, HydroDatabase] = {}
-        self._start: tuple[Start, Start] | None = None
-        self._calm: Scene | None = None
-        self._wet: tuple[WetGroup, ...] = ()
-        self._made: tuple[list[str], Compiled] | None = None
-
-    def prepared(self, scene: Scene) -> _Work | Exception:
-        """A scene in calm water and its sea, or why there is none."""
-        calm = replace(scene, title="", source={})
-        calm = replace(calm, environment=replace(scene.environment, waves=()))
-        if self._calm is None or not alike(calm, self._calm):
-            self._calm, self._wet, self._made = calm, (), None
-        try:
-            check_scene(scene)
-            scene = self.opened(scene)
-            drawn = sea(scene.environment)
-            self._wet = self._wet or tuple(wet_groups(scene, drawn))
-            aside = list(wave_asymmetries(scene, self._wet, drawn))
-            if self._made is None or self._made[0] != aside:
-                whole = compile_calm(scene, self._wet)
-                self._made = aside, warned_of_steps(planar(whole, drawn))
-        except Exception as error:
-            return error
-        made = self._made[1]
-        # what is read from files is read: netCDF knows no threads
-        scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
-        return _Work(scene, drawn, made)
-
-    def opened(self, scene: Scene) -> Scene:
-        """A scene with its databases, and the run to start from, in memory."""
-        bodies = tuple(map(self._read, scene.bodies))
-        scene = replace(scene, bodies=bodies)
-        if scene.initial is None:
-            return scene
-        if self._start is None or not alike(self._start[0], scene.initial):
-            self._start = scene.initial, opened_start(scene.initial)
-        return replace(scene, initial=self._start[1])
-
-    def _read(self, body: Body) -> Body:
-        source = body.hydrodynamics
-        if source is None or isinstance(source, HydroDatabase | Coefficients):
-            return body
-        if source not in self._databases:
-            self._databases[source] = opened(source)
-        return replace(body, hydrodynamics=self._databases[source])
-
-
-def alike(one: object, other: object) -> bool:
-    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
-    entry, numbers and texts; anything else only if it is the same object."""
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, np.asarray(other))
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)
-    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(alike, one, other))
-    if is_dataclass(one):
-        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-    return isinstance(one, PLAIN) and one == other

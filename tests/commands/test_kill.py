@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import pty
 import resource
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -132,3 +134,19 @@ def test_a_full_disk(study: Path) -> None:
     assert differences(xr.load_dataset("study.nc"), whole("study.yaml")) == []
     names = {path.name for path in study.iterdir()}
     assert names == {"short.nc", "short.yaml", "slow.yaml", "study.nc", "study.yaml", "whole.nc"}
+
+
+def test_a_terminal_that_is_closed(folder: Path) -> None:
+    """There is nowhere to write messages to; what was computed is written all the same."""
+    process, here = pty.fork()
+    if process == 0:
+        command = [sys.executable, "-m", "hydrosim", "run", "slow.yaml", "--checkpoint", "0.1"]
+        os.execv(sys.executable, command)
+    os.set_blocking(here, False)
+    while not Path("slow.nc.checkpoint").exists():
+        time.sleep(0.02)
+        with suppress(BlockingIOError):
+            os.read(here, 100_000)
+    os.close(here)  # the system sends SIGHUP to the session
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 130
+    assert xr.load_dataset("slow.nc").attrs["status"] == "interrupted"

@@ -19,7 +19,7 @@ from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 import hydrosim as hs
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Solver, Start, WaveTrain
-from hydrosim.studies import many
+from hydrosim.studies import shared
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -86,13 +86,13 @@ def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.M
     calls: list[str] = []
 
     def counted(name: str) -> None:
-        function = getattr(many, name)
+        function = getattr(shared, name)
 
         def call(*arguments: object) -> object:
             calls.append(name)
             return function(*arguments)
 
-        monkeypatch.setattr(many, name, call)
+        monkeypatch.setattr(shared, name, call)
 
     counted("opened")
     counted("compile_calm")
@@ -238,13 +238,13 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     """Two readings of one file are alike; any number, array or name that differs tells."""
     one, other = (hs.load_case(CASES / "base.yaml").scene() for _ in range(2))
     assert one is not other
-    assert many.alike(one, other)
-    assert many.alike(one.bodies, other.bodies)
+    assert shared.alike(one, other)
+    assert shared.alike(one.bodies, other.bodies)
     (barge,) = one.bodies
     inertia = barge.inertia.copy()
     inertia[0, 0] += 1.0
     for change in ({"inertia": inertia}, {"name": "ship"}, {"dofs": ("surge",)}, {"mass": 1.0}):
-        assert not many.alike(one, with_body(other, **change))
-    assert not many.alike(one, replace(other, forces={}))
-    assert not many.alike(one, scene_of("free_floating"))
-    assert not many.alike(object(), object())
+        assert not shared.alike(one, with_body(other, **change))
+    assert not shared.alike(one, replace(other, forces={}))
+    assert not shared.alike(one, scene_of("free_floating"))
+    assert not shared.alike(object(), object())

@@ -17,7 +17,7 @@ from hydrosim.errors import WritingError
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsFile
 from hydrosim.scene import Scene, WaveTrain
-from hydrosim.studies import many
+from hydrosim.studies import many, shared
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:
@@ -88,7 +88,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
 
 def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it raises, where it runs and where it is made."""
-    once, prepared = many.run_compiled, many.check_scene
+    once, prepared = many.run_compiled, shared.check_scene
 
     def run(compiled: object, watch: object) -> xr.Dataset:
         if compiled.scene.environment.waves[0].seed == 1:
@@ -101,7 +101,7 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
         prepared(scene)
 
     monkeypatch.setattr(many, "run_compiled", run)
-    monkeypatch.setattr(many, "check_scene", check)
+    monkeypatch.setattr(shared, "check_scene", check)
     runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
     assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]
     messages = runs.status_message.values.tolist()
