@@ -17,6 +17,16 @@ from hydrosim.scene import Changes
 
 HEAD = 4096  # bytes that a format is recognised by
 NOTHING_CHANGED = Changes()
+NOT_READ = {  # files that stand beside those that are, or are of programs that are not
+    ".lis": "a listing of AQWA, which is read beside an .AH1 file; name that one",
+    ".qtf": "a table of quadratic transfer functions by AQWA or HydroStar, which is not read",
+    ".rao": "a table of motions or loads by HydroStar, which is not read",
+    ".re1": "a result of ShipX (VERES), which is not read",
+    ".re2": "a result of ShipX (VERES), which is not read",
+    ".re7": "a result of ShipX (VERES), which is not read",
+    ".re8": "a result of ShipX (VERES), which is not read",
+    ".tec": "a table for Tecplot and none of a Nemoh project",
+}
 
 
 def load(
@@ -57,6 +67,8 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
             if reader.sniff(file, head):
                 return reader, file
     names = ", ".join(reader.NAME for reader in READERS)
+    if what := NOT_READ.get(path.suffix.lower()):
+        raise InputError(f"{path}: is {what}; expected one of {names}.")
     raise InputError(f"{path}: is of no format that is known here; expected one of {names}.")
 
 

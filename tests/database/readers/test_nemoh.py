@@ -281,5 +281,12 @@ def test_a_table_of_another_program_is_not_taken_for_nemohs(tmp_path):
     (tmp_path / "Results").mkdir()
     path = tmp_path / "Results" / "pressure.tec"
     path.write_text('VARIABLES="X" "Y"\n1 2\n')
-    with pytest.raises(InputError, match="is of no format that is known here"):
+    with pytest.raises(InputError, match="is a table for Tecplot and none of a Nemoh project"):
         read(path)
+
+
+@pytest.mark.parametrize(("name", "program"), [("hull.re7", "ShipX"), ("hull.QTF", "AQWA")])
+def test_files_of_programs_that_are_not_read_are_told_apart(tmp_path, name, program):
+    (tmp_path / name).write_text("1 2 3\n")
+    with pytest.raises(InputError, match=rf"{program}.*, which is not read; expected one of"):
+        read(tmp_path / name)
