@@ -50,7 +50,6 @@ def prepare(folder: Path) -> None:
 def tried(asked: Asked) -> Outcome:
     """Check or run a mutant."""
     command, mutant, folder = asked
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     path = Path(folder, "cases", mutant.case).with_name("mutant.yaml")
     result = path.with_suffix(".nc")
     path.write_text(text_of(mutant, SHORT if command == "run" else None))
@@ -65,6 +64,12 @@ def tried(asked: Asked) -> Outcome:
     except Exception:
         return Outcome("crash", format_exc(limit=-6))
     return _judged(result) if command == "run" else Outcome("complete")
+
+
+def tried_in_little_memory(asked: Asked) -> Outcome:
+    """The same in a process that may have no more than `MEMORY`."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    return tried(asked)
 
 
 @cache
@@ -114,7 +119,7 @@ def main() -> int:
     with TemporaryDirectory() as name:
         prepare(Path(name))
         died = Outcome("crash", "the process died")
-        worker = Worker({"try": Question(tried, LIMIT, died, patient=True)})
+        worker = Worker({"try": Question(tried_in_little_memory, LIMIT, died, patient=True)})
         for number, mutant in enumerate(chosen):
             command = "check" if number < given.check else "run"
             outcome = worker.ask("try", (command, mutant, name)) or Outcome("hang")

@@ -1,0 +1,46 @@
+"""Mutants of the shipped cases, a few of those that `python -m benchmarks.mutant_trials` tries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.mutant_trials import prepare, tried
+from benchmarks.mutants import CHANGES, RENAMES, Mutant, mutants, shipped, text_of, whole
+from hydrosim.case import load_case
+
+SEED = 2_000
+ENDS = ("complete", "failed", "refused")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the cases."""
+    folder = tmp_path_factory.mktemp("mutants")
+    prepare(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_what_is_mutated_is_the_case_itself(name: str, folder: Path) -> None:
+    path = (folder / "cases" / name).with_name("mutant.yaml")
+    path.write_text(text_of(Mutant(name, ("title",), "nothing")).replace("null", "x"))
+    assert load_case(path).data.bodies
+    assert {"solver", "output", "bodies", "duration"} <= whole(name).keys()
+
+
+def test_mutants_are_of_all_kinds() -> None:
+    """The same for a seed, and different from each other."""
+    chosen = mutants(3000, SEED)
+    assert chosen == mutants(3000, SEED)
+    assert len({*chosen}) == 3000
+    assert {mutant.how for mutant in chosen} == {*CHANGES, *RENAMES}
+    assert {mutant.case for mutant in chosen} == {*shipped()}
+
+
+def test_a_mutant_is_refused_or_checked(folder: Path) -> None:
+    for mutant in mutants(40, SEED):
+        outcome = tried(("check", mutant, str(folder)))
+        assert outcome.status in ENDS, (mutant, outcome.message)
+        assert outcome.message or outcome.status == "complete"
