@@ -124,6 +124,8 @@ def main() -> int:
             command = "check" if number < given.check else "run"
             outcome = worker.ask("try", (command, mutant, name)) or Outcome("hang")
             ends[command][outcome.status] += 1
+            if number % 100 == 99:
+                print(f"{number + 1} done", flush=True)
             if outcome.status in ("hang", "crash") or given.messages:
                 print(
                     f"\n{number} {command} {mutant}: {outcome.status}\n{outcome.message}",

@@ -22,6 +22,7 @@ from hydrosim.documents import factors
 LONGEST = 200  # characters of what was found, in a message
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 LARGEST, SMALLEST = 1e20, 1e-20  # in SI: products of a few such numbers are numbers still
+LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 # Products and quotients of names with small powers: pint computes whatever else it is given.
@@ -75,8 +76,8 @@ class Quantity:
         number = self._convert(value) if isinstance(value, str) else self._plain(value)
         if not isfinite(number):
             raise self._wrong(value, "give a finite number")
-        if abs(number) > LARGEST:
-            raise self._wrong(value, f"nothing is larger than {LARGEST:g} in SI")
+        if abs(number) > (largest := LARGEST_OF.get(self.unit, LARGEST)):
+            raise self._wrong(value, f"it must be {largest:g} or less in SI")
         if self.above is not None and not number > self.above:
             raise self._wrong(value, f"it must be above {self.above:g}")
         if self.above == 0.0 and number < SMALLEST:
