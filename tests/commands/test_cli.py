@@ -260,7 +260,8 @@ def test_bad_settings_are_refused(hydrosim: Command, project: Path, setting: str
 
 def test_headings_that_the_database_lacks_are_refused(hydrosim: Command, project: Path) -> None:
     """A hull without symmetry, computed for waves from astern to abeam only."""
-    db, some = hull(), slice(0, 7)
+    db = hull()
+    some = db.heading < 0.5 * np.pi + 1e-9
     half = replace(
         db,
         heading=db.heading[some],

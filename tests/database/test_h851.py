@@ -15,6 +15,7 @@ from hydrosim.database.build import barge as hull
 LATERAL, ALONG = [1, 3, 5], [0, 2, 4]
 HALF_RHO_G = 1025.0 * 9.81 / 2
 LOW = 60  # frequencies up to 1.2 rad/s
+THEIRS = slice(None, None, 6)  # every 15 deg
 
 
 def at(db, w: float) -> int:
@@ -39,7 +40,7 @@ def independent():
 
 def test_grid(barge):
     np.testing.assert_allclose(barge.frequency, 0.02 * np.arange(1, 126), rtol=1e-14)
-    np.testing.assert_allclose(np.degrees(barge.heading), np.arange(0, 181, 15), atol=1e-12)
+    np.testing.assert_allclose(np.degrees(barge.heading), np.arange(0, 181, 2.5), atol=1e-12)
     assert np.isinf(barge.water_depth)
 
 
@@ -73,10 +74,8 @@ def test_symmetry_is_exact(barge):
 
 
 def test_coefficients_are_the_independent_ones(barge, independent):
-    """Same hull and program, six panels down the side instead of ten: up to 1.2 rad/s, 2 and 3 per
-    cent of the largest diagonals. With twice as many panels round the section, sway added mass at
-    0.7 rad/s is 0.7 per cent less (2.8 less than with seven down the side), roll damping 1.9 more.
-    """
+    """Same hull and program, six panels down the side instead of ten: up to 1.2 rad/s, 2 and
+    3 per cent of the largest diagonals, ours being extrapolated to ever smaller panels."""
     for name, bound in (("added_mass", 0.02), ("radiation_damping", 0.03)):
         other = independent[name].values
         error = np.abs(getattr(barge, name)[:LOW] - other[:LOW]) / scales(other)
@@ -93,7 +92,7 @@ def test_loads_are_the_independent_ones_conjugated(barge, independent):
     """The independent file has exp(-i w t)."""
     for name in ("excitation", "froude_krylov"):
         other = independent[f"{name}_re"].values - 1j * independent[f"{name}_im"].values
-        error = np.abs(getattr(barge, name)[:LOW] - other[:LOW]).max(axis=(0, 1))
+        error = np.abs(getattr(barge, name)[:LOW, THEIRS] - other[:LOW]).max(axis=(0, 1))
         assert (error < 0.015 * np.abs(other).max(axis=(0, 1))).all()
 
 
@@ -111,7 +110,7 @@ def test_drift_is_the_independent_one(barge, independent):
     bounds = {0: (0.02, 0.05), 1: (0.02, 0.05), 5: (0.035, 0.125)}
     for dof, other in zip(bounds, others, strict=True):
         other = other[:LOW]
-        error = np.abs(barge.mean_drift[:LOW, :, dof] - other)
+        error = np.abs(barge.mean_drift[:LOW, THEIRS, dof] - other)
         for lowest, part in zip((0.59, 0.45), bounds[dof], strict=True):
             used = barge.frequency[:LOW] > lowest
             assert error[used].max() < part * np.abs(other[used]).max()
@@ -119,20 +118,25 @@ def test_drift_is_the_independent_one(barge, independent):
 
 def test_damping_radiates_what_the_loads_say(barge):
     """B_ij = k / (8 pi rho g c) int Re X_i X_j* db, c the group velocity (Haskind's relation and
-    energy; Newman 1977, chapter 6). The panels keep it within 2.5 per cent of the largest damping
-    in roll and 1.0 in all others; above 0.9 rad/s headings 15 degrees apart no longer carry the
-    integral."""
+    energy; Newman 1977, chapter 6), within 1 per cent of the largest damping. Without extrapolation
+    to ever smaller panels roll was 2.4 off. Headings 15 degrees apart carry the integral to 0.9
+    rad/s only."""
     full = all_headings(barge)
     scale = scales(barge.radiation_damping)
-    for w in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
+    for w in (0.3, 0.5, 0.52, 0.6, 0.7, 0.8, 0.9, 1.2, 1.6, 2.0):
         i = at(barge, w)
         X = full.excitation[i]
-        radiated = np.real(np.einsum("hi,hj->ij", X, X.conj())) * (2 * np.pi / 24)
+        radiated = np.real(np.einsum("hi,hj->ij", X, X.conj())) * (2 * np.pi / full.heading.size)
         k, speed = w**2 / 9.81, 9.81 / (2 * w)
         damping = k / (16 * np.pi * HALF_RHO_G * speed) * radiated
-        error = np.abs(damping - barge.radiation_damping[i]) / scale
-        assert error[3, 3] < 0.025
-        assert np.sort(error, axis=None)[-2] < 0.01
+        assert (np.abs(damping - barge.radiation_damping[i]) / scale).max() < 0.01
+
+
+def test_roll_damping_is_that_of_ever_smaller_panels(barge):
+    """Within 1 per cent of what 1.4 times the panels in every direction, 5,786 on the hull, and
+    these, extrapolated with the power -4/3 of their number, come to."""
+    for w, converged in ((0.52, 4.6226e9), (0.70, 4.0792e9), (1.00, 1.9848e9)):
+        assert barge.radiation_damping[at(barge, w), 3, 3] == pytest.approx(converged, rel=0.01)
 
 
 def test_froude_krylov_is_the_wave_on_the_panels(barge):

@@ -19,6 +19,7 @@ from hydrosim.database.build.barge import Resolution
 from hydrosim.database.build.drift import Real
 
 ORDER = 4 / 3
+ROUGH = 1e-3  # of the largest: eigenvalues below are noise of the panels
 
 
 class Radiation(NamedTuple):
@@ -57,13 +58,25 @@ def extrapolated(db: HydroDatabase, coarse: Radiation, share: float) -> HydroDat
     def beyond(fine: Real, other: Real) -> Real:
         return fine + factor * (fine - other)
 
-    zero = db.added_mass_zero
+    fine, zero = db.radiation_damping, db.added_mass_zero
     if zero is not None and coarse.zero is not None:
         zero = beyond(zero, coarse.zero)
     return replace(
         db,
         added_mass=beyond(db.added_mass, coarse.added_mass),
-        radiation_damping=beyond(db.radiation_damping, coarse.damping),
+        radiation_damping=fine + _kept_positive(fine, beyond(fine, coarse.damping) - fine),
         added_mass_infinite=beyond(np.asarray(db.added_mass_infinite), coarse.infinite),
         added_mass_zero=zero,
     )
+
+
+def _kept_positive(fine: Real, change: Real) -> Real:
+    """As much of the ``change`` of damping (frequencies, n, n) as leaves half of the smallest
+    eigenvalue, which falls at most evenly along it; where that is not all, panels are too large for
+    the waves to tell of smaller ones."""
+    scale = np.sqrt(np.abs(np.diagonal(fine, axis1=1, axis2=2)))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    unit = 1 / (scale[:, :, None] * scale[:, None, :])
+    before, after = (np.linalg.eigvalsh(each * unit)[:, 0] for each in (fine, fine + change))
+    fall = np.maximum(before - after, np.finfo(float).tiny)
+    return change * np.clip((before / 2 + ROUGH) / fall, 0.0, 1.0)[:, None, None]
