@@ -37,9 +37,12 @@ def sweep(
     ] = False,
 ) -> None:
     """Run a case with all combinations of parameters and seeds; write one netCDF file."""
+    from hydrosim.studies.reach import out_of_reach
     from hydrosim.studies.sweep import load_study
 
     study = load_study(study_file)
+    for line in out_of_reach(study.scenes):
+        err.print(f"warning   {line}", markup=False, highlight=False, soft_wrap=True)
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
     with announced(err), _with_progress(study, result, workers, resume) as runs:

@@ -97,3 +97,23 @@ def test_seeds_need_waves(tmp_path: Path) -> None:
     path = study(tmp_path, "seeds: 1-2\nparameters: {environment.waves: [null]}")
     with pytest.raises(hs.InputError, match=r"study\.yaml: seeds: the case .* has no waves"):
         load_study(path)
+
+
+PERIOD = "environment.waves.peak_period"
+
+
+def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep: Command) -> None:
+    """Whatever their seeds; those that are refused fail, and with ``accept`` none does."""
+    text = f"parameters: {{{PERIOD}: [2.5 s, 8 s], {HEIGHT}: [0.1 m]}}\nseeds: 1-2"
+    output = "-o", tmp_path / "runs.nc"
+    result = sweep(study(tmp_path, text), *output)
+    assert result.code == 3
+    assert result.err.count("in 2 of 4 runs found ") == 1
+    assert "2 failed, 2 complete" in result.out
+    every = text.replace("[2.5 s, 8 s]", "[2.5 s]")
+    refused = sweep(study(tmp_path, every), *output)
+    assert refused.code == 2
+    assert "in 2 of 2 runs found " in refused.err
+    accepted = sweep(study(tmp_path, every.replace("}", ", accept: [[range]]}")), *output)
+    assert accepted.code == 0
+    assert "no first-order loads there" in accepted.err
