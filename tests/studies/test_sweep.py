@@ -114,6 +114,7 @@ def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep:
     refused = sweep(study(tmp_path, every), *output)
     assert refused.code == 2
     assert "in 2 of 2 runs found " in refused.err
-    accepted = sweep(study(tmp_path, every.replace("}", ", accept: [[range]]}")), *output)
+    accept = every.replace("}", ", accept: [[range]]}")
+    accepted = sweep(study(tmp_path, accept), "-o", tmp_path / "accepted.nc")
     assert accepted.code == 0
     assert "no first-order loads there" in accepted.err

@@ -94,14 +94,14 @@ def _extrapolated(
     floats = afloat(recipe, share)
     solved = solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
     rules = Rules(floats.alike, recipe.headings)
-    zero, infinite = _limits(floats.hull, water)
+    zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
     coarse = Radiation(
         rules.matrices(np.array([s.added_mass for s in solved])),
         rules.matrices(np.array([s.damping for s in solved])),
-        rules.matrices(infinite),
         None if zero is None else rules.matrices(zero),
     )
-    return extrapolated(db, coarse, share)
+    draught = -float(floats.hull.panels[..., 2].min())
+    return extrapolated(db, coarse, share, draught)
 
 
 def _with_qtf(

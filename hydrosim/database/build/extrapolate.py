@@ -17,18 +17,17 @@ import numpy as np
 from hydrosim.database import HydroDatabase
 from hydrosim.database.build.barge import Resolution
 from hydrosim.database.build.drift import Real
+from hydrosim.waves.dispersion import wavenumber
 
 ORDER = 4 / 3
-ROUGH = 1e-3  # of the largest: eigenvalues below are noise of the panels
 
 
 class Radiation(NamedTuple):
-    """Added mass and damping (frequencies, n, n), and added mass (n, n) at infinite and, if known,
-    at zero frequency."""
+    """Added mass and damping (frequencies, n, n), and, if known, added mass (n, n) at zero
+    frequency."""
 
     added_mass: Real
     damping: Real
-    infinite: Real
     zero: Real | None
 
 
@@ -50,33 +49,32 @@ def coarser(counts: Resolution, share: float) -> Resolution:
     )
 
 
-def extrapolated(db: HydroDatabase, coarse: Radiation, share: float) -> HydroDatabase:
+def extrapolated(
+    db: HydroDatabase, coarse: Radiation, share: float, draught: float
+) -> HydroDatabase:
     """``db`` with added mass and damping as of no panels' size, from its own and from those of a
-    ``share`` of the panels (Richardson 1911)."""
+    ``share`` of the panels (Richardson 1911).
+
+    Waves shorter than the ``draught`` [m] do not reach the bilge, and what panels miss there is
+    something else: the change fades as exp(-(k T / 4)^2). So damping stays positive where it is
+    next to nothing.
+    """
     factor = 1 / (share**-ORDER - 1)
+    k = wavenumber(db.frequency, db.water_depth, db.gravity)
+    reached = np.exp(-((k * draught / 4) ** 2))[:, None, None]
 
     def beyond(fine: Real, other: Real) -> Real:
         return fine + factor * (fine - other)
 
-    fine, zero = db.radiation_damping, db.added_mass_zero
+    def faded(fine: Real, other: Real) -> Real:
+        return fine + factor * reached * (fine - other)
+
+    zero = db.added_mass_zero
     if zero is not None and coarse.zero is not None:
         zero = beyond(zero, coarse.zero)
     return replace(
         db,
-        added_mass=beyond(db.added_mass, coarse.added_mass),
-        radiation_damping=fine + _kept_positive(fine, beyond(fine, coarse.damping) - fine),
-        added_mass_infinite=beyond(np.asarray(db.added_mass_infinite), coarse.infinite),
+        added_mass=faded(db.added_mass, coarse.added_mass),
+        radiation_damping=faded(db.radiation_damping, coarse.damping),
         added_mass_zero=zero,
     )
-
-
-def _kept_positive(fine: Real, change: Real) -> Real:
-    """As much of the ``change`` of damping (frequencies, n, n) as leaves half of the smallest
-    eigenvalue, which falls at most evenly along it; where that is not all, panels are too large for
-    the waves to tell of smaller ones."""
-    scale = np.sqrt(np.abs(np.diagonal(fine, axis1=1, axis2=2)))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    unit = 1 / (scale[:, :, None] * scale[:, None, :])
-    before, after = (np.linalg.eigvalsh(each * unit)[:, 0] for each in (fine, fine + change))
-    fall = np.maximum(before - after, np.finfo(float).tiny)
-    return change * np.clip((before / 2 + ROUGH) / fall, 0.0, 1.0)[:, None, None]
