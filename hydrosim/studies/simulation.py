@@ -74,7 +74,7 @@ MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
-    STEP_TOO_SMALL: "no step is small enough for solver.tolerance (200,000 were taken in the time"
+    STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
     " of one solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
     BLOWN_UP: "the solution blows up: there is more than ten times the energy that anything can"
@@ -156,7 +156,8 @@ def run_compiled(
         "status_message": message,
     }
     count, history = int(counters[RECORDS]), run.state.history
-    warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
+    coarse = unresolved(compiled, record, count, int(counters[EVENTS]))
+    warnings = [*compiled.notes.warnings, *coarse]
     if status == "complete" and not failed:
         warnings += parted(compiled, run)
     attributes["warnings"] = "\n".join(warnings) or None

@@ -25,7 +25,7 @@ NEARBY = 1e-9  # m
 PARTED = 1e4  # times: a step's error of 1e-7 of the motions is then 1e-3
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
 GROWING = 10.0  # times: what is not so far away after `FIRST` comes no farther
-FIRST, MOST, AT_ONCE = 30_000, 1_000_000, 5_000  # evaluations of a twin's equation
+FIRST, MOST, AT_ONCE = 60_000, 1_000_000, 5_000  # evaluations of a twin's equation
 
 
 def parted(compiled: Compiled, run: Run) -> Iterator[str]:
