@@ -19,6 +19,7 @@ from hydrosim.radiation.emphasis import Emphasis
 
 ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
 DAMPED = 0.5  # of critical damping, at least, of poles that are held back
+RINGING = 0.05  # and of those beyond the band, where what rings does so between the points of a fit
 NEGLIGIBLE = 1e-10  # Hankel singular values below this part of the largest are rounding
 
 
@@ -45,9 +46,11 @@ def vector_fit(
     order: int,
     weight: np.ndarray | None = None,
     fastest: float = np.inf,
+    band: float = np.inf,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poles, ``order`` of them counting pairs twice (even), and residues of ``values`` (ns, ne),
-    whose errors count times ``weight`` (ns,); no pole is farther from zero than ``fastest``.
+    whose errors count times ``weight`` (ns,); no pole is farther from zero than ``fastest``, and
+    beyond the ``band`` there is nothing that rings.
 
     The residues (order, ne) belong to the functions of `partial_fractions`.
     """
@@ -55,18 +58,18 @@ def vector_fit(
     top = np.abs(s).max()
     poles = np.arange(1, order // 2 + 1) * top / (order // 2) * (-0.1 + 1j)
     for _ in range(ITERATIONS):
-        poles = _within(fastest, _relocated(s, values, poles, rows))
+        poles = _within(fastest, min(band, fastest), _relocated(s, values, poles, rows))
     fractions = _stacked(rows * partial_fractions(s, poles))
     return poles, np.linalg.lstsq(fractions, _stacked(rows * values), rcond=None)[0]
 
 
-def _within(fastest: float, poles: np.ndarray) -> np.ndarray:
-    """The poles, those beyond ``fastest`` brought there, with `DAMPED` of critical damping: there
-    is nothing that rings."""
+def _within(fastest: float, band: float, poles: np.ndarray) -> np.ndarray:
+    """The poles, those beyond ``fastest`` brought there, with `DAMPED` of critical damping, and
+    those beyond the ``band`` with `RINGING` at least."""
     size = np.abs(poles)
-    part = np.maximum(-poles.real / size, DAMPED)
+    part = np.maximum(-poles.real / size, np.where(size > fastest, DAMPED, RINGING))
     damped = np.where(poles.imag == 0.0, -1.0, -part + 1j * np.sqrt(1.0 - part**2))
-    return np.asarray(np.where(size > fastest, np.minimum(size, fastest) * damped, poles))
+    return np.asarray(np.where(size > band, np.minimum(size, fastest) * damped, poles))
 
 
 def partial_fractions(s: np.ndarray, poles: np.ndarray) -> np.ndarray:

@@ -237,7 +237,7 @@ def _vector_fit(target: Target, tolerance: float, fastest: float) -> tuple[np.nd
     values = target.values[:, *upper]
     best = np.inf, np.empty(0), np.empty(0)
     for order in ORDERS:
-        poles, residues = vector_fit(s, values, order, target.weight, fastest)
+        poles, residues = vector_fit(s, values, order, target.weight, fastest, target.band)
         error = target.error((partial_fractions(s, poles) @ residues)[:, place])
         if error < best[0]:
             best = error, poles, residues[:, place]

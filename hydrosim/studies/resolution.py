@@ -23,7 +23,8 @@ SAFETY, OFTEN = 5.0, 20
 """Times the estimate, which is that of one vibration alone, in a run with so many events: of random
 scenes whose contacts change, motions were found to be wrong by 1 to 10 times as much, mostly by
 2 to 6."""
-ROOM = 2.0  # times the error, for the step to choose: it damps less, and so more is excited
+FADED, ROOM = 0.1, 8.0
+"""Of what the method damps by more than that part, a finer step has more: this room is left."""
 RESOLVED = 1e-2  # of the amplitude of a vibration, by the end of a run
 STILL = 1e-6  # m, rad: a smaller range is none
 
@@ -118,7 +119,8 @@ def _needs(compiled: Compiled, record: Record, count: int, safety: float) -> Ite
         part = min(float((excited / ranges).max()), 1.0)
         error = safety * part * vibration.error(method, scene.solver.step, lasting)
         if error > ACCURATE:
-            of = (method, scene.solver.step, lasting, ACCURATE / (ROOM * safety * part))
+            room = ROOM if fading * lasting > FADED else 1.0
+            of = (method, scene.solver.step, lasting, ACCURATE / (room * safety * part))
             yield Need(vibration.accurate_step(*of), min(error, WRONG), vibration)
 
 

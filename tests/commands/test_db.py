@@ -64,7 +64,7 @@ class TestInfo:
             "hydrosim netCDF",
             "deep water, 1025 kg/m³",
             "125, from 0.02 to 2.5 rad/s; periods 2.51 to 314 s",
-            "13, from 0 to 180 deg",
+            "73, from 0 to 180 deg",
             "transverse 18.82, longitudinal 484.9 m",
             "31, from 0.3 to 1.62 rad/s; 4 pairs of headings",
             "lacks │ qtf sum",

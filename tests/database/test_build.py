@@ -13,6 +13,7 @@ from validation_data import unpacked
 from hydrosim.database.build import barge, drift, store
 from hydrosim.database.build.water import Water
 from hydrosim.errors import InputError
+from hydrosim.outputs import Output
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
@@ -185,6 +186,11 @@ def test_shallow_water_keeps_the_energy(tmp_path):
     assert db.added_mass_zero is None
 
 
+def made(recipe: Path, name: str) -> Output:
+    """A database of the recipe, beside it."""
+    return Output(recipe.with_name(name), "database", recipe)
+
+
 def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     """Stopped after the second frequency, it solves only the third, and writes the same bytes."""
     recipe = tmp_path / "box.yaml"
@@ -204,10 +210,10 @@ def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         build(load_recipe(recipe), progress=stop)
     assert solved == [0.5, 0.6]
-    (resumed,) = build_database(recipe, tmp_path / "resumed.nc", 1, False)
+    (resumed,) = build_database(made(recipe, "resumed.nc"), 1, False)
     assert solved == [0.5, 0.6, 0.7]
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path / "another"))
-    (whole,) = build_database(recipe, tmp_path / "whole.nc", 1, False)
+    (whole,) = build_database(made(recipe, "whole.nc"), 1, False)
     assert len(solved) == 6
     assert resumed.read_bytes() == whole.read_bytes()
     assert read(whole).checksum == read(resumed).checksum
@@ -235,7 +241,7 @@ def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
         build(load_recipe(path), progress=stop)
     assert told == [(1, 5), (2, 5), (3, 5), (4, 5)]
     assert solved == [0.5]
-    files = build_database(path, tmp_path / "box.nc", 1, True)
+    files = build_database(made(path, "box.nc"), 1, True)
     assert solved == [0.5, 0.7]
     assert [file.name for file in files] == ["box.nc", "box.png", "box_qtf.png"]
     assert all(file.stat().st_size > 1000 for file in files)

@@ -53,9 +53,10 @@ def test_adaptive_error_follows_the_tolerance() -> None:
 
 
 def test_adaptive_error_follows_the_tolerance_through_contact(figure: Figure) -> None:
-    """Over four decades, with the contact modes changing more than forty times. Looser tolerances
-    may miss a contact shorter than their steps."""
-    tolerances = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
+    """Over three decades, with the contact modes changing more than forty times. Looser tolerances
+    may miss a contact shorter than their steps; at 1e-10 the error is that of 1e-9, 4e-11 m, which
+    is what the table of waves leaves."""
+    tolerances = [1e-6, 1e-7, 1e-8, 1e-9]
     study = converge(in_contact(60.0), [Method.DOPRI5], [0.01], tolerances)
     errors = np.array([t.motion for t in study.trials])
     slope = np.polyfit(np.log10(tolerances), np.log10(errors), 1)[0]

@@ -64,14 +64,16 @@ def test_raos_are_those_of_long_runs(degrees: float, figure: Figure) -> None:
 
 
 def test_database_and_model_agree_as_the_fit_does() -> None:
-    """The fit of the retardation functions is within 1e-3 of the largest damping."""
+    """The fit of the retardation functions is within 3e-4 of the largest. A resonance of damping
+    ratio z makes that of the added mass and of the damping 1 / 2z times as much in the motion: of
+    roll, 0.024, it is twice 6e-3."""
     scene, omega = free(), np.linspace(0.3, 1.4, 40)
     model, database = (
         responder(scene, radiation=radiation).raos(np.radians(45.0), omega)
         for radiation in Radiation
     )
     error = np.abs(model - database).max(axis=0) / np.abs(database).max(axis=0)
-    assert np.all(error < 1e-2)
+    assert np.all(error < np.where(np.arange(6) == 3, 3e-4 / 0.024, 1e-2))
     assert np.any(error > 0.0)
 
 

@@ -165,8 +165,10 @@ def test_the_independent_barge(barge, validation, tmp_path):
         data[theirs] = xarray.concat(parts, "complex").drop_vars("complex", errors="ignore")
     db = read(stored(data, tmp_path / "independent.nc"))
     low = np.flatnonzero(barge.frequency < 1.21)
+    same = np.abs(barge.heading[:, None] - db.heading).argmin(axis=0)
+    np.testing.assert_allclose(barge.heading[same], db.heading, atol=1e-9)
     for name, part in (("excitation", 0.015), ("froude_krylov", 0.01)):
-        one, other = getattr(db, name)[low], getattr(barge, name)[low]
+        one, other = getattr(db, name)[low], getattr(barge, name)[low][:, same]
         assert (np.abs(one - other).max(axis=(0, 1)) < part * np.abs(other).max(axis=(0, 1))).all()
     for name in ("added_mass", "radiation_damping"):
         one, other = getattr(db, name), getattr(barge, name)

@@ -15,7 +15,7 @@ USED = slice(0, 60, 10)
 POINT = np.array([0.0, 0.0, -2.0])  # that the bodies turn about
 PRINTED = 2e-7  # seven digits
 SPREAD = np.radians([0.0, 60.0, 120.0, 180.0])
-EVERY = slice(0, 13, 4)  # these headings among the barge's
+EVERY = slice(0, 73, 24)  # these headings among the barge's
 
 
 def _tec(head: str, titles: list[str], omega: np.ndarray, tables: list[np.ndarray]) -> str:
