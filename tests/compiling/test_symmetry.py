@@ -237,9 +237,9 @@ class TestAgreement:
         assert found.attrs["solver_linear"] == "propagated exactly: linear"
         coarse, fine = (
             difference(found, hs.simulate(full(with_solver(scene, step=step))))
-            for step in (0.2, 0.1)  # stable up to 0.24 s
+            for step in (0.125, 0.0625)  # stable up to 0.24 s
         )
-        figure("difference at 0.1 s", fine)
+        figure("difference at 0.0625 s", fine)
         assert fine < 1e-5
         assert coarse / fine == pytest.approx(16.0, rel=0.3)
 

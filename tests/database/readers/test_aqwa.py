@@ -265,8 +265,8 @@ def test_messages_name_line_and_section(barge, path):
     path.write_text(text.replace("1025.000", "10a5.000"))
     with pytest.raises(InputError, match=r"line \d+: found '10a5\.000', expected a finite number"):
         read(path)
-    path.write_text(text.replace("  1 13   6", "  1 13 999"))
-    with pytest.raises(InputError, match="expected 1015, for 13 headings and 999 frequencies"):
+    path.write_text(text.replace("  1 73   6", "  1 73 999"))
+    with pytest.raises(InputError, match="expected 1075, for 73 headings and 999 frequencies"):
         read(path)
 
 
