@@ -19,7 +19,7 @@ from hydrosim.radiation.emphasis import Emphasis
 
 ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
 DAMPED = 0.5  # of critical damping, at least, of poles that are held back
-RINGING = 0.05  # and of those beyond the band, where what rings does so between the points of a fit
+RINGING = 0.03  # and of those beyond the band, where what rings does so between the points of a fit
 NEGLIGIBLE = 1e-10  # Hankel singular values below this part of the largest are rounding
 
 
