@@ -19,7 +19,10 @@ QUESTIONS = (
     *("synthesis", "many_runs"),
     *("reading", "databases", "validation", "extremes", "kills"),
 )
-LONG = ("short_waves",)  # if named
+LONG = (
+    "short_waves",
+    "score_card",
+)  # if named
 
 
 def main(asked: list[str]) -> None:
