@@ -367,6 +367,14 @@ class WaveForces:
     position: Place = Place.AUTOMATIC
 
 
+class Weight(StrEnum):
+    """What carries a body: nothing need, for its weight is balanced at rest and no force; or
+    contacts, lines and buoyancy, for it is a force of its own."""
+
+    BALANCED = "balanced"
+    CARRIED = "carried"
+
+
 @dataclass(frozen=True)
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
@@ -398,6 +406,7 @@ class Body:
     velocity: tuple[float, ...] = (0.0,) * 6
     radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
     wave_forces: WaveForces = field(default_factory=WaveForces)
+    weight: Weight = Weight.BALANCED
 
 
 @dataclass(frozen=True)
@@ -414,6 +423,10 @@ class ForceElement:
     def check(self, name: str) -> None:
         """Raises InputError where the element is wrong as no case file can be, but one written in
         Python can."""
+
+    def carries(self) -> bool:
+        """Whether it can carry weight."""
+        return True
 
     def holds(self) -> Collection[str]:
         """Of surge, sway and yaw, those in which it takes its body back to its place on earth."""

@@ -80,6 +80,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         velocity=body.initial.velocity,
         radiation=_radiation(body.radiation),
         wave_forces=scene.WaveForces(**dict(body.wave_forces)),
+        weight=body.weight,
     )
 
 

@@ -15,8 +15,8 @@ from hydrosim.documents.nodes import joined, suggestion
 from hydrosim.documents.units import shown
 from hydrosim.scene import ADAPTIVE
 
-# The output has forces of these names (`hydrosim.forces.layout.ROWS`, which would load numba).
-RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+# The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
+RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
 
 
 RELATIVE = "relative paths begin at the folder of the file that they are in"

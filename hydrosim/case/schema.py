@@ -37,6 +37,7 @@ from hydrosim.scene import (
     SecondOrder,
     Symmetry,
     Unstable,
+    Weight,
 )
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -176,6 +177,7 @@ class Body(Strict):
         model="automatic"
     )
     wave_forces: WaveForces = WaveForces()
+    weight: Weight = Weight.BALANCED
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:

@@ -10,12 +10,13 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.weights import weights_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import Elements
-from hydrosim.forces.layout import ROWS, Layout, Resonance
+from hydrosim.forces.layout import Layout, Resonance, row_names
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
@@ -55,7 +56,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         elements = forces.placed(known, own)
     slow = own + forces.state_count(elements)
     energy = slow + STATES * len(slow_bodies(scene))
-    rows = len(ROWS) + len(scene.forces)
+    rows = row_names(scene)
     added_mass = _whole(scene, [(group.dofs, group.added_mass) for group in wet])
     return Model(
         bodies=bodies,
@@ -71,12 +72,13 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
         elements=elements,
-        rows=rows,
+        weights=weights_of(scene, alone, rows),
+        rows=len(rows),
         radiation=radiating,
         own=own,
         slow=slow,
         energy=energy,
-        size=energy + rows + 1,
+        size=energy + len(rows) + 1,
     )
 
 
@@ -171,7 +173,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
 
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
-        {name: len(ROWS) + i for i, name in enumerate(scene.forces)},
+        {name: row_names(scene).index(name) for name in scene.forces},
         *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),

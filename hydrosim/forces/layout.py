@@ -8,8 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.scene import Scene, Weight
+
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+WEIGHT = "weight"
+
+
+def row_names(scene: Scene) -> tuple[str, ...]:
+    """Names of all rows of forces: those of bodies, those of elements, and that of the weight if
+    any body carries its own."""
+    carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
+    return (*ROWS, *scene.forces, *([WEIGHT] if carried else []))
 
 
 class Resonance(NamedTuple):

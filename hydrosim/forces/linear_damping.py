@@ -40,6 +40,9 @@ class LinearDamping(ForceElement):
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
 
+    def carries(self) -> bool:
+        return False
+
     def may_give(self) -> bool:
         """A current drags along."""
         return self.relative_to_current

@@ -41,6 +41,9 @@ class LinearMooring(ForceElement):
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
 
+    def carries(self) -> bool:
+        return "heave" in self.holds()
+
     def holds(self) -> Collection[str]:
         wanted = np.zeros(6) if self.natural_period is None else self.natural_period
         held = (np.diag(self.stiffness) > 0.0) | (wanted > 0.0)

@@ -31,6 +31,9 @@ class QuadraticDamping(ForceElement):
 
     damping: np.ndarray
 
+    def carries(self) -> bool:
+        return False
+
     def may_give(self) -> bool:
         """A current drags along."""
         return True

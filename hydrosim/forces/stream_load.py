@@ -48,6 +48,9 @@ class StreamLoad(ForceElement):
     sway: np.ndarray
     yaw: np.ndarray
 
+    def carries(self) -> bool:
+        return False
+
     def parts(self, y: float) -> Sequence[ForceElement]:
         return [self._in_order()]
 

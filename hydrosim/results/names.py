@@ -10,7 +10,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Fender, Spring
 from hydrosim.forces.contact.fender import STATE_NAMES
-from hydrosim.forces.layout import ROWS, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER, row_names
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import slow_bodies
@@ -22,14 +22,23 @@ MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
 
 def force_names(scene: Scene) -> tuple[str, ...]:
     """Names of the rows of forces: the body's own and the elements'."""
-    return (*ROWS, *scene.forces)
+    return row_names(scene)
 
 
 def supplies(scene: Scene, row: int) -> bool:
     """True if what a row of forces does is booked as work, false if as dissipation."""
-    if row < len(ROWS):
-        return row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
-    return list(scene.forces.values())[row - len(ROWS)].supplies
+    element = element_of(scene, row)
+    return element.supplies if element else row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
+
+
+def loses(scene: Scene, row: int) -> bool:
+    """True if a row of forces may take energy for good."""
+    return row == RADIATION or (element_of(scene, row) is not None and not supplies(scene, row))
+
+
+def element_of(scene: Scene, row: int) -> ForceElement | None:
+    """The element whose row of forces it is; None if it is one of the bodies' own."""
+    return scene.forces.get(force_names(scene)[row])
 
 
 def dofs_of(dofs: Sequence[int] | np.ndarray, bodies: Sequence[str]) -> str:

@@ -38,7 +38,6 @@ from hydrosim.forces.contact.fender import (
     SLIP_DISTANCE,
     STATES,
 )
-from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
@@ -49,6 +48,7 @@ from hydrosim.results.names import (
     contact_groups,
     fender_names,
     force_names,
+    loses,
     spring_names,
     state_names,
     supplies,
@@ -294,7 +294,7 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
         if supplies(scene, row):
             ledger[f"energy_work_{name}"] = integrals[:, row]
             total -= integrals[:, row]
-        elif row != HYDROSTATIC:
+        elif loses(scene, row):
             lost = integrals[:, row] + friction.get(name, 0.0)
             ledger[f"energy_dissipated_{name}"] = lost
             total += lost

@@ -1,6 +1,7 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
 from hydrosim.rigid.added_mass import add_turning, stream_energy
+from hydrosim.rigid.contents import Contents, new_contents
 from hydrosim.rigid.heading import (
     Headings,
     Hulls,

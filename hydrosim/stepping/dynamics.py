@@ -2,7 +2,7 @@
 
     v = S q',   S^T (M + A) S q'' = S^T (F - F_gyroscopic + F_turning - (M + A) S' q')
 
-    F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements
+    F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements + F_weight
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic =
@@ -27,6 +27,7 @@ from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
 from hydrosim.integrate import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.jit.refs import ref
@@ -39,6 +40,7 @@ from hydrosim.radiation.memory import (
 )
 from hydrosim.rigid import (
     Bodies,
+    Contents,
     Headings,
     Hulls,
     Inertia,
@@ -56,6 +58,7 @@ from hydrosim.rigid import (
     look_along,
     mass_matrix,
     motion_along,
+    new_contents,
     new_hulls,
     new_motion,
     new_turning,
@@ -96,6 +99,7 @@ class Model(NamedTuple):
     waves: WaveLoads
     following: FollowingLoads
     elements: Elements
+    weights: Weights
     rows: int
     radiation: int
     own: int
@@ -109,6 +113,7 @@ class Work(NamedTuple):
 
     motion: Motion
     hulls: Hulls
+    contents: Contents
     wrench: np.ndarray  # (nr, 6 nb), force of every row
     rate: np.ndarray  # (nr,), work or dissipation of every row
     total: np.ndarray  # (6 nb,)
@@ -128,6 +133,7 @@ def new_work(model: Model) -> Work:
     return Work(
         new_motion(model.bodies),
         new_hulls(model.bodies),
+        new_contents(model.bodies),
         np.zeros((model.rows, m)),
         np.zeros(model.rows),
         np.zeros(m),
@@ -278,6 +284,8 @@ def add_forces(t, y, modes, history, model, work, dy):
     if model.following.body.size > 0:
         follow(t, y[model.slow :], model.following, work, dy[model.slow :])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
+    if model.weights.body.size > 0:
+        add_weight(motion, model.bodies, model.weights, work.contents, wrench)
 
     rate[RADIATION] = -power(radiated, v)
     rate[WAVE_FIRST_ORDER] = power(wrench[WAVE_FIRST_ORDER], v)
@@ -344,6 +352,8 @@ def stored_energies(t, y, modes, model, work, stored):
     clear(stored)
     add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
     add_element_energies(t, y, modes, work.motion, model.bodies, model.elements, stored)
+    if model.weights.body.size > 0:
+        add_weight_energy(motion, model.bodies, model.weights, work.contents, stored)
     mass_matrix(model.bodies, model.headings, motion, model.added_mass, work.mass)
     still_there = stream_energy(model.headings, model.added_mass, motion, work.hulls)
     return kinetic_energy(motion.velocity, work.mass) - still_there

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.layout import RADIATION, ROWS
-from hydrosim.results.names import force_names, supplies
+from hydrosim.forces.layout import RADIATION
+from hydrosim.results.names import element_of, force_names, supplies
 from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -59,6 +59,5 @@ def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
 
 def _may_give(scene: Scene, row: int) -> bool:
     """Whether a row of dissipation may be negative; memory gives back what it had at the start."""
-    if row < len(ROWS):
-        return row == RADIATION and scene.initial is not None
-    return list(scene.forces.values())[row - len(ROWS)].may_give()
+    element = element_of(scene, row)
+    return element.may_give() if element else row == RADIATION and scene.initial is not None

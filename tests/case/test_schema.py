@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from hydrosim import forces, scene
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
-from hydrosim.forces.layout import ROWS
+from hydrosim.forces.layout import ROWS, WEIGHT
 
 Load = Callable[..., Case]
 Refusal = Callable[..., str]
@@ -720,6 +720,6 @@ class TestSolver:
 
 
 def test_names_of_the_outputs_own_forces_are_taken(refusal: Refusal) -> None:
-    assert RESERVED == ROWS
+    assert RESERVED == (*ROWS, WEIGHT)
     text = element(f"{MOORING}, stiffness: {{surge: 1}}")
     assert "the output has a force of that name" in refusal(text.replace("element", "radiation"))

@@ -10,6 +10,7 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.database import needed
 from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Harmonic, Signal
+from hydrosim.scene import Weight
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 HOPELESS = 10.0  # times heavier or lighter than what is displaced: nothing holds that
@@ -24,6 +25,8 @@ def mass(about: About) -> Iterator[Doubt]:
         if abs(body.mass - displaced) > MASS_TOLERANCE * displaced:
             ratio = body.mass / displaced if displaced > 0.0 else np.inf
             hopeless = not 1.0 / HOPELESS < ratio < HOPELESS
+            if body.weight == Weight.CARRIED and not hopeless:
+                continue
             yield Doubt(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",

@@ -1,0 +1,75 @@
+"""Which bodies carry their own weight, and what can carry them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from hydrosim.database import HydroDatabase, needed
+from hydrosim.errors import InputError
+from hydrosim.forces.layout import HYDROSTATIC, WEIGHT
+from hydrosim.forces.weight import Weights
+from hydrosim.scene import Body, Scene, Weight
+
+
+def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[str]) -> Weights:
+    """Constants of the weights; ``alone`` are the databases of wet bodies, ``rows`` the names of
+    those of forces. Raises InputError where nothing can carry a body."""
+    carried = [i for i, body in enumerate(scene.bodies) if body.weight == Weight.CARRIED]
+    _check_supports(scene, alone)
+    return Weights(
+        np.array(carried, dtype=np.int64),
+        np.array([_buoyancy(scene.bodies[i], alone) for i in carried], dtype=float),
+        rows.index(WEIGHT) if carried else HYDROSTATIC,
+        scene.environment.gravity,
+    )
+
+
+def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
+    """rho g V of a body at rest [N]; 0 of a dry one."""
+    if body.name not in alone:
+        return 0.0
+    db = alone[body.name]
+    return float(db.water_density * db.gravity * needed(db, "volume")[0])
+
+
+def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
+    supported = _supported(scene, alone)
+    for body in scene.bodies:
+        if body.weight == Weight.CARRIED and body.name not in supported:
+            weight = body.mass * scene.environment.gravity
+            raise InputError(
+                f"bodies.{body.name}.weight: found carried, and nothing that can carry"
+                f" {weight:.4g} N: no hydrodynamics with stiffness in heave, no contact, spring,"
+                " mooring or applied force between it and earth or a body that is carried; expected"
+                " one of them, heave locked, or weight: balanced."
+            )
+
+
+def _supported(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
+    """Names of the bodies that float, are held, or hang on or rest on what is."""
+    found = {body.name for body in scene.bodies if _stands(body, alone)}
+    links = list(_links(scene))
+    for _ in scene.bodies:  # as long as the longest chain
+        found |= {a for a, b in links if b is None or b in found}
+    return found
+
+
+def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
+    if "heave" not in body.dofs:
+        return True
+    if body.name not in alone:
+        return False
+    return bool(needed(alone[body.name], "hydrostatic_stiffness")[2, 2] > 0.0)
+
+
+def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:
+    """Pairs of bodies of which the first may be carried by the second, None for earth."""
+    for element in scene.forces.values():
+        if element.carries():
+            others = [name for _, name in element.others()] or [None]
+            for other in others:
+                yield element.body, other
+                if other is not None:
+                    yield other, element.body

@@ -1,0 +1,94 @@
+"""Weight: m g at the centre of gravity, for bodies that carry it themselves.
+
+    U = g [m z + n . (m c) - (n_x, n_y) J (n_x, n_y)^T / (2 n_z)],   n = R^T e_z
+    F = -m g e_z,   M = R (n x dU/dn)
+
+z: height of the body's origin above the still water; c: centre of gravity from there, in the body
+frame; n: the vertical there; J: density times second moments of the free surfaces of what the body
+holds, about their centroids. The last term is exact where the walls of a tank are upright in the
+body and its surface meets neither bottom nor top (a surface that stays level shifts its fluid by
+J tan(angle), for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In
+linear kinematics U is that to second order in the angles.
+
+The weight of all other bodies is balanced: it is in the place at rest and in the hydrostatic
+stiffness. Of a body with linear hydrostatics that carries its weight, the buoyancy at rest
+rho g V, upwards through the origin, is part of the hydrostatic force.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
+
+
+class Weights(NamedTuple):
+    """Constants: the bodies (nw,) that carry their weight, the ``buoyancy`` (nw,) [N] of each at
+    rest, the ``row`` of forces, ``gravity`` [m/s^2]."""
+
+    body: np.ndarray
+    buoyancy: np.ndarray
+    row: int
+    gravity: float
+
+
+@root
+def add_weight(motion, bodies, p, contents, wrench):
+    """The weight of all bodies that carry it into its row of ``wrench``; their buoyancy at rest
+    into that of hydrostatics."""
+    for i in range(p.body.size):
+        b = p.body[i]
+        k, row = 6 * b, wrench[p.row]
+        row[k + 2] -= p.gravity * contents.mass[b]
+        turning = _moment(b, p.gravity, motion, bodies, contents)
+        for j in range(3):
+            row[k + 3 + j] += turning[j]
+        wrench[HYDROSTATIC, k + 2] += p.buoyancy[i]
+
+
+@root
+def add_weight_energy(motion, bodies, p, contents, stored):
+    """Energy of the weight, zero at the still water, into its row of ``stored``, and of the
+    buoyancy at rest into that of hydrostatics."""
+    for i in range(p.body.size):
+        b = p.body[i]
+        heave = motion.coordinates[6 * b + 2]
+        height = bodies.each[b].origin[2] + heave
+        moment, surface = vector(contents.moment[b], 0), vector(contents.surface[b], 0)
+        levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
+        stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
+        stored[HYDROSTATIC] -= p.buoyancy[i] * heave
+
+
+@kernel
+def upright(b, motion, bodies):
+    """n of body ``b``; (-pitch, roll, 1) in linear kinematics."""
+    R = motion.rotation[b]
+    return (R[2, 0], R[2, 1], R[2, 2] if bodies.exact else 1.0)
+
+
+@kernel
+def potential(n, moment, surface, exact):
+    """U / g - m z."""
+    square = surface[0] * n[0] * n[0] + 2.0 * surface[1] * n[0] * n[1] + surface[2] * n[1] * n[1]
+    if exact:
+        return dot(n, moment) - square / (2.0 * n[2])
+    lowered = moment[2] * (1.0 - 0.5 * (n[0] * n[0] + n[1] * n[1]))
+    return n[0] * moment[0] + n[1] * moment[1] + lowered - 0.5 * square
+
+
+@kernel
+def _moment(b, gravity, motion, bodies, contents):
+    """Moment of the weight about the origin of body ``b``."""
+    n = upright(b, motion, bodies)
+    moment, J = vector(contents.moment[b], 0), vector(contents.surface[b], 0)
+    x, y = J[0] * n[0] + J[1] * n[1], J[1] * n[0] + J[2] * n[1]
+    if not bodies.exact:  # -dU/droll, -dU/dpitch
+        turning = (moment[2] * n[1] + y - moment[1], moment[0] - moment[2] * n[0] - x, 0.0)
+        return scale(gravity, turning)
+    slope = (-x / n[2], -y / n[2], 0.5 * (x * n[0] + y * n[1]) / (n[2] * n[2]))
+    return scale(gravity, matvec(motion.rotation[b], cross(n, add(moment, slope))))
