@@ -34,7 +34,7 @@ import xarray as xr
 import hydrosim as hs
 
 HERE = Path(os.environ.get("HYDROSIM_HOME", Path(__file__).parents[1]))
-CLOCK = {"wall_time", "case_file", "case", "case_resolved"}  # attributes of the clock and of places
+CLOCK = {"wall_time", "case_file", "case", "case_resolved", "history"}  # attributes of the clock and of places
 SOLVER = "solver.method"
 BARGE = """
     hydrodynamics: {root}/hydro_db/two_barges.nc
@@ -167,9 +167,10 @@ def commands(folder: Path) -> Iterator[tuple[str, list[str], Path | None]]:
     base, study = f"{HERE}/cases/reverse_float_over/base.yaml", folder / "study.yaml"
     free, sphere = base.replace("base", "free_floating"), f"{HERE}/cases/sphere/irregular.yaml"
     study.write_text(STUDY.format(root=HERE))
-    result = folder / "result.nc"
+    result = folder / "sweep.nc"
     yield "sweep", ["sweep", str(study), "-o", str(result)], result
     for case in (free, sphere):
+        result = folder / f"linear_{Path(case).stem}.nc"
         yield f"linear {Path(case).stem}", ["linear", case, "-o", str(result)], result
     for case in (base, free, sphere):
         yield f"check {Path(case).stem}", ["check", case], None
