@@ -9,7 +9,8 @@ go to. That phases refer to the wave at each structure's centre of gravity is fr
 seen in a file. Frequency-independent damping (FIDD) is left out: it is no wave making, add it to
 the case.
 
-Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside.
+Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside,
+quadratic transfer functions in the .QTF (`aqwa_qtf`), which may be named as well.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.given import NOTHING_GIVEN, Given
+from hydrosim.database.readers.aqwa_qtf import second_order
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -55,11 +57,14 @@ class _Head(NamedTuple):
 
 def sniff(path: Path, head: bytes) -> bool:
     """By its name, or by the words AQWA begins it with."""
-    return path.suffix.lower() == ".ah1" or (head.startswith(b"*") and b"AQWA-LINE" in head)
+    listed = head.startswith(b"*") and b"AQWA-LINE" in head
+    return path.suffix.lower() == ".ah1" or listed or head.startswith(b"AQTF")
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The database in an .AH1 file; raises `InputError` for what is missing or does not fit."""
+    """The database in an .AH1 file, and in the .QTF beside it; raises `InputError` for what is
+    missing or does not fit."""
+    path, table = _files(path)
     text = read_text(path)
     top, sections = _sections(text)
     head = _head(text, top)
@@ -95,7 +100,28 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_density=density if given.water_density is None else given.water_density,
         gravity=gravity,
         attributes={"solver": "AQWA"},
+        **(second_order(table, centre, depth, gravity) if table else {}),
     )
+
+
+def _files(path: Path) -> tuple[Path, Path | None]:
+    """The .AH1 file and the .QTF beside it, of which either is named."""
+    if path.suffix.lower() != ".qtf":
+        return path, _beside(path, ".QTF")
+    database = _beside(path, ".AH1")
+    if database is None:
+        raise InputError(
+            f"{path}: has AQWA's quadratic transfer functions alone, expected"
+            f" {path.with_suffix('.AH1').name} beside it with all else. Export the database in text"
+            " form (.AH1), too."
+        )
+    return database, path
+
+
+def _beside(path: Path, suffix: str) -> Path | None:
+    """The file of the same name with this suffix, in capitals or not."""
+    names = (path.with_suffix(suffix), path.with_suffix(suffix.lower()))
+    return next((name for name in names if name.is_file()), None)
 
 
 def _sections(text: Text) -> tuple[_Rows, dict[str, _Rows]]:
@@ -248,11 +274,8 @@ def _displacement(
             _table(text, sections, "DISPLACEMENT", 1)[:, 0],
             _table(text, sections, "COB", 3),
         )
-    for suffix in (".LIS", ".lis"):
-        listing = text.path.with_suffix(suffix)
-        if listing.is_file():
-            return _listed(listing, bodies)
-    return None, None
+    listing = _beside(text.path, ".LIS")
+    return _listed(listing, bodies) if listing else (None, None)
 
 
 def _listed(listing: Path, bodies: int) -> tuple[Real | None, Real | None]:
