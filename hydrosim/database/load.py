@@ -21,10 +21,6 @@ NOT_READ = {  # files that stand beside those that are, or are of programs that 
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; name that one",
     ".qtf": "a table of quadratic transfer functions by HydroStar, which is not read",
     ".rao": "a table of motions or loads by HydroStar, which is not read",
-    ".re1": "a result of ShipX (VERES), which is not read",
-    ".re2": "a result of ShipX (VERES), which is not read",
-    ".re7": "a result of ShipX (VERES), which is not read",
-    ".re8": "a result of ShipX (VERES), which is not read",
     ".tec": "a table for Tecplot and none of a Nemoh project",
 }
 

@@ -18,7 +18,7 @@ from typing import Protocol
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import Given
-from hydrosim.database.readers import aqwa, bemio, capytaine, marin, nemoh, orcaflex, wamit
+from hydrosim.database.readers import aqwa, bemio, capytaine, marin, nemoh, orcaflex, veres, wamit
 
 
 class Reader(Protocol):
@@ -43,6 +43,7 @@ READERS: tuple[Reader, ...] = (
     marin,
     nemoh,
     orcaflex,
+    veres,
     wamit,
     netcdf,
 )

@@ -285,8 +285,7 @@ def test_a_table_of_another_program_is_not_taken_for_nemohs(tmp_path):
         read(path)
 
 
-@pytest.mark.parametrize(("name", "program"), [("hull.re7", "ShipX"), ("hull.qtf", "HydroStar")])
-def test_files_of_programs_that_are_not_read_are_told_apart(tmp_path, name, program):
-    (tmp_path / name).write_text("1 2 3\n")
-    with pytest.raises(InputError, match=rf"{program}.*, which is not read; expected one of"):
-        read(tmp_path / name)
+def test_files_of_programs_that_are_not_read_are_told_apart(tmp_path):
+    (tmp_path / "hull.qtf").write_text("1 2 3\n")
+    with pytest.raises(InputError, match=r"HydroStar.*, which is not read; expected one of"):
+        read(tmp_path / "hull.qtf")
