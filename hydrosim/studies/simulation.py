@@ -158,11 +158,12 @@ def run_compiled(
     count, history = int(counters[RECORDS]), run.state.history
     coarse = unresolved(compiled, record, count, int(counters[EVENTS]))
     warnings = [*compiled.notes.warnings, *coarse]
-    if status == "complete" and not failed:
-        warnings += parted(compiled, run)
     attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     dataset = warned(dataset, noticed(compiled, dataset))
+    if status == "complete" and not failed:
+        lost = float(dataset.attrs["energy_residual_relative"])
+        dataset = warned(dataset, parted(compiled, run, lost))
     if message:
         raise SimulationError(message, dataset)
     return dataset
