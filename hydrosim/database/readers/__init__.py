@@ -18,7 +18,17 @@ from typing import Protocol
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import Given
-from hydrosim.database.readers import aqwa, bemio, capytaine, marin, nemoh, orcaflex, veres, wamit
+from hydrosim.database.readers import (
+    aqwa,
+    bemio,
+    capytaine,
+    hydrostar,
+    marin,
+    nemoh,
+    orcaflex,
+    veres,
+    wamit,
+)
 
 
 class Reader(Protocol):
@@ -40,6 +50,7 @@ READERS: tuple[Reader, ...] = (
     aqwa,
     bemio,
     capytaine,
+    hydrostar,
     marin,
     nemoh,
     orcaflex,

@@ -286,6 +286,6 @@ def test_a_table_of_another_program_is_not_taken_for_nemohs(tmp_path):
 
 
 def test_files_of_programs_that_are_not_read_are_told_apart(tmp_path):
-    (tmp_path / "hull.qtf").write_text("1 2 3\n")
-    with pytest.raises(InputError, match=r"HydroStar.*, which is not read; expected one of"):
-        read(tmp_path / "hull.qtf")
+    (tmp_path / "heave.rao").write_text("1 2 3\n")
+    with pytest.raises(InputError, match=r"HydroStar.* write WAMIT's format; expected one of"):
+        read(tmp_path / "heave.rao")

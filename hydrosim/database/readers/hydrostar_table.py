@@ -1,0 +1,143 @@
+"""One of HydroStar's tables of a quadratic transfer function, see `hydrostar`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrosim.database.database import Complex, Real
+from hydrosim.database.given import Given
+from hydrosim.database.readers.assembly import Abscissa, frequencies
+from hydrosim.database.readers.text import Text
+
+CLOSE = 1e-6  # rad/s
+
+_FACTS = "Reference length", "Water density", "Gravity acceleration"
+_SMALLEST = 0.5  # of density in tonnes and gravity in 10 m/s^2, and its inverse the largest
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Table:
+    """One load: ``value`` (nh, nw, nd) of rows with the lower frequency and the ``difference``."""
+
+    text: Text
+    given: Given
+    is_difference: bool
+    dof: int
+    point: Real  # (3,): of the moments
+    wave_point: Real  # (2,)
+    heading: Real
+    frequency: Real
+    difference: Real
+    value: Complex
+
+
+def table_of(text: Text) -> Table:
+    """The table in a file; raises `InputError` for what is missing or is not read."""
+    head = {
+        line.lstrip("#").split()[0].upper(): index
+        for index, line in reversed(list(enumerate(text.lines)))
+        if line.startswith("#") and line.strip("# ")
+    }
+    _refused(text, head)
+    heading = _numbers(text, head, "HEADING")
+    difference = _numbers(text, head, "DIFF")
+    if (np.diff(difference, prepend=-CLOSE) <= 0).any() or difference[0] > CLOSE:
+        raise text.wrong(head["DIFF"], "other differences", "ascending ones from zero")
+    mode = text.lines[head["QTFMODE"]].split()[1:]
+    direction = _numbers(text, head, "DIRECTION")[-1]
+    if mode not in (["Diff"], ["Sum"]) or direction not in (1, 2, 3, 4, 5, 6):
+        raise text.wrong(
+            head["QTFMODE"],
+            f"mode {' '.join(mode)} and direction {direction:g}",
+            "Diff or Sum, and 1 to 6",
+        )
+    frequency, value = _rows(text, heading.size, difference.size)
+    return Table(
+        text,
+        _given(text),
+        mode == ["Diff"],
+        int(direction) - 1,
+        _numbers(text, head, "COORD", 3),
+        np.array(_after(text, "Ref.pt incident wave", 2)),
+        np.radians(heading),
+        frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
+        difference,
+        value,
+    )
+
+
+def _refused(text: Text, head: dict[str, int]) -> None:
+    """What the tables may not be."""
+    for name in ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"):
+        if name not in head:
+            raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
+    if "HEADING1" in head:
+        raise text.wrong(
+            head["HEADING1"],
+            "pairs of headings",
+            "waves of one heading at a time",
+            "Write the tables without MULTIDIRECTIONNELLE.",
+        )
+    if "CPLXTYPE" in head and _numbers(text, head, "CPLXTYPE")[0] != 0:
+        raise text.wrong(head["CPLXTYPE"], "another type", "0, real and imaginary parts")
+    if any(_after(text, "Forward speed", 1)):
+        raise text.wrong(0, "a forward speed", "none", "Compute it without.")
+
+
+def _given(text: Text) -> Given:
+    """What the head says of the water."""
+    line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
+    deep = "inf" in line.lower()
+    length, density, gravity = (_after(text, words, 1)[0] for words in _FACTS)
+    depth = np.inf if deep else _after(text, "Waterdepth", 1)[0]
+    water = density / 1e3, gravity / 10
+    if (
+        not _SMALLEST < min(water) <= max(water) < 1 / _SMALLEST
+        or not 1e-3 <= length <= 1e4
+        or depth <= 0
+    ):
+        raise text.wrong(
+            0,
+            f"a length of {length:g}, density of {density:g}, gravity of {gravity:g} and depth of"
+            f" {depth:g} in the head",
+            "those of water in SI units",
+        )
+    return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
+
+
+def _after(text: Text, words: str, count: int) -> list[float]:
+    """Numbers after these words and a colon in the head."""
+    for index, line in enumerate(text.lines):
+        if line.startswith("#") and words in line:
+            return text.numbers(index, _NUMBER.findall(line.partition(":")[2]), count)
+    raise text.wrong(0, f"no line with {words}", "the head of a HydroStar table")
+
+
+def _numbers(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
+    """Of the line with this name, at least one."""
+    words = _NUMBER.findall(text.lines[head[name]].partition(name)[2])
+    if not words:
+        raise text.wrong(head[name], "no numbers", f"those of {name}")
+    return np.array(text.numbers(head[name], words, count))
+
+
+def _rows(text: Text, headings: int, differences: int) -> tuple[Real, Complex]:
+    """Frequencies (nw,) and values (nh, nw, nd)."""
+    rows = [
+        text.numbers(index, line.split(), 1 + 2 * differences)
+        for index, line in enumerate(text.lines)
+        if line.strip() and not line.startswith("#")
+    ]
+    last = len(text.lines) - 1
+    if not rows or len(rows) % headings:
+        raise text.wrong(last, f"{len(rows)} rows", f"as many for each of {headings} headings")
+    table = np.array(rows).reshape(headings, -1, 1 + 2 * differences)
+    frequency = table[0, :, 0]
+    if (table[..., 0] != frequency).any() or (np.diff(frequency) <= 0).any():
+        raise text.wrong(last, "other frequencies", "the same, ascending, for all headings")
+    return frequency, table[..., 1::2] + 1j * table[..., 2::2]
