@@ -34,7 +34,13 @@ import xarray as xr
 import hydrosim as hs
 
 HERE = Path(os.environ.get("HYDROSIM_HOME", Path(__file__).parents[1]))
-CLOCK = {"wall_time", "case_file", "case", "case_resolved", "history"}  # attributes of the clock and of places
+CLOCK = {
+    "wall_time",
+    "case_file",
+    "case",
+    "case_resolved",
+    "history",
+}  # attributes of the clock and of places
 SOLVER = "solver.method"
 BARGE = """
     hydrodynamics: {root}/hydro_db/two_barges.nc

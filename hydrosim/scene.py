@@ -75,6 +75,15 @@ class Coefficients:
     stiffness: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A closed hull of triangles, ``corners`` (nt, 3, 3) in the database's frame [m], normals into
+    the water; ``source`` says where it is from."""
+
+    corners: np.ndarray
+    source: str = "a hull"
+
+
 class RadiationModel(StrEnum):
     """How the memory of the radiated waves is computed, with the defaults of each way."""
 
@@ -384,6 +393,8 @@ class Body:
     of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
     with one ``heading`` and one ``radiation``, a model by name or with its settings. A database of
     another content than ``database_checksum`` is refused.
+    ``hydrostatics`` is the closed hull whose buoyancy is taken at any draught, heel and trim; None
+    takes the stiffness of the database, which holds about the place at rest.
     ``centre_of_gravity`` (3,) is in the database's frame and is the body frame's origin.
     ``location`` (2,) places the origin of the database's frame in the earth's x, y; ``heading``
     [rad] is where its x axis points to at rest, from which yaw is counted. ``position`` and
@@ -396,6 +407,7 @@ class Body:
     mass: float
     inertia: np.ndarray
     hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Coefficients | None = None
+    hydrostatics: Hull | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
     heading: float = 0.0

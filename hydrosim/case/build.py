@@ -12,6 +12,7 @@ from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.elements import Where
 from hydrosim.case.hydrodynamics import built
+from hydrosim.case.hydrostatics import hull_of
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
 
@@ -70,6 +71,9 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         mass=body.mass,
         inertia=_inertia(body),
         hydrodynamics=built(body.hydrodynamics, partial(_place, folder)),
+        hydrostatics=hull_of(
+            body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body
+        ),
         centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
         location=body.location,
         heading=body.heading,

@@ -23,6 +23,7 @@ from pydantic import (
 
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, file_of
+from hydrosim.case.hydrostatics import Hydrostatics
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
@@ -163,6 +164,7 @@ class Body(Strict):
 
     mass: of.Mass
     hydrodynamics: Hydrodynamics | None = None
+    hydrostatics: Hydrostatics = "matrix"
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
     database_checksum: StrictStr | None = None
     centre_of_gravity: of.Point | None = None

@@ -9,6 +9,7 @@ from math import cos, sin
 import numpy as np
 
 from hydrosim import forces, radiation
+from hydrosim.compiling.hulls import hulls_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.weights import weights_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
@@ -64,6 +65,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         added_mass=added_mass,
         inertia=constant_inertia(bodies, added_mass),
         stiffness=_stiffness(scene, alone),
+        hulls=hulls_of(scene, bodies),
         states=states,
         convolution=_convolution(scene, wet, free),
         damping=radiation.constant_damping(
@@ -132,9 +134,11 @@ def _whole(scene: Scene, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.
 
 
 def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
-    dry = np.zeros((6, 6))
+    none = np.zeros((6, 6))
     rows = [
-        needed(alone[b.name], "hydrostatic_stiffness") if b.name in alone else dry
+        needed(alone[b.name], "hydrostatic_stiffness")
+        if b.name in alone and b.hydrostatics is None
+        else none
         for b in scene.bodies
     ]
     return np.array(rows)

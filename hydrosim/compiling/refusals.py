@@ -33,6 +33,9 @@ def check_scene(scene: Scene) -> None:
         "bodies.heading: kinematics: linear has no heading but 0; turn the rest of the scene, or"
         " choose exact": scene.solver.kinematics == Kinematics.LINEAR
         and any(body.heading for body in scene.bodies),
+        "bodies.hydrostatics: kinematics: linear has small angles, and a hull is taken at any;"
+        " choose exact, or the matrix": scene.solver.kinematics == Kinematics.LINEAR
+        and any(body.hydrostatics is not None for body in scene.bodies),
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():

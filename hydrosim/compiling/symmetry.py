@@ -26,6 +26,7 @@ from scipy import linalg
 
 from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone
@@ -102,6 +103,8 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     for name, stream in (("current", water.current), ("wind", water.wind)):
         if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
             yield f"{name} to {np.degrees(stream.heading):g} deg"
+    for b in lopsided(calm.model.hulls, calm.model.bodies):
+        yield f"the hull of {scene.bodies[b].name}"
     for group in calm.wet:
         yield from _couplings(group)
     yield from wave_asymmetries(scene, calm.wet, sea)

@@ -27,8 +27,8 @@ def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[
 
 
 def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
-    """rho g V of a body at rest [N]; 0 of a dry one."""
-    if body.name not in alone:
+    """rho g V of a body at rest [N]; 0 of a dry one, and where its hull has all of it."""
+    if body.name not in alone or body.hydrostatics is not None:
         return 0.0
     db = alone[body.name]
     return float(db.water_density * db.gravity * needed(db, "volume")[0])
@@ -57,7 +57,7 @@ def _supported(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
 
 
 def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
-    if "heave" not in body.dofs:
+    if "heave" not in body.dofs or body.hydrostatics is not None:
         return True
     if body.name not in alone:
         return False

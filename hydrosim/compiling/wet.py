@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups, judged
+from hydrosim.compiling.hulls import with_hulls
 from hydrosim.compiling.restart import MemoryBefore, before
 from hydrosim.database import HydroDatabase
 from hydrosim.database.changes import CHANGED
@@ -162,6 +163,7 @@ def _group(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
     judged(read, bodies, moving(bodies), seas)  # before anything is fitted to it
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(read, centres))
+    db = with_hulls(db, bodies, scene.environment)
     memory = no_memory(db) if read.source == SOURCE else _memory(db, chosen)
     wet = WetGroup(
         bodies,

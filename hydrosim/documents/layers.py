@@ -21,7 +21,8 @@ EXTENDS = "extends"
 MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
 KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
 NAMED = {"bodies", "forces"}  # mappings with names that the user gives
-FILES = {"hydrodynamics", "file", "case", "run"}  # keys of files: relative to the file they are in
+# keys of files, which are relative to the file they are in
+FILES = {"hydrodynamics", "file", "case", "run", "mesh", "recipe"}
 
 
 def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:

@@ -38,6 +38,8 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         yield "radiation by convolution"
     for b in model.following.body:
         yield f"waves follow {scene.bodies[b].name}"
+    for b in model.hulls.body:
+        yield f"buoyancy of the hull of {scene.bodies[b].name}"
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
             yield f"{key} is a record"

@@ -25,6 +25,8 @@ import numpy as np
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.contact.coulomb import Holds, new_holds
+from hydrosim.forces.displacement import Hulls as Displacement
+from hydrosim.forces.displacement import add_displacement, add_displacement_energy
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
@@ -92,7 +94,8 @@ class Model(NamedTuple):
     headings: Headings
     added_mass: np.ndarray  # (6 nb, 6 nb), A_inf, or A(w) of a body with constant radiation
     inertia: Inertia
-    stiffness: np.ndarray  # (nb, 6, 6), hydrostatic
+    stiffness: np.ndarray  # (nb, 6, 6), hydrostatic; zero of bodies with a hull
+    hulls: Displacement
     states: RadiationStates
     convolution: ConvolutionKernel
     damping: ConstantDamping
@@ -274,6 +277,8 @@ def add_forces(t, y, modes, history, model, work, dy):
     clear(rate)
     x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
+    if model.hulls.body.size > 0:
+        add_displacement(motion, model.bodies, model.hulls, wrench)
     radiation_states(x, u, model.states, dx, radiated)
     if model.convolution.row.size > 0:
         radiation_memory(t, u, history, model.convolution, radiated)
@@ -351,6 +356,8 @@ def stored_energies(t, y, modes, model, work, stored):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     clear(stored)
     add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
+    if model.hulls.body.size > 0:
+        add_displacement_energy(motion, model.bodies, model.hulls, stored)
     add_element_energies(t, y, modes, work.motion, model.bodies, model.elements, stored)
     if model.weights.body.size > 0:
         add_weight_energy(motion, model.bodies, model.weights, work.contents, stored)

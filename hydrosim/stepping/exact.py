@@ -79,7 +79,7 @@ def keep_states(times, states, run):
     on = ref(run)  # as a stepped run hands to the same kernels: they are compiled once for both
     for k in range(times.size):
         assign(on.state.y, states[k])
-        check(on.state.y, on.model.bodies, on.counters)
+        check(on.state.y, on.model, on.counters)
         if on.counters[STATUS] != RUNNING:
             return
         keep(times[k], on)

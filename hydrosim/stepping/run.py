@@ -152,7 +152,7 @@ def _cross(goal, enough, run):
             switch_modes(t, run)
         elif run.work.constraints.force.size > 0:
             still(state.y, state.modes, run.model, run.work)
-        check(state.y, run.model.bodies, counters)
+        check(state.y, run.model, counters)
         remember(t, run)
         _watch(t, run)
     scratch.pace[REACHED] = t
@@ -274,8 +274,12 @@ def _renew(left, run):
 
 
 @kernel
-def check(y, bodies, counters):
-    """Set the status where a number is not finite or a pitch angle is too steep."""
+def check(y, model, counters):
+    """Set the status where a number is not finite, or a pitch or the heel of a hull too steep."""
+    bodies = model.bodies
+    for j in model.hulls.roll:
+        if abs(y[j]) > STEEPEST:
+            counters[STATUS] = CAPSIZED
     for j in range(bodies.active.size if bodies.exact else 0):
         if bodies.active[j] % 6 == PITCH and abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED

@@ -72,7 +72,8 @@ UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "so does it
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
-    CAPSIZED: "the pitch of body {where} is beyond 85 deg, where its angles lose their meaning",
+    CAPSIZED: "the pitch of body {where}, or the heel of its hull, is beyond 85 deg, where angles"
+    " lose their meaning",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
     " of one solver.step, or the last was 1e-12 of the time)",
@@ -251,11 +252,13 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
 
 
 def _where(scene: Scene, model: Model, state: State) -> str:
-    """What is not finite in the state, or else the body with the steepest pitch."""
+    """What is not finite in the state, or else the body with the steepest angle."""
     n, y, names = model.bodies.active.size, state.y, state_names(scene, model)
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
-        steepest = np.argmax(np.abs(y[:n]) * (model.bodies.active % 6 == PITCH))
+        judged = model.bodies.active % 6 == PITCH
+        judged[model.hulls.roll] = True
+        steepest = np.argmax(np.abs(y[:n]) * judged)
         return scene.bodies[model.bodies.active[steepest] // 6].name
     if first < 2 * n:
         body, dof = divmod(int(model.bodies.active[first % n]), 6)

@@ -51,8 +51,8 @@ def inertia(about: About) -> Iterator[Doubt]:
 def stability(about: About) -> Iterator[Doubt]:
     """Hulls that capsize, or that no waterplane carries."""
     gravity = about.scene.environment.gravity
-    for i, body, _ in about.wet():
-        stiffness = about.model.stiffness[i]
+    for _, body, db in about.wet():
+        stiffness = needed(db, "hydrostatic_stiffness")
         for dof in (3, 4):
             height = stiffness[dof, dof] / (body.mass * gravity)
             if height < 0.0 and DOFS[dof] in body.dofs:
@@ -66,9 +66,9 @@ def periods(about: About) -> Iterator[Doubt]:
     """Hulls that swing too fast or too slowly, each degree of freedom by itself."""
     model = about.model
     added, each = np.diag(model.added_mass), model.elements.linear_moorings
-    for i, body, _ in about.wet():
+    for i, body, db in about.wet():
         moored = [e["stiffness"] for e in each if e["body"] == i]
-        stiffness = np.diag(model.stiffness[i] + sum(moored, np.zeros((6, 6))))
+        stiffness = np.diag(sum(moored, needed(db, "hydrostatic_stiffness")))
         inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added[6 * i : 6 * i + 6]
         for dof, name in enumerate(DOFS):
             if name in body.dofs and stiffness[dof] > 0.0:
@@ -83,6 +83,8 @@ def periods(about: About) -> Iterator[Doubt]:
 def lift(about: About) -> Iterator[Doubt]:
     """Applied forces that lift a hull out of the water, or sink it."""
     for _, body, _ in about.wet():
+        if body.hydrostatics is not None:
+            continue
         own = [
             _extremes(e.force["heave"], about.scene.duration)
             for e in about.scene.forces.values()

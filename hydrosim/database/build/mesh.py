@@ -8,6 +8,7 @@ import capytaine as cpt
 import numpy as np
 from scipy.spatial import cKDTree
 
+from hydrosim.database import hull
 from hydrosim.database.build.barge import Hydrostatics, Panels
 from hydrosim.database.build.bem import mesh_of
 from hydrosim.errors import InputError
@@ -34,30 +35,8 @@ def read_panels(path: Path, scale: float, waterline: float) -> Panels:
 
 
 def integrals(panels: Panels) -> Hydrostatics:
-    """Hydrostatics of a whole hull, exact for plane panels.
-
-    By Gauss's theorem all are integrals of polynomials over the wetted panels with the vertical
-    part of the normal; the three midpoints of a triangle's edges integrate quadratics exactly.
-    """
-    corners, areas = _triangles(panels)
-    weight = areas[:, 2] / 3
-    x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
-
-    def over(f: np.ndarray) -> float:
-        return float(np.sum(weight @ f))
-
-    volume = over(z)
-    moments = [over(x * z), over(y * z), over(z * z) / 2]
-    return Hydrostatics(
-        area=-over(np.ones_like(x)),
-        moment_x=-over(x),
-        moment_y=-over(y),
-        second_xx=-over(x * x),
-        second_yy=-over(y * y),
-        second_xy=-over(x * y),
-        volume=volume,
-        centre_of_buoyancy=np.array(moments) / volume,
-    )
+    """Hydrostatics of a whole hull, exact for plane panels."""
+    return hull.integrals(hull.triangles_of(panels))
 
 
 def is_symmetric(panels: Panels) -> bool:
@@ -103,18 +82,11 @@ def _read(path: Path) -> Panels:
     return panels
 
 
-def _triangles(panels: Panels) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (2n, 3, 3) and area vectors (2n, 3) of the halves of all panels."""
-    corners = np.concatenate([panels[:, [0, 1, 2]], panels[:, [0, 2, 3]]])
-    sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return corners, np.cross(*sides) / 2
-
-
 def _outward(panels: Panels, path: Path) -> Panels:
     """Normals into the water. The volume by x, y and z is the same three times if the panels leave
     no holes and agree on their inner side."""
-    corners, areas = _triangles(panels)
-    volumes = np.sum(areas * corners.mean(axis=1), axis=0)
+    corners = hull.triangles_of(panels)
+    volumes = np.sum(hull.areas(corners) * corners.mean(axis=1), axis=0)
     if np.ptp(volumes) > _CLOSED * np.abs(volumes).max():
         found = ", ".join(f"{volume:.4g}" for volume in volumes)
         raise InputError(

@@ -1,0 +1,71 @@
+"""`hydrostatics` of a body in a case file: the matrix of its database, or a closed hull."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, StrictStr, Tag
+
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import Quantity
+from hydrosim.errors import InputError
+from hydrosim.scene import Hull
+
+MATRIX = "matrix"
+Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
+Depth = Annotated[float, Quantity("depth", "m", "15 m", above=0)]
+
+
+class MeshHull(Strict):
+    """A closed hull in the file ``mesh``, whose coordinates times ``scale`` are in the database's
+    frame but for the ``waterline``, the height of the still water in it."""
+
+    mesh: StrictStr
+    scale: Scale = 1.0
+    waterline: of.Length = 0.0
+
+    def read(self, folder: Path, _: int) -> Hull:
+        """The hull."""
+        from hydrosim.database.hull import read_hull
+
+        return read_hull(folder / self.mesh, self.scale, self.waterline)
+
+
+class RecipeHull(Strict):
+    """The hull that the ``recipe`` of the database describes, ``depth`` from keel to deck."""
+
+    recipe: StrictStr
+    depth: Depth | None = None
+
+    def read(self, folder: Path, body: int) -> Hull:
+        """The hull of this body of the recipe."""
+        from hydrosim.database.build.closed import hull_of_recipe
+
+        return hull_of_recipe(folder / self.recipe, body, self.depth)
+
+
+def _form(value: object) -> str:
+    if isinstance(value, dict):
+        return "recipe" if "recipe" in value else "mesh"
+    return MATRIX
+
+
+Hydrostatics = Annotated[
+    Annotated[Literal["matrix"], Tag(MATRIX)]
+    | Annotated[MeshHull, Tag("mesh")]
+    | Annotated[RecipeHull, Tag("recipe")],
+    Discriminator(_form),
+]
+
+
+def hull_of(value: Any, key: str, folder: Path, body: int) -> Hull | None:
+    """The hull at the ``key`` of a case in ``folder``, if it has one; raises InputError."""
+    if value == MATRIX:
+        return None
+    try:
+        found: Hull = value.read(folder, body)
+    except InputError as error:
+        raise InputError(f"{key}: {error}") from None
+    return found

@@ -1,0 +1,108 @@
+"""Closed hulls of a scene: what their buoyancy is made of, and their stiffness at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hydrosim.database import HydroDatabase, needed
+from hydrosim.database.build.barge import Hydrostatics
+from hydrosim.database.hull import areas, immersed, integrals
+from hydrosim.forces.displacement import Hulls, add_displacement_energy
+from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.forces.mirroring import SMALL
+from hydrosim.rigid import Bodies, Motion, new_motion
+from hydrosim.scene import Body, Environment, Hull, Scene, Weight
+
+UPRIGHT = 1e-12  # of a triangle's area, seen from above
+LOOKS = 20  # at attitudes, for whether a hull is its own mirror image
+ROLL = 3  # among a body's six coordinates
+
+
+def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
+    """The hulls of all bodies that have one."""
+    chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
+    each = [(b, body, hull, _faces(hull)) for b, body, hull in chosen if hull is not None]
+    water = scene.environment
+    corners = [faces - np.array(body.centre_of_gravity) for _, body, _, faces in each]
+    every = np.concatenate([np.zeros((0, 3, 3)), *corners])
+    places = [6 * b + ROLL for b, *_ in each]
+    return Hulls(
+        body=np.array([b for b, *_ in each], dtype=np.int64),
+        first=np.cumsum([0, *map(len, corners)]).astype(np.int64),
+        corners=every,
+        area=np.ascontiguousarray(areas(every)[:, 2]),
+        height=np.array([body.centre_of_gravity[2] for _, body, *_ in each], dtype=float),
+        weight=np.reshape([_weight(body, hull) for _, body, hull, _ in each], (-1, 4)),
+        density=water.water_density * water.gravity,
+        roll=np.flatnonzero(np.isin(bodies.active, places)),
+    )
+
+
+def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, np.ndarray]:
+    """Hydrostatics of a hull at rest, and its stiffness (6, 6) about the centre of gravity."""
+    found, (x, y, z) = integrals(immersed(hull.corners)), body.centre_of_gravity
+    below = np.array([x, y, found.centre_of_buoyancy[2]])
+    about = replace(found, centre_of_buoyancy=below)
+    return found, about.stiffness(z, water.water_density, water.gravity)
+
+
+def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> HydroDatabase:
+    """The database of these bodies with the hydrostatics of those that have a hull."""
+    if all(body.hydrostatics is None for body in bodies):
+        return db
+    size = len(bodies)
+    stiffness = (
+        np.zeros((6 * size, 6 * size))
+        if db.hydrostatic_stiffness is None
+        else (db.hydrostatic_stiffness.copy())
+    )
+    volume, centre = np.zeros(size), np.zeros((size, 3))
+    for k, body in enumerate(bodies):
+        if body.hydrostatics is None:
+            volume[k], centre[k] = needed(db, "volume")[k], needed(db, "centre_of_buoyancy")[k]
+            continue
+        found, own = at_rest(body, body.hydrostatics, water)
+        volume[k], centre[k] = found.volume, found.centre_of_buoyancy
+        stiffness[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = own
+    return replace(db, hydrostatic_stiffness=stiffness, volume=volume, centre_of_buoyancy=centre)
+
+
+def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
+    """The bodies whose hull does not heel to port as to starboard: no mirror image of itself."""
+    motion, draw = new_motion(bodies), np.random.default_rng(1)
+    for h, b in enumerate(p.body):
+        own = p._replace(body=p.body[h : h + 1], first=p.first[h : h + 2])
+        own = own._replace(height=p.height[h : h + 1], weight=p.weight[h : h + 1])
+        size, depth = (np.ptp(p.corners[..., axis]) for axis in (1, 2))
+        for _ in range(LOOKS):
+            heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
+            motion.coordinates[6 * b + 2] = heave
+            port, starboard = (_stored(own, bodies, motion, b, trim, x) for x in (heel, -heel))
+            if abs(port - starboard) > SMALL * abs(port):
+                yield int(b)
+                break
+
+
+def _stored(p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float) -> float:
+    stored = np.zeros(HYDROSTATIC + 1)
+    motion.rotation[b, 2] = np.array([trim, heel, 1.0]) / np.sqrt(1.0 + trim**2 + heel**2)
+    add_displacement_energy(motion, bodies, p, stored)
+    return float(stored[HYDROSTATIC])
+
+
+def _faces(hull: Hull) -> np.ndarray:
+    """The triangles that do not stand upright."""
+    vectors = areas(hull.corners)
+    return hull.corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
+
+
+def _weight(body: Body, hull: Hull) -> np.ndarray:
+    """V_0, V_0 p of a body whose weight is balanced at rest; none of one that carries it."""
+    if body.weight == Weight.CARRIED:
+        return np.zeros(4)
+    found = integrals(immersed(hull.corners))
+    over = found.centre_of_buoyancy - body.centre_of_gravity
+    return found.volume * np.array([1.0, over[0], over[1], 0.0])

@@ -1,0 +1,125 @@
+"""Closed hulls of plane triangles: from mesh files, and their hydrostatics at rest.
+
+Frame: the database's, z up from the still water. All integrals over the volume below it are ones
+over the wetted triangles with the vertical part of their normal, by Gauss's theorem; the three
+midpoints of a triangle's edges integrate quadratics exactly.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from hydrosim.database.build.barge import Hydrostatics
+from hydrosim.errors import InputError
+from hydrosim.scene import Hull
+
+Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
+
+CLOSED = 1e-6  # of the area and of the volume: what a closed hull may miss by rounding of its file
+
+
+def read_hull(path: Path, scale: float = 1.0, waterline: float = 0.0) -> Hull:
+    """The closed hull in a mesh file of any format that meshio reads; coordinates are multiplied
+    with ``scale``, and the still water is ``waterline`` [m] above z = 0 after that. Raises
+    `InputError` where it cannot be read, is open, or is not in the water."""
+    corners = _read(path) * scale - [0.0, 0.0, waterline]
+    return closed(corners, str(path))
+
+
+def closed(corners: Triangles, source: str) -> Hull:
+    """A hull with its normals outward. Its area vectors are zero in sum, and its volume by x, y and
+    z is the same three times, if it has no holes and its panels agree on their inner side; raises
+    `InputError` if not, or if no part of it is in the water, or none above."""
+    area = areas(corners)
+    volumes = np.sum(area * corners.mean(axis=1), axis=0)
+    open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
+    if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
+        found = ", ".join(f"{volume:.6g}" for volume in volumes)
+        raise InputError(
+            f"{source}: found an open hull: its area vectors leave {open_by:.1e} of its area, its"
+            f" volumes by x, y and z are {found} m^3; expected nothing and the same three times,"
+            " deck included, with all normals outward. Close the mesh; a mesh of the wetted hull"
+            " alone does not say what is above the water."
+        )
+    low, high = corners[..., 2].min(), corners[..., 2].max()
+    if not low < 0.0 < high:
+        raise InputError(
+            f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water; expected"
+            " some of it below and some above. Mend waterline, scale or depth."
+        )
+    return Hull(corners if volumes[2] > 0 else corners[:, ::-1], source)
+
+
+def integrals(corners: Triangles) -> Hydrostatics:
+    """Hydrostatics of a hull of which these triangles are what is under water."""
+    weight = areas(corners)[:, 2] / 3
+    x, y, z = np.moveaxis((corners + np.roll(corners, -1, axis=1)) / 2, -1, 0)
+
+    def over(f: np.ndarray) -> float:
+        return float(np.sum(weight @ f))
+
+    volume = over(z)
+    moments = [over(x * z), over(y * z), over(z * z) / 2]
+    return Hydrostatics(
+        area=-over(np.ones_like(x)),
+        moment_x=-over(x),
+        moment_y=-over(y),
+        second_xx=-over(x * x),
+        second_yy=-over(y * y),
+        second_xy=-over(x * y),
+        volume=volume,
+        centre_of_buoyancy=np.array(moments) / volume,
+    )
+
+
+def immersed(corners: Triangles) -> Triangles:
+    """What of the triangles is below z = 0."""
+    wet = (corners[..., 2] < 0.0).sum(axis=1)
+    cut = [part for triangle in corners[(wet == 1) | (wet == 2)] for part in _cut(triangle)]
+    return np.concatenate([corners[wet == 3], np.reshape(cut, (-1, 3, 3))])
+
+
+def areas(corners: Triangles) -> np.ndarray:
+    """Area vectors (nt, 3) of triangles."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+
+
+def triangles_of(panels: np.ndarray) -> Triangles:
+    """The halves (2 n, 3, 3) of panels (n, 4, 3)."""
+    return np.concatenate([panels[:, [0, 1, 2]], panels[:, [0, 2, 3]]])
+
+
+def _cut(triangle: np.ndarray) -> list[np.ndarray]:
+    """The one or two triangles of the part below z = 0 of one that reaches above it."""
+    below = triangle[:, 2] < 0.0
+    lone = int(np.flatnonzero(below if below.sum() == 1 else ~below)[0])
+    a, b, c = np.roll(triangle, -lone, axis=0)
+    ab, ac = (a + (x - a) * a[2] / (a[2] - x[2]) for x in (b, c))
+    if below[lone]:
+        return [np.array([a, ab, ac])]
+    return [np.array([ab, b, c]), np.array([ab, c, ac])]
+
+
+def _read(path: Path) -> Triangles:
+    import meshio  # slow to load, and few scenes need it
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
+    try:
+        mesh = meshio.read(path)
+    except (Exception, SystemExit) as error:  # readers of many formats raise whatever they like
+        raise InputError(
+            f"{path}: cannot be read as a mesh ({error}); expected a format that meshio knows, such"
+            " as .stl, .obj, .ply or .msh."
+        ) from error
+    kinds = {"triangle": [[0, 1, 2]], "quad": [[0, 1, 2], [0, 2, 3]]}
+    parts = [
+        mesh.points[block.data[:, corners]]
+        for block in mesh.cells
+        for corners in kinds.get(block.type, [])
+    ]
+    if not parts or not np.isfinite(np.concatenate(parts)).all():
+        raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")
+    return np.concatenate(parts).astype(float)
