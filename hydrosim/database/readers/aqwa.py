@@ -10,7 +10,8 @@ seen in a file. Frequency-independent damping (FIDD) is left out: it is no wave 
 the case.
 
 Volumes and centres of buoyancy that older files lack are looked for in the listing (.LIS) beside,
-quadratic transfer functions in the .QTF (`aqwa_qtf`), which may be named as well.
+quadratic transfer functions in the .QTF (`aqwa_qtf`), which may be named as well; their diagonal is
+the mean drift.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.given import NOTHING_GIVEN, Given
-from hydrosim.database.readers.aqwa_qtf import second_order
+from hydrosim.database.readers.aqwa_qtf import mean_drift, second_order
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -78,6 +79,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         for body, point in enumerate(centre)
     ]
     volume, buoyancy = _displacement(text, sections, bodies)
+    quadratic = second_order(table, centre, depth, gravity) if table else {}
+    drift = mean_drift(quadratic, head.omega, head.heading)
+    method = {} if drift is None else {"mean_drift_method": "diagonal of the QTF"}
     return assembled(
         path,
         head.omega,
@@ -99,8 +103,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         water_depth=depth,
         water_density=density if given.water_density is None else given.water_density,
         gravity=gravity,
-        attributes={"solver": "AQWA"},
-        **(second_order(table, centre, depth, gravity) if table else {}),
+        attributes={"solver": "AQWA", **method},
+        mean_drift=drift,
+        **quadratic,
     )
 
 

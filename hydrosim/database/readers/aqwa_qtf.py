@@ -32,6 +32,8 @@ from hydrosim.database.readers.text import Text, read_text
 
 VERSION = "AQTF-2.0"
 
+_PRINTED = 1e-5  # of frequencies [rad/s] and headings, which both files round
+
 _Rows = list[tuple[int, list[str]]]  # line and words
 
 
@@ -56,6 +58,26 @@ def second_order(path: Path, centre: Real, depth: float, gravity: float) -> dict
         pairs = _pairs(index, real + sign * imaginary, heading, omega)
         kinds.append(_at_origin(pairs, centre, depth, gravity, difference))
     return quadratic(path, 6 * len(centre), *kinds)
+
+
+def mean_drift(fields: dict[str, Any], omega: Real, heading: Real) -> Real | None:
+    """The diagonal (nw, nh, n) of difference functions in ``fields``; None where there are none, or
+    at other frequencies or headings than these."""
+    if "qtf_difference" not in fields:
+        return None
+    own, towards = fields["qtf_frequency"], fields["qtf_heading"][:, 0]
+    rows, columns = np.argsort(omega), np.argsort(heading)
+    if own.shape != omega.shape or towards.shape != heading.shape:
+        return None
+    if not (_same(own, omega[rows]) and _same(towards, heading[columns])):
+        return None
+    drift = np.empty((own.size, towards.size, fields["qtf_difference"].shape[-1]))
+    drift[np.ix_(rows, columns)] = np.einsum("hiid->ihd", fields["qtf_difference"]).real
+    return drift
+
+
+def _same(a: Real, b: Real) -> bool:
+    return bool(np.allclose(a, b, atol=_PRINTED))
 
 
 def _head(text: Text, rows: _Rows, bodies: int) -> tuple[Real, Real, _Rows]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import damaged
 import numpy as np
 import pytest
-from test_aqwa import CENTRE, _values, _wrapped, written
+from test_aqwa import CENTRE, USED, _values, _wrapped, written
 
 from hydrosim.database.load import read
 from hydrosim.database.readers import aqwa
@@ -25,18 +25,18 @@ def phase(omega, degrees, points) -> np.ndarray:
     return omega**2 / GRAVITY * (points @ [np.cos(towards), np.sin(towards)])
 
 
-def table() -> str:
+def table(frequencies: np.ndarray = OMEGA, headings: np.ndarray = DEGREES) -> str:
     """As AQWA-LINE 2023 R1 prints the transfer functions of gauges whose load is the square of the
     elevation, summed over points: real and imaginary part, with AQWA's exp(-i w t), of the load at
     w_j - w_i and at w_i + w_j in waves w_i, w_j with crests at the centre of gravity."""
-    heads = f"  1 {DEGREES.size:2d}{OMEGA.size:4d}"
+    heads = f"  1 {headings.size:2d}{frequencies.size:4d}"
     lines = [
         f"{'AQTF-2.0 :':70}",
-        *_wrapped(DEGREES, "12.5f", heads),
-        *_wrapped(OMEGA, "12.7f", ""),
+        *_wrapped(headings, "12.5f", heads),
+        *_wrapped(frequencies, "12.7f", ""),
     ]
-    for h, degrees in enumerate(DEGREES):
-        waves = [np.exp(1j * phase(w, degrees, POINTS)) for w in OMEGA]
+    for h, degrees in enumerate(headings):
+        waves = [np.exp(1j * phase(w, degrees, POINTS)) for w in frequencies]
         for i, first in enumerate(waves):
             for j, second in enumerate(waves):
                 slow = (WEIGHTS * first.conj() * second).sum() / 2 * SIX
@@ -86,6 +86,16 @@ def test_difference_functions_are_hermitian_about_the_mean_load(path):
     np.testing.assert_allclose(
         mean, np.broadcast_to(WEIGHTS.sum() / 2 * SIX, mean.shape), rtol=1e-4
     )
+
+
+def test_the_diagonal_is_the_mean_drift_where_waves_are_the_same(barge, path):
+    assert read(path).mean_drift is None
+    path.write_text(table(barge.frequency[USED], np.degrees(barge.heading)))
+    db = read(path)
+    assert db.mean_drift.shape == db.excitation.shape
+    expected = np.broadcast_to(WEIGHTS.sum() / 2 * SIX, db.mean_drift.shape)
+    np.testing.assert_allclose(db.mean_drift, expected, rtol=1e-4)
+    assert db.attributes["mean_drift_method"] == "diagonal of the QTF"
 
 
 def test_without_its_database(path):
