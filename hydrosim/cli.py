@@ -11,6 +11,7 @@ import gc
 import io
 import os
 import sys
+import warnings
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
 
@@ -199,7 +200,7 @@ def _complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
 
 
 def _say(text: str) -> None:
-    err.print(text, markup=False, highlight=False, soft_wrap=True)
+    err.print(printable(text), markup=False, highlight=False, soft_wrap=True)
 
 
 def _simulate_with_progress(
@@ -270,6 +271,7 @@ def main() -> None:
     """Run the command line; a message meant for people ends it with its own exit code."""
     taken_as_interrupts()
     _print_anywhere()
+    warnings.showwarning = lambda message, *_, **__: _say(f"warning   {message}")
     try:
         try:
             app()

@@ -42,7 +42,7 @@ def _read(source: Source, select: Mapping[str, int]) -> xr.DataArray:
 
     try:
         data = xr.load_dataset(source.file, engine="netcdf4", decode_times=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         source.wrong(f"cannot be read as netCDF ({error}); expected {LAYOUT}")
     if "efth" not in data or not {"freq", "dir"} <= {*data["efth"].dims}:
         source.wrong(f"found the variables {', '.join(map(str, data))}; expected {LAYOUT}")

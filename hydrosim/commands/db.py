@@ -164,7 +164,10 @@ def build(
 ) -> None:
     """Compute a database from a hull. It can be interrupted and goes on where it was."""
     from hydrosim.database.build.command import build_database
+    from hydrosim.documents.files import no_file
 
+    if reason := no_file(recipe):
+        raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = placed(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
     for path in build_database(made, jobs, picture, settings):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from enum import StrEnum
 from math import isfinite
@@ -46,7 +47,7 @@ def placed(
         made = made.at(path.with_stem(f"{default}_{what}"))
         said = f"{path} is read here: the result goes to {made.path}"
         Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
-    if path.is_dir():
+    if os.path.isdir(path):  # Path.is_dir raises where a name is too long
         example = path / f"{what}{suffix or '.txt'}"
         raise InputError(f"--output: {path} is a directory; expected a file, such as {example}.")
     if path.suffix in (".yaml", ".yml"):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 
 OF_MAKING = frozenset({"wall_time", "history", "date_created", "host"})
@@ -28,8 +29,8 @@ def differences(one: xr.Dataset, other: xr.Dataset, but: Collection[str] = ()) -
 
 def read_result(path: Path) -> xr.Dataset:
     """All of a netCDF file, in memory; InputError if it cannot be read."""
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; expected netCDF.")
+    if reason := no_file(path):
+        raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
         return xr.load_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError) as error:

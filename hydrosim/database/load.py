@@ -12,6 +12,7 @@ from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
+from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
 
@@ -56,8 +57,7 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     of no known format."""
     path = Path(path)
     for file in _files(path):
-        with file.open("rb") as opened:
-            head = opened.read(HEAD)
+        head = _head(file)
         for reader in READERS:
             if reader.sniff(file, head):
                 return reader, file
@@ -69,11 +69,19 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
 
 def _files(path: Path) -> list[Path]:
     """The file itself, or those of its name with any suffix."""
-    if path.is_file():
+    reason = no_file(path)
+    if not reason:
         return [path]
     named = sorted(path.parent.glob(f"{escape(path.name)}.*")) if path.name else []
-    found = [file for file in named if file.is_file()]
+    found = [file for file in named if not no_file(file)]
     if not found:
-        problem = "is a directory" if path.is_dir() else "no such file"
-        raise InputError(f"{path}: {problem}; expected a hydrodynamic database.")
+        raise InputError(f"{path}: {reason}; expected a hydrodynamic database.")
     return found
+
+
+def _head(file: Path) -> bytes:
+    try:
+        with file.open("rb") as opened:
+            return opened.read(HEAD)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}).") from None

@@ -49,11 +49,7 @@ class Series:
 
 def read_series(source: Source, columns: Sequence[Column]) -> Series:
     """The sum of ``columns`` over time; InputError says what in the file is wrong, and where."""
-    try:
-        start = source.file.open("rb").read(4)
-    except OSError as error:
-        source.wrong(f"cannot be read: {error.strerror}; expected a recorded series")
-    read = _read_run if start.startswith(NETCDF) else _read_text
+    read = _read_run if source.head(4).startswith(NETCDF) else _read_text
     return read(source, columns)
 
 
@@ -100,7 +96,7 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
         with xr.open_dataset(source.file, engine="netcdf4", decode_times=False) as run:
             picked = [select(source, run, str(column)) for column in columns]
             time = np.array(run["time"].values, dtype=float)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         source.wrong(f"cannot be read as netCDF ({error}); expected the result of `hydrosim run`")
     values, units = zip(*picked, strict=True)
     if len(set(units)) > 1:

@@ -17,6 +17,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from hydrosim.documents.files import no_file
 from hydrosim.documents.nodes import joined, suggestion
 from hydrosim.documents.units import factor, shown
 from hydrosim.errors import InputError
@@ -49,6 +50,16 @@ class Source:
         """Raises InputError: who wants the file, the file, the line, and what is wrong with it."""
         place = f"{self.file}:{line}" if line else f"{self.file}"
         raise InputError(": ".join(part for part in (self.wanted, place, text) if part))
+
+    def head(self, size: int) -> bytes:
+        """How the file begins; InputError if there is none."""
+        if reason := no_file(self.file):
+            self.wrong(f"{reason}; expected a recorded series")
+        try:
+            with self.file.open("rb") as opened:
+                return opened.read(size)
+        except OSError as error:
+            self.wrong(f"cannot be read ({error.strerror}); expected a recorded series")
 
     def unknown(self, what: str, name: str, known: Sequence[str]) -> NoReturn:
         """Raises InputError: ``name`` is not among the ``known``."""

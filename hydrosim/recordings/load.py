@@ -24,12 +24,7 @@ def read_recording(path: Path | str) -> Recording:
     Raises InputError with the file, the line of a text, what was found, what was expected.
     """
     source = Source(Path(path))
-    try:
-        with source.file.open("rb") as opened:
-            head = opened.read(max(map(len, READERS)))
-    except OSError as error:
-        reason = error.strerror or "no such file"
-        source.wrong(f"cannot be read: {reason}; expected a recorded series")
+    head = source.head(max(map(len, READERS)))
     return next((read for mark, read in READERS.items() if head.startswith(mark)), text.read)(
         source
     )

@@ -23,6 +23,7 @@ from platform import python_version
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import own_modes, spring
@@ -153,13 +154,11 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
 def read(path: Path) -> xr.Dataset:
     """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
     is missing, is not netCDF or is not the result of a run."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a directory; {REMEDY}.")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file; {REMEDY}.")
+    if reason := no_file(path):
+        raise InputError(f"{path}: {reason}; {REMEDY}.")
     try:
         run = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {REMEDY}.") from None
     missing = [name for name in NEEDED if name not in run]
     if missing:

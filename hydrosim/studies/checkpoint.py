@@ -14,7 +14,6 @@ from difflib import unified_diff
 from functools import cached_property
 from time import perf_counter
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -77,7 +76,7 @@ class Keeper:
         elif not self._kept.resume:
             self._kept.say(f"{path} is of a run that was not finished: --resume goes on from it")
         else:
-            self._before = self._restore(dict(_read(self._kept.output)))
+            self._before = self._restore(*_read(self._kept.output))
             done = self._run.counters[POINT] / self._run.clock.points
             self._kept.say(f"the run goes on from {path}, {done:.1%} of the way")
 
@@ -107,14 +106,16 @@ class Keeper:
         with output.written() as path, path.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
 
-    def _restore(self, stored: dict[str, np.ndarray]) -> float:
+    def _restore(self, texts: dict[str, Any], stored: dict[str, np.ndarray]) -> float:
         """The arrays of the run as ``stored``; the wall time until then."""
-        texts = json.loads(stored["texts"].tobytes())
         self._check(texts)
         # the number of records comes first: it says how much of the record there is
         self._run.counters[:] = stored["a0"]
         for k, array in enumerate(_arrays(self._run)):
-            array[...] = stored[f"a{k}"]
+            kept = stored.get(f"a{k}")
+            if kept is None or (kept.shape, kept.dtype) != (array.shape, array.dtype):
+                raise _damaged(self._kept.output, f"a{k} is not what it was")
+            array[...] = kept
         return float(texts["wall_time"])
 
     @cached_property
@@ -161,15 +162,19 @@ def _leaves(tree: Any) -> Iterator[Any]:
         yield tree
 
 
-def _read(output: Output) -> Iterator[tuple[str, np.ndarray]]:
-    """The arrays of a checkpoint by name; InputError if it is damaged or no checkpoint."""
+def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The texts and the arrays of a checkpoint; InputError if it is damaged or no checkpoint."""
     try:
         with np.load(output.path, allow_pickle=False) as stored:
-            yield from ((name, stored[name]) for name in stored.files)
-    except (OSError, ValueError, EOFError, KeyError, BadZipFile) as error:
-        raise InputError(
-            f"--resume: {output.path} is damaged ({error}); run it anew, without --resume."
-        ) from None
+            arrays = {name: stored[name] for name in stored.files}
+        return dict(json.loads(arrays["texts"].tobytes())), arrays
+    except Exception as error:  # of a damaged archive, readers raise whatever they like
+        raise _damaged(output, error) from None
+
+
+def _damaged(output: Output, found: object) -> InputError:
+    text = f"--resume: {output.path} is damaged ({found}); run it anew, without --resume."
+    return InputError(text)
 
 
 def _changes(before: str, now: str) -> str:

@@ -28,7 +28,7 @@ def outdated(stage: Stage) -> str | None:
     try:
         with xr.open_dataset(stage.file, engine="netcdf4") as run:
             made = run.attrs
-    except (OSError, ValueError):
+    except (OSError, ValueError, RuntimeError):
         return f"{stage.file} is not the result of a run"
     if made.get("case") != stage.case.text:
         return f"{stage.file} was made from another text of {stage.case.path}"

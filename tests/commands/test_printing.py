@@ -50,3 +50,15 @@ def test_a_full_disk_behind_the_terminal() -> None:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 3
     assert done.stderr == "error [Errno 28] No space left on device\n"
+
+
+def test_a_warning_is_a_line_of_its_own_kind(tmp_path: Path) -> None:
+    """As of a cache that is not safe, which the units of a case ask for."""
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o777)
+    (tmp_path / "x.yaml").write_text("title: x\nduration: 20 lightyear\n")
+    done = said("check", str(tmp_path / "x.yaml"), HYDROSIM_CACHE_DIR=str(tmp_path / "cache"))
+    first, *_ = done.stderr.splitlines()
+    assert first.startswith(f"warning   the cache folder {tmp_path / 'cache'} is not used: others")
+    assert "Warning" not in done.stderr
+    assert done.returncode == 2

@@ -140,11 +140,25 @@ def test_a_damaged_checkpoint_is_refused(share: float, tmp_path: Path) -> None:
     path.write_bytes(content[: int(share * len(content))])
     with pytest.raises(hs.InputError, match=r"--resume: .* is damaged"):
         hs.simulate(scene, None, kept(tmp_path))
-    middle = bytearray(content)
-    middle[len(content) // 2] ^= 1
-    path.write_bytes(bytes(middle))
-    with pytest.raises(hs.InputError, match=r"--resume: .* is damaged"):
-        hs.simulate(scene, None, kept(tmp_path))
+    encrypted = content.rfind(b"PK\x01\x02") + 8  # of the last entry, what a zip file says of it
+    for place in (len(content) // 2, encrypted):
+        changed = bytearray(content)
+        changed[place] ^= 1
+        path.write_bytes(bytes(changed))
+        with pytest.raises(hs.InputError, match=r"--resume: .* is damaged"):
+            hs.simulate(scene, None, kept(tmp_path))
+
+
+def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path) -> None:
+    scene, path = in_contact(30.0), tmp_path / "x.nc.checkpoint"
+    hs.simulate(scene, stopping(0.5, 30.0), kept(tmp_path))
+    arrays = dict(np.load(path))
+    shorter = {**arrays, "a3": arrays["a3"][:1]}
+    for content in (shorter, {name: each for name, each in arrays.items() if name != "a2"}):
+        with path.open("wb") as file:
+            np.savez(file, **content)
+        with pytest.raises(hs.InputError, match=r"is damaged \(a. is not what it was\)"):
+            hs.simulate(scene, None, kept(tmp_path))
 
 
 def test_a_checkpoint_that_cannot_be_written_ends_nothing(tmp_path: Path) -> None:

@@ -9,9 +9,8 @@ from hydrosim.database import HydroDatabase
 from hydrosim.scene import Body
 from hydrosim.waves import Outside, outside
 
-OUTSIDE_REFUSED = (
-    0.01  # share of the energy of the loads, or of the waves where those are not known
-)
+# share of the energy of the loads, or of that of the waves where those are not known
+OUTSIDE_REFUSED = 0.01
 
 
 def ranges(about: About) -> Iterator[Doubt]:
