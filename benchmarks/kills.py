@@ -55,9 +55,10 @@ def answer(step: float = STEP, runs: int = RUNS, kills: int = KILLS) -> Answer:
 
 def _ended(folder: Path, command: tuple[object, ...], kills: int) -> Iterator[Row]:
     """What comes of a command that is ended, by signal."""
-    whole, result = folder / "whole.nc", folder / "ended.nc"
+    whole, result = (folder / f"{command[0]}_{name}.nc" for name in ("whole", "ended"))
     begun = perf_counter()
-    _begin(*command, "-o", whole).wait()
+    if _begin(*command, "-o", whole).wait():
+        raise RuntimeError(f"{command[0]} fails when it is left alone")
     length = perf_counter() - begun
     for number in SIGNALS:
         times, random = 0, np.random.default_rng(number)
@@ -65,7 +66,7 @@ def _ended(folder: Path, command: tuple[object, ...], kills: int) -> Iterator[Ro
             times += 1
         last = _begin(*command, "-o", result, *_on(result, times)).wait() if times == kills else 0
         found = differences(xr.load_dataset(whole), xr.load_dataset(result))
-        left = [path.name for path in folder.glob("ended.nc.*")]
+        left = [path.name for path in folder.glob(f"{result.name}.*")]
         yield {
             "command": str(command[0]),
             "left alone [s]": round(length, 1),
