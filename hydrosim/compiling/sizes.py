@@ -24,7 +24,7 @@ from hydrosim.waves.spectra import cut_off
 NUMBER = 8  # bytes
 MOST_STEPS = 1e12  # of a run: months
 MOST_ROWS = 20_000  # of a table of retardation functions: 100 s every 5 ms
-MOST_WAVES = 2e6  # of one sea
+MOST_WAVES = 2e6  # of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
@@ -62,12 +62,12 @@ def check_sizes(scene: Scene) -> None:
                 f" (length over step); expected at most {MOST_ROWS:,}. Choose a larger step: it has"
                 " nothing to do with that of the run."
             )
-    for count in _waves(scene):
-        if count > MOST_WAVES:
-            raise InputError(
-                f"environment.waves.repeat_period: found one that needs {count:.1e} waves; expected"
-                f" at most {MOST_WAVES:g}. Give one that is hardly longer than the run."
-            )
+    count = sum(_waves(scene))
+    if count > MOST_WAVES:
+        raise InputError(
+            f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at most"
+            f" {MOST_WAVES:g}. Give periods that are hardly longer than the run, or fewer trains."
+        )
     largest, most = max(_parts(scene), key=lambda part: part.memory), _available()
     if memory(scene) > most:
         raise InputError(

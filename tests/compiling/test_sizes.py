@@ -14,7 +14,7 @@ from hydrosim.compiling import sizes
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.errors import InputError
 from hydrosim.forces import Plane
-from hydrosim.scene import ConvolutionRadiation, Scene, StateSpaceRadiation
+from hydrosim.scene import ConvolutionRadiation, Question, Scene, StateSpaceRadiation
 
 TOO_LARGE: dict[str, tuple[dict[str, Any], str]] = {
     "steps": ({"duration": 1e12}, r"duration: found 1e\+12 s in steps of 0.1 s, 1.0e\+13 steps"),
@@ -30,7 +30,7 @@ TOO_LARGE: dict[str, tuple[dict[str, Any], str]] = {
         {"radiation": ConvolutionRadiation(length=1e12)},
         "bodies.barge.radiation: found a table",
     ),
-    "waves": ({"repeat_period": 1e12}, r"repeat_period: found one that needs \d.*e\+11 waves"),
+    "waves": ({"repeat_period": 1e12}, r"repeat_period: found \d.*e\+11 waves in all trains"),
 }
 
 
@@ -50,6 +50,21 @@ def test_what_cannot_fit_is_refused(what: str) -> None:
     changes, told = TOO_LARGE[what]
     with pytest.raises(InputError, match=told):
         hs.compile_scene(changed(scene_of("base"), **changes))
+
+
+def test_trains_count_together() -> None:
+    scene = scene_of("base")
+    sea = replace(scene.environment, waves=scene.environment.waves * 3000)
+    with pytest.raises(InputError, match=r"found \d.*e\+0\d waves in all trains"):
+        hs.compile_scene(replace(scene, environment=sea))
+
+
+def test_a_run_of_many_hours_is_asked_about() -> None:
+    scene = scene_of("base")
+    fine = replace(scene, solver=replace(scene.solver, step=1e-6))
+    with pytest.raises(InputError, match=r"solver.step: found 1e-06 s, 2.0e\+09 steps of 2000 s"):
+        hs.compile_scene(fine)
+    hs.compile_scene(replace(fine, accept=(Question.STEP,)))
 
 
 def test_what_needs_no_memory_is_none_of_it() -> None:

@@ -17,7 +17,7 @@ from hydrosim.waves import Components
 
 class Doubt(NamedTuple):
     """What was ``found`` at a ``key`` of the case, what would be ``usual``, and ``advice``, whole
-    sentences; ``refused`` where nothing can float."""
+    sentences; ``refused`` where nothing can float, or nobody would wait for it."""
 
     key: str
     found: str

@@ -20,6 +20,7 @@ DENSITIES, GRAVITIES = (990.0, 1035.0), (9.75, 9.85)  # kg/m^3, m/s^2
 CURRENT, WIND = 5.0, 70.0  # m/s
 HIGHEST, PERIODS = 20.0, (1.0, 30.0)  # m; s
 STEEPEST, MICHE = 0.1, 0.142
+MOST_STEPS = 1e9  # of a run: an hour, about
 STEPS = 10.0  # of a method to the period of the waves, at least
 
 
@@ -90,9 +91,13 @@ def ramp(about: About) -> Iterator[Doubt]:
 
 
 def step(about: About) -> Iterator[Doubt]:
-    """Steps too large for the waves."""
-    solver = about.scene.solver
+    """Steps too large for the waves, or so small that a run takes hours."""
+    solver, duration = about.scene.solver, about.scene.duration
     free = solver.method in ADAPTIVE or propagated(about.scene, about.model)
+    if not free and duration > MOST_STEPS * solver.step:
+        found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
+        usual = f"usual are up to {MOST_STEPS:g} steps, which may take an hour"
+        yield Doubt("solver.step", found, usual, refused=True)
     for sea in () if free else about.sea:
         period = _peak_period(sea)
         if solver.step > period / STEPS:
