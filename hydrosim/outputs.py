@@ -24,6 +24,7 @@ from urllib.parse import quote
 
 from hydrosim.errors import InputError, WritingError
 from hydrosim.interrupts import undisturbed
+from hydrosim.locks import is_gone, owner
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,25 +123,28 @@ class Output:
 
     @property
     def _room(self) -> str:
-        """How the folder in which it is written begins."""
+        """How the folders in which it is written begin; who writes comes next."""
         return f".hydrosim-{self.path.name[:100]}-"
 
     def clear(self) -> None:
         """Remove it, and what was left where a program was killed as it wrote it."""
         self.path.unlink(missing_ok=True)
+        self._tidy()
+
+    def _tidy(self) -> None:
         for room in self.path.parent.glob(f"{escape(self._room)}*"):
-            rmtree(room, ignore_errors=True)
+            if is_gone(room.name.removeprefix(self._room).rpartition("-")[0]):
+                rmtree(room, ignore_errors=True)
 
     @contextmanager
     def written(self) -> Iterator[Path]:
         """A path to write to; what is there afterwards, with all files beside it, appears under its
         name. Signals that would end the program wait. Raises WritingError if it cannot be written:
-        what was there then stays."""
+        what was there then stays. What a killed process has left of it is removed."""
+        self._tidy()
+        mine = f"{self._room}{owner()}-"
         try:
-            with (
-                undisturbed(),
-                TemporaryDirectory(dir=self.path.parent, prefix=self._room) as room,
-            ):
+            with undisturbed(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
                 yield Path(room, self.path.name)
                 parts = sorted(Path(room).iterdir())
                 outputs = [self.at(self.path.parent / part.name).checked() for part in parts]

@@ -13,6 +13,7 @@ import hydrosim
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
 errors cache dofs interrupts
+locks
 outputs
 jit documents scene
 rigid integrate waves radiation recordings

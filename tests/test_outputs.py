@@ -149,3 +149,23 @@ def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None
     finally:
         signal.signal(number, before)
     assert Path("x.txt").read_text() == "whole"
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(folder: Path) -> None:
+    """But not what another one is writing."""
+    read, write = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        with output("x.txt").written() as path:
+            path.write_text("half")
+            os.write(write, b"!")
+            signal.pause()
+    os.read(read, 1)
+    write_text(output("x.txt"), "whole")
+    (left,) = folder.glob(".hydrosim-x.txt-*")
+    assert (left / "x.txt").read_text() == "half"
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    write_text(output("x.txt"), "again")
+    assert {path.name for path in folder.iterdir()} == {"sub", "x.txt"}
+    assert "again" in Path("x.txt").read_text()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.segment import Segment
 
 
 def printable(text: str) -> str:
@@ -26,4 +27,15 @@ def show(*parts: RenderableType) -> None:
         if isinstance(part, str):
             out.print(printable(part), markup=False, highlight=False, soft_wrap=True)
         else:
-            out.print(part)
+            out.print(_Shown(part))
+
+
+class _Shown:
+    """What is drawn, of characters that can be printed."""
+
+    def __init__(self, part: RenderableType) -> None:
+        self._part = part
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for text, style, control in console.render(self._part, options):
+            yield Segment(text if control else printable(text), style, control)

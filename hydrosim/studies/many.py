@@ -34,7 +34,7 @@ from hydrosim.scene import Scene
 from hydrosim.studies.shared import Shared, Work
 from hydrosim.studies.simulation import run_compiled, simulate
 from hydrosim.studies.stages import complete
-from hydrosim.studies.unfinished import begun, folder_of, identity, is_whole
+from hydrosim.studies.unfinished import alone_with, begun, identity, is_whole
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -113,18 +113,19 @@ def simulate_many(
         with TemporaryDirectory() as folder:
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
     asked = {"variables": tuple(variables), "start": start, **along}
-    ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
-    try:
-        path = write(folder_of(result) / RESULT, journal)
-        ended = is_whole(path)
-        place = result.settled() if ended or not is_whole(result.path) else result.aside()
-        place.take(path)
-    except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
-        raise unwritable(result.path, error) from None
-    finally:
-        journal.close()
-        if ended or not len(journal):
-            journal.remove()
+    with alone_with(result) as here:
+        ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
+        try:
+            path = write(here / RESULT, journal)
+            ended = is_whole(path)
+            place = result.settled() if ended or not is_whole(result.path) else result.aside()
+            place.take(path)
+        except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
+            raise unwritable(result.path, error) from None
+        finally:
+            journal.close()
+            if ended or not len(journal):
+                journal.remove()
     return xr.open_dataset(place.path, engine="netcdf4")
 
 

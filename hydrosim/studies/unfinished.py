@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import xarray as xr
 
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.locks import alone
 from hydrosim.outputs import Output
 from hydrosim.results.journal import Journal, forget, identity_of, is_empty
 from hydrosim.results.runs_file import NOT_RUN
@@ -18,18 +20,29 @@ from hydrosim.scene import Scene
 from hydrosim.studies.checkpoint import program
 from hydrosim.studies.digest import digest
 
+LOCK = "lock"
+
 
 def folder_of(result: Output) -> Path:
     """Where a set is kept until it is done."""
     return Path(f"{result.path}.partial")
 
 
+@contextmanager
+def alone_with(result: Output) -> Iterator[Path]:
+    """The folder of a set, of this process alone. Raises InputError where another one writes the
+    same."""
+    folder = folder_of(result)
+    if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
+        raise InputError(f"{folder}: is no folder; remove it, or give the result another name.")
+    with alone(folder / LOCK, result.path):
+        yield folder
+
+
 def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
     """The journal of the set with this ``identity``: with what is there if it is to ``resume``,
     else a new one. Raises InputError where runs would be lost, or are of another set."""
     folder = folder_of(result)
-    if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
-        raise InputError(f"{folder}: is no folder; remove it, or give the result another name.")
     stored = identity_of(folder)
     if not (is_empty(folder) or resume or result.overwrite):
         raise InputError(

@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.table import Table
 
-from hydrosim.commands.terminal import printable
+from hydrosim.commands.terminal import printable, show
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "cases" / "sphere" / "decay.yaml"
@@ -27,6 +28,16 @@ CASE = ROOT / "cases" / "sphere" / "decay.yaml"
 )
 def test_what_steers_is_shown_as_its_number(text: str, shown: str) -> None:
     assert printable(text) == shown
+
+
+def test_what_steers_is_shown_in_tables_too(capsys: pytest.CaptureFixture[str]) -> None:
+    table = Table("\x1b[2Jname", title="a\u202eb")
+    table.add_row("\x9b31m")
+    show(table)
+    shown = capsys.readouterr().out
+    for text in ("\\u001b[2Jname", "a\\u202eb", "\\u009b31m"):
+        assert text in shown
+    assert printable(shown) == shown
 
 
 def said(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:

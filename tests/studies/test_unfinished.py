@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +16,12 @@ from moored_barge import SEA, in_contact, in_waves, with_body
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.errors import WritingError
+from hydrosim.outputs import Output
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsFile
 from hydrosim.scene import Scene, WaveTrain
 from hydrosim.studies import many, shared
+from hydrosim.studies.unfinished import alone_with
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:
@@ -150,3 +154,22 @@ def test_what_is_kept_of_a_run_is_what_it_was(tmp_path: Path) -> None:
     }
     assert kept.attributes["array"].dtype == np.int16
     again.remove()
+
+
+def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
+    """The second is told who writes; what a killed one has left is in nobody's way."""
+    read, write = os.pipe()
+    path, pid = tmp_path / "runs.nc", os.fork()
+    if pid == 0:
+        with alone_with(Output(path, "sweep", tmp_path / "x.yaml")):
+            os.write(write, b"!")
+            signal.pause()
+    os.read(read, 1)
+    for _ in range(2):
+        with pytest.raises(hs.InputError, match=rf"another process, {pid}@.*; wait"):
+            hs.simulate_many(seeds(1), path)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    assert (tmp_path / "runs.nc.partial" / "lock").exists()
+    hs.simulate_many(seeds(1), path).close()
+    assert [p.name for p in tmp_path.iterdir()] == ["runs.nc"]
