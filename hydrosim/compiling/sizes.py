@@ -65,8 +65,8 @@ def check_sizes(scene: Scene) -> None:
     count = sum(_waves(scene))
     if count > MOST_WAVES:
         raise InputError(
-            f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at most"
-            f" {MOST_WAVES:g}. Give periods that are hardly longer than the run, or fewer trains."
+            f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at"
+            f" most {MOST_WAVES:g}. Give periods about as long as the run, or fewer trains."
         )
     largest, most = max(_parts(scene), key=lambda part: part.memory), _available()
     if memory(scene) > most:
