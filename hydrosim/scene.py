@@ -84,6 +84,23 @@ class Hull:
     source: str = "a hull"
 
 
+@dataclass(frozen=True)
+class AtDraught:
+    """The database, or its file, of a hull at a ``draught`` [m]."""
+
+    draught: float
+    source: Hydrodynamics | Path | ChangedDatabase
+
+
+@dataclass(frozen=True)
+class Family:
+    """Databases of one hull at several draughts, between which it takes what belongs to its own,
+    see `hydrosim.stepping.blending`. Their frames have one origin on the hull, seen from above. At
+    the draught of the first of ``members`` the body is at its place at rest."""
+
+    members: tuple[AtDraught, ...]
+
+
 class RadiationModel(StrEnum):
     """How the memory of the radiated waves is computed, with the defaults of each way."""
 
@@ -388,11 +405,11 @@ class Weight(StrEnum):
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file, changed or not, or coefficients; None makes a dry
-    body. ``database_body`` says which
-    of the database's bodies it is, from 1; all of them are in the scene, at one ``location`` and
-    with one ``heading`` and one ``radiation``, a model by name or with its settings. A database of
-    another content than ``database_checksum`` is refused.
+    ``hydrodynamics`` is a database or its file, changed or not, a family of them over the draught,
+    which needs ``hydrostatics``, or coefficients; None makes a dry body. ``database_body`` says
+    which of the database's bodies it is, from 1; all of them are in the scene, at one ``location``
+    and with one ``heading`` and one ``radiation``, a model by name or with its settings. A database
+    of another content than ``database_checksum`` is refused.
     ``hydrostatics`` is the closed hull whose buoyancy is taken at any draught, heel and trim; None
     takes the stiffness of the database, which holds about the place at rest.
     ``centre_of_gravity`` (3,) is in the database's frame and is the body frame's origin.
@@ -406,7 +423,7 @@ class Body:
     name: str
     mass: float
     inertia: np.ndarray
-    hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Coefficients | None = None
+    hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Family | Coefficients | None = None
     hydrostatics: Hull | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)

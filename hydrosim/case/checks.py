@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from hydrosim.case.hydrodynamics import file_of
+from hydrosim.case.hydrodynamics import files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
@@ -96,9 +96,8 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
         wanted = "the result of `hydrosim run`"
         yield from _check_file(("initial", "run"), folder / case.initial.run, wanted)
     for name, body in case.bodies.items():
-        if (file := file_of(body.hydrodynamics)) is not None:
-            key = ("hydrodynamics",) if file is body.hydrodynamics else ("hydrodynamics", "file")
-            place = ("bodies", name, *key)
+        for keys, file in files_of(body.hydrodynamics):
+            place = ("bodies", name, "hydrodynamics", *keys)
             yield from _check_file(place, folder / file, "a hydrodynamic database")
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Table | DirectionalTable) and waves.file is not None:

@@ -12,10 +12,11 @@ from pydantic import Discriminator, StrictBool, StrictStr, Tag, model_validator
 from hydrosim import scene
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict, as_matrix
-from hydrosim.documents.units import problem
+from hydrosim.documents.units import Quantity, problem
 from hydrosim.scene import Without
 
 Place = Callable[[str], Path]
+Draught = Annotated[float, Quantity("draught", "m", "12.4 m", above=0)]
 
 
 class DatabaseFile(Strict):
@@ -43,6 +44,20 @@ class DatabaseFile(Strict):
         return scene.ChangedDatabase(file, scene.Changes(**changes), draught)
 
 
+class MemberFile(DatabaseFile):
+    """The database of one ``draught`` of a hull."""
+
+    draught: Draught  # type: ignore[assignment]
+
+    def build_member(self, place: Place) -> scene.AtDraught:
+        """As a scene has it."""
+        plain = self.model_copy(update={"draught": None})
+        built = DatabaseFile.build(plain, place)
+        return scene.AtDraught(
+            self.draught, built if built.changes != scene.Changes() else built.source
+        )
+
+
 class Coefficients(Strict):
     """Numbers instead of a database: constant, and without wave loads."""
 
@@ -68,6 +83,8 @@ class Coefficients(Strict):
 
 
 def _form(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return "family"
     if isinstance(value, dict):
         return "changed" if "file" in value else "numbers"
     return "plain"
@@ -76,20 +93,28 @@ def _form(value: object) -> str:
 Hydrodynamics = Annotated[
     Annotated[StrictStr, Tag("plain")]
     | Annotated[DatabaseFile, Tag("changed")]
+    | Annotated[tuple[MemberFile, ...], Tag("family")]
     | Annotated[Coefficients, Tag("numbers")],
     Discriminator(_form),
 ]
 
 
-def file_of(value: Any) -> str | None:
-    """The file that is named, if any."""
-    return (
-        value.file if isinstance(value, DatabaseFile) else value if isinstance(value, str) else None
-    )
+def files_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
+    """The files that are named, with the keys to them."""
+    match value:
+        case str():
+            return [((), value)]
+        case DatabaseFile():
+            return [(("file",), value.file)]
+        case tuple():
+            return [((k, "file"), member.file) for k, member in enumerate(value)]
+    return []
 
 
 def built(value: Any, place: Place) -> Any:
     """As a scene has it; ``place`` is where a file of that name is."""
     if value is None:
         return None
+    if isinstance(value, tuple):
+        return scene.Family(tuple(member.build_member(place) for member in value))
     return place(value) if isinstance(value, str) else value.build(place)

@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from hydrosim.case.elements import AnyElement
-from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, file_of
+from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
 from hydrosim.case.hydrostatics import Hydrostatics
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
@@ -204,11 +204,12 @@ class Body(Strict):
 
     @model_validator(mode="after")
     def _check_place(self) -> Self:
-        if file_of(self.hydrodynamics) is not None and self.centre_of_gravity is None:
+        files = files_of(self.hydrodynamics)
+        if files and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
-        if file_of(self.hydrodynamics) is None and self.database_body != 1:
+        if not files and self.database_body != 1:
             raise problem("database_body and no database", "both, or none")
-        if file_of(self.hydrodynamics) is None and self.database_checksum is not None:
+        if not files and self.database_checksum is not None:
             raise problem("database_checksum and no database", "both, or none")
         constant = isinstance(self.hydrodynamics, Coefficients)
         if constant and not isinstance(self.radiation, AutomaticRadiation):

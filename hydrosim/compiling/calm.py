@@ -3,12 +3,13 @@ in common."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.families import members_of
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes import notes_of_sea
 from hydrosim.compiling.questions import asked
@@ -52,6 +53,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     check_span(scene.environment, 0.0, end)
     bodies = [_as_locked(body, scene) for body in wave_bodies(scene, calm.wet)]
     # from 0, wherever the run begins: its loads are then to the bit those of a longer run
+    bodies = list(_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
     following = following_model(sea, bodies, block)
@@ -62,6 +64,18 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     notes = notes_of_sea(scene, calm.wet, model, sea, known)
     about = About(scene, model, state, each_alone(calm.wet), tuple(sea))
     return replace(compiled, notes=notes.warned(asked(about)))
+
+
+def _at_draughts(bodies: Sequence[WaveBody], wet: Sequence[WetGroup]) -> Iterator[WaveBody]:
+    """The bodies in waves, those with a family of databases once for each of its members."""
+    members = members_of(wet)
+    owners = {int(member.dofs[0]) for member in members}
+    yield from (body for body in bodies if body.offset not in owners)
+    for k, member in enumerate(members, len(bodies)):
+        (own,) = member.alone.values()
+        owner = int(member.dofs[0]) // 6
+        loads = own if own.heading.size else None
+        yield replace(bodies[owner], database=loads, offset=6 * k, owner=owner)
 
 
 def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:

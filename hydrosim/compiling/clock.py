@@ -54,6 +54,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
     absolute[:n] = absolute[n : 2 * n] = place
     by_dof = np.tile(np.repeat([tolerance.position, tolerance.angle], 3), len(scene.bodies))
+    by_dof = np.concatenate([by_dof, np.tile(by_dof[:6], model.family.owner.size)])
     for g, first in enumerate(states.state[:-1]):
         members = states.dof[states.member[g] : states.member[g + 1]]
         size = states.state[g + 1] - first
@@ -63,7 +64,8 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     slow = len(slow_bodies(scene))
     filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
     known = np.full(STATES - filters.size, np.inf)
-    absolute[model.slow : model.energy] = np.tile([*filters, *known], slow)
+    absolute[model.slow : model.draught] = np.tile([*filters, *known], slow)
+    absolute[model.draught : model.energy] = tolerance.position
     fenders = model.elements.fenders
     for i, reach in enumerate(fenders.points["reach"]):
         stretch = min(tolerance.position, tolerance.relative * reach) if reach else np.inf

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened
 from hydrosim.compiling.symmetry import planar
-from hydrosim.compiling.wet import in_states, wet_groups
+from hydrosim.compiling.wet import in_states
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Scene
 from hydrosim.waves import Components, sea
@@ -39,7 +40,7 @@ def compile_in_calm(
     uses what it needs in the ``seas``."""
     scene = opened(scene)
     check_scene(scene)
-    wet = wet_groups(scene, seas)
+    wet = all_groups(scene, seas)
     if states is not None:
         scene, wet = in_states(scene, wet, states)
     return compile_calm(scene, wet)

@@ -23,6 +23,7 @@ from hydrosim.scene import (
     Coefficients,
     ConstantRadiation,
     Environment,
+    Family,
     Hydrodynamics,
     Scene,
     SecondOrder,
@@ -58,12 +59,14 @@ class Group(NamedTuple):
 
 
 def groups(scene: Scene) -> list[Group]:
-    """The databases of the scene, as they are read, and their bodies, in their order. Raises
+    """The databases of the scene but those of families, as they are read, and their bodies, in
+    their order. Raises
     InputError where one cannot be read, is of other water or has no loads though waves ask."""
     known: dict[Source, HydroDatabase] = {}
     found: dict[tuple[object, ...], Group] = {}
     for i, body in enumerate(scene.bodies):
-        if (source := body.hydrodynamics) is None:
+        source = body.hydrodynamics
+        if source is None or isinstance(source, Family):
             continue
         db, body = _of_body(body, source, scene.environment, known)
         # several bodies may be copies of the one in a database, far from each other

@@ -9,6 +9,7 @@ from math import cos, sin
 import numpy as np
 
 from hydrosim import forces, radiation
+from hydrosim.compiling import families
 from hydrosim.compiling.hulls import hulls_of
 from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.weights import weights_of
@@ -28,6 +29,7 @@ from hydrosim.scene import (
     Scene,
     Stream,
 )
+from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import following_model, slow_bodies, wave_loads_model
 from hydrosim.waves.following import STATES
@@ -47,7 +49,10 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     Raises InputError where radiation or an element does not fit the scene.
     """
     bodies, alone, free = _bodies(scene), each_alone(wet), moving(scene.bodies)
-    groups = [fit for group in wet for fit in _groups(group, free)]
+    family = families.constants(scene, wet)
+    size = 6 * (len(scene.bodies) + family.owner.size)
+    each = list(families.parts(wet, len(scene.bodies)))
+    groups = [fit for dofs, group in each for fit in _groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own = radiating + states.decay.size
@@ -56,9 +61,11 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     else:
         elements = forces.placed(known, own)
     slow = own + forces.state_count(elements)
-    energy = slow + STATES * len(slow_bodies(scene))
+    draught = slow + STATES * len(slow_bodies(scene))
+    energy = draught + blending.STATES * family.body.size
     rows = row_names(scene)
-    added_mass = _whole(scene, [(group.dofs, group.added_mass) for group in wet])
+    blocks = [(group.dofs, group.added_mass) for group in wet]
+    added_mass = _whole(6 * len(scene.bodies), blocks)
     return Model(
         bodies=bodies,
         headings=_headings(scene, bodies, alone),
@@ -67,18 +74,20 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         stiffness=_stiffness(scene, alone),
         hulls=hulls_of(scene, bodies),
         states=states,
-        convolution=_convolution(scene, wet, free),
+        convolution=_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
-            _whole(scene, [(group.dofs, group.damping) for group in wet])
+            _whole(size, [(dofs, group.damping) for dofs, group in each])
         ),
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
+        family=family,
         elements=elements,
         weights=weights_of(scene, alone, rows),
         rows=len(rows),
         radiation=radiating,
         own=own,
         slow=slow,
+        draught=draught,
         energy=energy,
         size=energy + len(rows) + 1,
     )
@@ -117,17 +126,17 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: WetGroup, free: np.ndarray) -> list[StateSpace]:
-    """State-space models of a database, on the scene's DOFs; not those of DOFs that are zero by
+def _groups(wet: WetGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
+    """State-space models of a database, on its own ``dofs``; not those of DOFs that are zero by
     symmetry."""
-    placed = [replace(fit, dofs=wet.dofs[fit.dofs]) for fit in wet.fits]
-    return [fit for fit in placed if np.isin(fit.dofs, free).any()]
+    moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
+    return [replace(fit, dofs=dofs[fit.dofs]) for fit in moving]
 
 
-def _whole(scene: Scene, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """(..., 6 nb, 6 nb) array of blocks (..., m, m), each on its own DOFs (m,) of the scene."""
+def _whole(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """(..., size, size) array of blocks (..., m, m), each on its own DOFs (m,)."""
     leading = next((block.shape[:-2] for _, block in blocks), ())
-    whole = np.zeros((*leading, 6 * len(scene.bodies), 6 * len(scene.bodies)))
+    whole = np.zeros((*leading, size, size))
     for dofs, block in blocks:
         whole[..., dofs[:, None], dofs] = block
     return whole
@@ -145,7 +154,7 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
 
 
 def _convolution(
-    scene: Scene, groups: Sequence[WetGroup], free: np.ndarray
+    size: int, groups: Sequence[WetGroup], free: np.ndarray
 ) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if wet.convolved]
     tables = list({wet.memory.time[[1, -1]].tobytes(): wet.memory.time for wet in chosen}.values())
@@ -157,7 +166,7 @@ def _convolution(
             f"bodies.{names}.radiation: found convolutions with different tables, among them those"
             " that automatic takes where no fit holds; expected one length and step for all."
         )
-    kernels = _whole(scene, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
+    kernels = _whole(size, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
     return radiation.convolution_model(tables[0][1], kernels)
 
 

@@ -152,11 +152,13 @@ def _skipped(
             found = outside(wet[body.name], seas)
             if found.below + found.above > OUTSIDE_WARNED:
                 yield f"{said_of_outside(found, body, wet[body.name])}: no first-order loads there"
+    owner = np.append(np.arange(len(scene.bodies)), model.family.owner)
+    loaded = 6 * owner[model.waves.first_dof // 6] + model.waves.first_dof % 6
     unloaded = [
         f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
         for i in model.bodies.active
         if scene.bodies[i // 6].name in wet
-        and i not in model.waves.first_dof
+        and i not in loaded
         and i // 6 not in model.following.body
     ]
     if seas and unloaded:

@@ -26,6 +26,7 @@ from hydrosim.radiation import VelocityHistory
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.names import (
     MOVING,
+    draught_names,
     fender_names,
     memory_names,
     moving_names,
@@ -138,6 +139,8 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
         text = f"its state at {time:g} s is not finite; start from an earlier time"
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
+    draughts = (name for name in draught_names(scene, model) if name not in there)
+    there |= {name: there.get(f"heave of {name.split(' of ')[1]}", 0.0) for name in draughts}
     y = np.array([there.get(name, 0.0) for name in state_names(scene, model)])
     return State(y, _modes(scene, model, run, y), _history(scene, model, run, fresh.history))
 

@@ -11,6 +11,7 @@ from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid import Bodies, Motion, place_bodies
 from hydrosim.scene import Scene
+from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 from hydrosim.waves.places import grid_step
@@ -23,6 +24,8 @@ def first_state(scene: Scene, model: Model) -> State:
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
     modes, motion = new_modes(model.elements), new_work(model).motion
+    heave = bodies.locked[6 * model.family.body + 2]
+    y[model.draught : model.energy] = np.repeat(heave, blending.STATES)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
@@ -49,7 +52,7 @@ def with_slow_places(scene: Scene, model: Model, state: State) -> State:
     motion, n, y = new_work(model).motion, model.bodies.active.size, state.y.copy()
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     places = first_states(model.following, motion.coordinates, motion.rate, restart.begin(scene))
-    y[model.slow : model.energy] = places
+    y[model.slow : model.draught] = places
     return state._replace(y=y)
 
 
@@ -65,4 +68,5 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
 
 def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
     """Room for what a convolution remembers."""
-    return radiation.history_for(model.convolution, 6 * model.bodies.each.size, grid_step(scene))
+    own = model.bodies.each.size + model.family.owner.size
+    return radiation.history_for(model.convolution, 6 * own, grid_step(scene))

@@ -29,7 +29,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
-from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import CATALOGUE
@@ -83,8 +83,11 @@ def wave_asymmetries(
     if aside.size:
         yield f"waves to {aside[0]:g} deg" + (" and others" if aside.size > 1 else "")
     elif headings.size:
-        for body in loaded:
-            yield from _wave_loads_aside(alone[body.name], body.wave_forces, headings)
+        wanted = {body.name: body.wave_forces for body in loaded}
+        for group in each_database(groups):
+            for name, db in group.alone.items():
+                if name in wanted:
+                    yield from _wave_loads_aside(db, wanted[name], headings)
 
 
 def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
@@ -105,7 +108,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
             yield f"{name} to {np.degrees(stream.heading):g} deg"
     for b in lopsided(calm.model.hulls, calm.model.bodies):
         yield f"the hull of {scene.bodies[b].name}"
-    for group in calm.wet:
+    for group in each_database(calm.wet):
         yield from _couplings(group)
     yield from wave_asymmetries(scene, calm.wet, sea)
 

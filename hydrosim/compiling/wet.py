@@ -58,6 +58,9 @@ class WetGroup:
     all its bodies, retardation functions, their fits for a state-space model, the groups of DOFs of
     the database whose memory is convolved, with the reasons if it was not asked for, and the
     constant part, ``added_mass`` and ``damping`` (n, n): A_inf and zero but for constant radiation.
+
+    A family of draughts (`compiling.families`) has ``members``, a group each, with its ``draught``;
+    its own database and added mass are those at the start, all else that of the nearest.
     """
 
     bodies: tuple[Body, ...]
@@ -70,6 +73,8 @@ class WetGroup:
     damping: np.ndarray
     fits: tuple[StateSpace, ...] = ()
     convolved: tuple[Convolved, ...] = ()
+    members: tuple[WetGroup, ...] = ()
+    draught: float = 0.0
 
     @cached_property
     def free(self) -> np.ndarray:
@@ -79,7 +84,9 @@ class WetGroup:
     def doubts(self, seas: Sequence[Components]) -> tuple[str, ...]:
         """What there is to warn of in the database, in what is used of it in the ``seas``; raises
         InputError where that cannot be right."""
-        return judged(self.read, self.bodies, self.free, seas)
+        each = self.members or (self,)
+        found = (judged(one.read, one.bodies, one.free, seas) for one in each)
+        return tuple(dict.fromkeys(text for texts in found for text in texts))
 
     @cached_property
     def alone(self) -> dict[str, HydroDatabase]:
@@ -98,10 +105,19 @@ class WetGroup:
         if chosen == self.radiation:
             return self
         fits = _fits(self, tolerance)
-        return replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
+        members = tuple(member.with_states(tolerance) for member in self.members)
+        own = replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
+        return replace(own, members=members)
 
     def provenance(self) -> dict[str, str]:
         """What the run's record says of it."""
+        if self.members:
+            each = [(member.draught, member.provenance()) for member in self.members]
+            keys = dict.fromkeys(key for _, said in each for key in said)
+            return {
+                key: "; ".join(f"at {draught:g} m: {said.get(key)}" for draught, said in each)
+                for key in keys
+            }
         if self.given:
             return {"database": self.read.source, "radiation": self._described()}
         said = {f"database_{key}": self.read.attributes.get(key) for key in (CHANGED, ACCEPTED)}
@@ -144,15 +160,16 @@ class WetGroup:
 
 
 def wet_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
-    """The hydrodynamics of all wet bodies, a database of several bodies once for all of them.
+    """The hydrodynamics of all wet bodies but those with a family of databases; a database of
+    several bodies once for all of them.
 
     Raises InputError where a database cannot be read, does not fit the scene, or cannot be right
     in what the scene uses of it in the ``seas``.
     """
-    return [_group(group, scene, seas) for group in groups(scene)]
+    return [group_of(group, scene, seas) for group in groups(scene)]
 
 
-def _group(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
+def group_of(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
     """The hydrodynamics of bodies of one database."""
     read, bodies = group.database, tuple(group.bodies)
     _check_members(read, bodies)
@@ -324,6 +341,12 @@ def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
             f"bodies.{body.name}.radiation.step: found {table.step:g} s; expected at most"
             f" {longest:.3g} s, half the shortest period of {db.source}, or better a fifth of it."
         )
+
+
+def each_database(groups: Sequence[WetGroup]) -> Iterator[WetGroup]:
+    """All groups, the members of families in the place of these."""
+    for group in groups:
+        yield from group.members or (group,)
 
 
 def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:

@@ -37,7 +37,7 @@ def impedance(
     own, scratch = np.arange(2 * n), np.zeros((3, model.size))
     J, y = np.zeros((2 * n, 2 * n)), state.y
     jacobian(time, y, state.modes, state.history, model, work, own, STEP, scratch, J)
-    M, s = inertia(model, y[: 2 * n]), 1j * w[:, None, None]
+    M, s = inertia(model, y), 1j * w[:, None, None]
     return np.asarray(
         s * M - M @ J[n:, n:] - M @ J[n:, :n] / s + memory[:, active[:, None], active]
     )
@@ -48,7 +48,7 @@ def largest_change(
 ) -> Change:
     """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
     active = model.bodies.active
-    root = np.sqrt(np.diag(inertia(model, state.y[: 2 * active.size])))
+    root = np.sqrt(np.diag(inertia(model, state.y)))
     relative = np.linalg.solve(Z, dZ[:, active[:, None], active]) * root[:, None] / root
     size = np.linalg.norm(relative, 2, axis=(1, 2))
     k = int(size.argmax())

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg
 
 from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
+from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, dynamic_states, jacobian, new_work
 from hydrosim.stepping.state import State
 
@@ -103,10 +104,10 @@ def linearise(
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """
     work, held = new_work(model), state.modes if modes is None else modes
-    states, n = dynamic_states(model), model.bodies.active.size
+    states = dynamic_states(model)
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
-    return Linear(J, states, model.bodies.active, inertia(model, state.y[: 2 * n]))
+    return Linear(J, states, model.bodies.active, inertia(model, state.y))
 
 
 def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
@@ -119,12 +120,15 @@ def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
     return np.reshape(columns, (q.size, -1)).T
 
 
-def inertia(model: Model, motion: np.ndarray) -> np.ndarray:
-    """Inertia (n, n) of the free coordinates, added mass included, at ``motion`` (2 n,): these and
-    their rates."""
-    work, n = new_work(model), model.bodies.active.size
+def inertia(model: Model, y: np.ndarray) -> np.ndarray:
+    """Inertia (n, n) of the free coordinates, added mass included, at ``y``: these and their rates
+    (2 n,), or a whole state, whose slow draughts count then."""
+    work, n, A = new_work(model), model.bodies.active.size, model.added_mass
     found = np.zeros((n, n))
-    place_bodies(motion[:n], motion[n:], model.bodies, work.motion)
-    mass_matrix(model.bodies, model.headings, work.motion, model.added_mass, work.mass)
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    if model.family.body.size and y.size == model.size:
+        blend(y[model.draught :], model.family, A, work.blend)
+        A = work.blend.added_mass
+    mass_matrix(model.bodies, model.headings, work.motion, A, work.mass)
     acceleration_map(model.bodies, work.motion, work.mass, found)
     return found

@@ -88,6 +88,7 @@ def state_names(scene: Scene, model: Model) -> list[str]:
         *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
         *slow_names(scene),
+        *draught_names(scene, model),
         *(
             f"{'work of' if supplies(scene, row) else 'loss in'} {name}"
             for row, name in enumerate(force_names(scene))
@@ -99,6 +100,12 @@ def state_names(scene: Scene, model: Model) -> list[str]:
 def slow_names(scene: Scene) -> list[str]:
     """Names of the states of slow places in waves."""
     return [f"{what} of {body.name}" for body in slow_bodies(scene) for what in SLOW_NAMES]
+
+
+def draught_names(scene: Scene, model: Model) -> list[str]:
+    """Names of the filters of slow draughts."""
+    owners = [scene.bodies[b].name for b in model.family.body]
+    return [f"slow heave filter {k} of {name}" for name in owners for k in (1, 2)]
 
 
 def moving_names(scene: Scene, model: Model) -> dict[str, list[str]]:
@@ -114,19 +121,26 @@ def moving_names(scene: Scene, model: Model) -> dict[str, list[str]]:
 
 def memory_names(scene: Scene, model: Model) -> list[str]:
     """Names of the coordinates whose velocities a convolution remembers."""
-    return [_coordinate(scene, dof) for dof in np.unique(model.convolution.column)]
+    return [_coordinate(scene, model, dof) for dof in np.unique(model.convolution.column)]
 
 
 def _radiation_names(scene: Scene, model: Model) -> dict[str, list[str]]:
-    states, bodies = model.states, [body.name for body in scene.bodies]
+    states, family, bodies = model.states, model.family, [body.name for body in scene.bodies]
+    members = zip(family.owner, family.draught, strict=True)
+    bodies += [f"{scene.bodies[b].name} at {draught:g} m" for b, draught in members]
     # the model may repeat the last DOF of a group
     groups = [[*dict.fromkeys(states.dof[a:b].tolist())] for a, b in pairwise(states.member)]
     return {
-        f"radiation {k + 1} of {dofs_of(dofs, bodies)}": [_coordinate(scene, dof) for dof in dofs]
+        f"radiation {k + 1} of {dofs_of(dofs, bodies)}": [
+            _coordinate(scene, model, dof) for dof in dofs
+        ]
         for dofs, count in zip(groups, np.diff(states.state), strict=True)
         for k in range(count)
     }
 
 
-def _coordinate(scene: Scene, dof: int) -> str:
-    return f"{DOFS[dof % 6]} of {scene.bodies[dof // 6].name}"
+def _coordinate(scene: Scene, model: Model, dof: int) -> str:
+    """Of a body, or of the one that a member of a family is for."""
+    body = dof // 6 - len(scene.bodies)
+    owner = dof // 6 if body < 0 else model.family.owner[body]
+    return f"{DOFS[dof % 6]} of {scene.bodies[owner].name}"

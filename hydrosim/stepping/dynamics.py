@@ -78,6 +78,16 @@ from hydrosim.rigid.constraints import (
     solve_for_pivots,
 )
 from hydrosim.rigid.vectors import cross, matvec, vector
+from hydrosim.stepping.blending import (
+    Blend,
+    Family,
+    blend,
+    draught_rates,
+    gather,
+    lag_behind,
+    new_blend,
+    spread,
+)
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, wave_loads
 from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
@@ -86,8 +96,8 @@ from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
 class Model(NamedTuple):
     """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
 
-    ``radiation``, ``own`` (of elements), ``slow`` (of slow places in waves) and ``energy`` are the
-    first entries of those parts in y, of length ``size``.
+    ``radiation``, ``own`` (of elements), ``slow`` (of slow places in waves), ``draught`` (slow ones
+    of families) and ``energy`` are the first entries of those parts in y, of length ``size``.
     """
 
     bodies: Bodies
@@ -101,12 +111,14 @@ class Model(NamedTuple):
     damping: ConstantDamping
     waves: WaveLoads
     following: FollowingLoads
+    family: Family
     elements: Elements
     weights: Weights
     rows: int
     radiation: int
     own: int
     slow: int
+    draught: int
     energy: int
     size: int
 
@@ -127,6 +139,7 @@ class Work(NamedTuple):
     holds: Holds
     sums: Sums  # of `following_loads`
     block: Block  # of `slow_loads`
+    blend: Blend
 
 
 def new_work(model: Model) -> Work:
@@ -147,6 +160,7 @@ def new_work(model: Model) -> Work:
         new_holds(model.elements.fenders.points.size, rows),
         new_sums(model.following),
         new_block(model.following),
+        new_blend(model.family, model.bodies.each.size),
     )
 
 
@@ -177,6 +191,10 @@ def rhs(t, y, modes, history, model, work, dy):
     place(y[:n], y[n : 2 * n], model.bodies, motion)
     if model.headings.turned.size > 0:
         look_along(model.headings, motion, work.hulls)
+    blends = model.family.body.size > 0
+    if blends:
+        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+    A = work.blend.added_mass if blends else model.added_mass
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
@@ -184,9 +202,10 @@ def rhs(t, y, modes, history, model, work, dy):
     assign(dy[:n], y[n : 2 * n])
     subtract_gyroscopic(model.bodies, motion, work.total)
     if model.headings.turning.size > 0:
-        add_turning(model.headings, model.added_mass, motion, work.hulls, work.total)
-    if work.constraints.force.size > 0 or not model.headings.steady:
-        accelerate(modes, model, work, acceleration)
+        add_turning(model.headings, A, motion, work.hulls, work.total)
+    steady = model.headings.steady and not blends
+    if work.constraints.force.size > 0 or not steady:
+        accelerate(modes, model, A, work, acceleration)
     elif model.headings.turned.size > 0:
         accelerate_along(model, work, acceleration)
     else:
@@ -207,11 +226,11 @@ def accelerate_along(model, work, x):
 
 
 @kernel
-def accelerate(modes, model, work, x):
-    """Accelerations ``x`` (n,) where something may be held; the reactions of elements go into
-    ``work.holds`` and their rows of ``work.wrench``."""
+def accelerate(modes, model, A, work, x):
+    """Accelerations ``x`` (n,) where something may be held, or the added mass ``A`` changes; the
+    reactions of elements go into ``work.holds`` and their rows of ``work.wrench``."""
     motion, constraints = work.motion, work.constraints
-    mass_matrix(model.bodies, model.headings, motion, model.added_mass, work.mass)
+    mass_matrix(model.bodies, model.headings, motion, A, work.mass)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
@@ -272,37 +291,65 @@ def add_forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
     motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
     u = work.hulls.velocity if model.headings.turned.size > 0 else v
-    radiated = wrench[RADIATION]
     clear(wrench.reshape(wrench.size))
     clear(rate)
-    x, dx = y[model.radiation :], dy[model.radiation :]
     add_hydrostatics(motion, model.bodies, model.stiffness, wrench)
     if model.hulls.body.size > 0:
         add_displacement(motion, model.bodies, model.hulls, wrench)
-    radiation_states(x, u, model.states, dx, radiated)
-    if model.convolution.row.size > 0:
-        radiation_memory(t, u, history, model.convolution, radiated)
-    radiation_damping(u, model.damping, radiated)
-    all_to_earth(model.headings, motion, radiated)
-    wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
     clear(dy[model.slow : model.energy])
-    if model.following.body.size > 0:
-        follow(t, y[model.slow :], model.following, work, dy[model.slow :])
+    if model.family.body.size > 0:
+        add_blended(t, y, u, history, model, work, dy)
+    else:
+        first, second = wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER]
+        add_water(t, y, u, history, model, work, wrench[RADIATION], first, second, dy)
+    all_to_earth(model.headings, motion, wrench[RADIATION])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
     if model.weights.body.size > 0:
         add_weight(motion, model.bodies, model.weights, work.contents, wrench)
 
-    rate[RADIATION] = -power(radiated, v)
+    rate[RADIATION] -= power(wrench[RADIATION], v)
     rate[WAVE_FIRST_ORDER] = power(wrench[WAVE_FIRST_ORDER], v)
     rate[WAVE_SECOND_ORDER] = power(wrench[WAVE_SECOND_ORDER], v)
     assign(dy[model.energy :], rate)
     dy[model.energy + model.rows] = abs(rate[WAVE_FIRST_ORDER] + rate[WAVE_SECOND_ORDER])
 
 
+@kernel
+def add_water(t, y, u, history, model, work, radiated, first, second, dy):
+    """Forces of radiated waves, in heading axes, for velocities ``u`` there, and of those that
+    come; rates of the states that belong to them."""
+    radiation_states(y[model.radiation :], u, model.states, dy[model.radiation :], radiated)
+    if model.convolution.row.size > 0:
+        radiation_memory(t, u, history, model.convolution, radiated)
+    radiation_damping(u, model.damping, radiated)
+    wave_loads(t, model.waves, first, second)
+    if model.following.body.size > 0:
+        follow(t, y[model.slow :], model.following, work, first, dy[model.slow :])
+
+
 @root
-def follow(t, y, p, work, dy):
+def add_blended(t, y, u, history, model, work, dy):
+    """The same of families of databases, whose roots are known: what changes of their added mass
+    takes no energy, and is not booked."""
+    family, every, wrench = model.family, work.blend, work.wrench
+    spread(u, family, every)
+    add_water(
+        t, y, every.velocity, history, model, work, every.force, every.first, every.second, dy
+    )
+    gather(every.force, False, family, every.root, wrench[RADIATION])
+    gather(every.first, True, family, every.root, wrench[WAVE_FIRST_ORDER])
+    gather(every.second, True, family, every.root, wrench[WAVE_SECOND_ORDER])
+    lag_behind(u, family, every)
+    work.rate[RADIATION] -= power(every.lag, u)
+    for i in range(u.size):
+        wrench[RADIATION, i] -= every.lag[i]
+    draught_rates(y[model.draught :], work.motion.coordinates, family, dy[model.draught :])
+
+
+@root
+def follow(t, y, p, work, first_order, dy):
     """First-order loads on the bodies that the waves follow; rates ``dy`` of their slow places."""
-    coordinates, first_order = work.motion.coordinates, work.wrench[WAVE_FIRST_ORDER]
+    coordinates = work.motion.coordinates
     following_loads(t, coordinates, p, work.sums, first_order)
     slow_rates(y, coordinates, p, dy)
     slow_loads(t, y, p, work.block, first_order)
@@ -361,6 +408,10 @@ def stored_energies(t, y, modes, model, work, stored):
     add_element_energies(t, y, modes, work.motion, model.bodies, model.elements, stored)
     if model.weights.body.size > 0:
         add_weight_energy(motion, model.bodies, model.weights, work.contents, stored)
-    mass_matrix(model.bodies, model.headings, motion, model.added_mass, work.mass)
-    still_there = stream_energy(model.headings, model.added_mass, motion, work.hulls)
+    blends = model.family.body.size > 0
+    if blends:
+        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+    A = work.blend.added_mass if blends else model.added_mass
+    mass_matrix(model.bodies, model.headings, motion, A, work.mass)
+    still_there = stream_energy(model.headings, A, motion, work.hulls)
     return kinetic_energy(motion.velocity, work.mass) - still_there

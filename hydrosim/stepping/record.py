@@ -60,5 +60,5 @@ def keep(t, run):
     events.observe(t, y, modes, motion, model.bodies, model.elements, reactions, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
-    row[1] = wave_loads(t, model.waves, work.total, work.total)
+    row[1] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
     counters[RECORDS] += 1

@@ -14,12 +14,13 @@ import numpy as np
 from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.databases import Source, opened
+from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened_start
 from hydrosim.compiling.symmetry import planar, wave_asymmetries
-from hydrosim.compiling.wet import WetGroup, wet_groups
+from hydrosim.compiling.wet import WetGroup
 from hydrosim.database import HydroDatabase
-from hydrosim.scene import Body, Coefficients, Scene, Start
+from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.simulation import warned_of_steps
 from hydrosim.waves import Components, sea
 
@@ -55,7 +56,7 @@ class Shared:
             check_scene(scene)
             scene = self.opened(scene)
             drawn = sea(scene.environment)
-            self._wet = self._wet or tuple(wet_groups(scene, drawn))
+            self._wet = self._wet or tuple(all_groups(scene, drawn))
             aside = list(wave_asymmetries(scene, self._wet, drawn))
             if self._made is None or self._made[0] != aside:
                 whole = compile_calm(scene, self._wet)
@@ -81,9 +82,15 @@ class Shared:
         source = body.hydrodynamics
         if source is None or isinstance(source, HydroDatabase | Coefficients):
             return body
+        if isinstance(source, Family):
+            each = [replace(one, source=self._opened(one.source)) for one in source.members]
+            return replace(body, hydrodynamics=Family(tuple(each)))
+        return replace(body, hydrodynamics=self._opened(source))
+
+    def _opened(self, source: Source) -> HydroDatabase:
         if source not in self._databases:
             self._databases[source] = opened(source)
-        return replace(body, hydrodynamics=self._databases[source])
+        return self._databases[source]
 
 
 def alike(one: object, other: object) -> bool:

@@ -263,7 +263,9 @@ def _where(scene: Scene, model: Model, state: State) -> str:
     if first < 2 * n:
         body, dof = divmod(int(model.bodies.active[first % n]), 6)
         return f"{DOFS[dof]} of body {scene.bodies[body].name}"
-    if model.slow <= first < model.energy:
+    if model.draught <= first < model.energy:
+        return names[first]
+    if model.slow <= first < model.draught:
         return f"the slow place in waves, {names[first]}"
     if model.own <= first < model.slow:
         return f"the contact node of {names[first].partition(' of ')[2]}"

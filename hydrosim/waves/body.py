@@ -21,7 +21,7 @@ class WaveBody:
     database's frame is at rest, in the earth's x, y [m]; ``centre`` (2,): where in that frame the
     centre of gravity is. ``offset``: index of the body's first DOF among those of the scene.
     ``active`` (n,): which DOFs are not locked. ``heading``: that of the database's frame at rest
-    [rad].
+    [rad]. ``owner``: which body of the scene it is, where its loads are one share of several.
     """
 
     database: QuadraticFunctions | None
@@ -31,6 +31,12 @@ class WaveBody:
     active: np.ndarray
     centre: tuple[float, ...] = (0.0, 0.0)
     heading: float = 0.0
+    owner: int | None = None
+
+    @property
+    def index(self) -> int:
+        """Index of the body among those of the scene."""
+        return self.offset // 6 if self.owner is None else self.owner
 
     def place(self) -> tuple[float, float]:
         """Where the centre of gravity is at rest in the earth's x, y [m]."""

@@ -48,6 +48,7 @@ class FollowingLoads(NamedTuple):
     """
 
     body: np.ndarray  # (nb,) index among the scene's bodies
+    loaded: np.ndarray  # (nb,) index where its loads belong, in sixes
     rest: np.ndarray  # (nb,) heading at rest [rad]
     centre: np.ndarray  # (nb, 2) centre of gravity in the frame whose waves X is for [m]
     placed: np.ndarray  # (nb,) whether the position counts
@@ -108,13 +109,16 @@ def following_model(
     chosen = [body for body in bodies if follows(body)] if seas else []
     parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
+    owners = sorted({body.index for body in chosen if is_slow(body)})
+    cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
     step = row_step([(part.omega, np.abs(part.elevation)) for part in parts], block)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
 
     return FollowingLoads(
-        body=np.array([body.offset // 6 for body in chosen], dtype=np.int64),
+        body=np.array([body.index for body in chosen], dtype=np.int64),
+        loaded=np.array([body.offset // 6 for body in chosen], dtype=np.int64),
         rest=np.array([body.heading for body in chosen]),
         centre=np.array([body.centre[:2] for body in chosen]).reshape(-1, 2),
         placed=np.array([body.wave_forces.position != Place.MEAN for body in chosen], dtype=bool),
@@ -131,8 +135,8 @@ def following_model(
         cell=joined("cell", np.int64),
         load=np.concatenate([np.zeros(0, complex), *(part.table.ravel() for part in parts)]),
         slow=slow,
-        state=STATES * (np.cumsum(slow) - slow).astype(np.int64),
-        cut=np.array([part.cut for part in parts]),
+        state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
+        cut=np.array([cuts[body.index] for body in chosen]),
         block=block,
         row_step=step,
         rows=ceil(block / step) + POINTS + 2 if slow.any() else 0,
@@ -189,7 +193,7 @@ def following_loads(t, coordinates, p, sums, force):
     ``coordinates`` (6 nb,)."""
     for k in range(p.body.size):
         if not p.slow[k]:
-            at = 6 * p.body[k]
+            at = 6 * p.loaded[k]
             _follow(k, t, coordinates, p, sums)
             for j in range(6):
                 force[at + j] += sums.total[j] if p.active[k, j] else 0.0

@@ -73,7 +73,8 @@ def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float
     """States (`STATES` times slow bodies,) at ``time`` of bodies that have always moved steadily,
     by their coordinates and rates (6 nb,)."""
     found = []
-    for k in np.flatnonzero(p.slow):
+    first = np.unique(p.state[p.slow], return_index=True)[1]
+    for k in np.flatnonzero(p.slow)[first]:
         at, v = (x[6 * p.body[k] + np.array(TRACKED)] for x in (q, rate))
         filters = at[:, None] - np.arange(1, 4) * v[:, None] / p.cut[k]
         found.append([*filters.ravel(), *at, *v, time])
@@ -114,7 +115,7 @@ def slow_loads(t, y, p, block, force):
         if p.slow[k]:
             if not _is_known(k, y, p, block):
                 _fill(k, y, p, block)
-            at, x = 6 * p.body[k], t / p.row_step - block.first[k]
+            at, x = 6 * p.loaded[k], t / p.row_step - block.first[k]
             row, points = rows_at(x, p.rows)
             for m in range(points):
                 weight = lagrange(x - row, m, points)

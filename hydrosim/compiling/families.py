@@ -1,0 +1,206 @@
+"""Databases of one hull at several draughts: opened, held against the hull, mixed at the start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from math import cos, pi, sin
+
+import numpy as np
+
+from hydrosim.compiling.databases import groups
+from hydrosim.compiling.hulls import with_hulls
+from hydrosim.compiling.wet import WetGroup, group_of, wet_groups
+from hydrosim.database import HydroDatabase
+from hydrosim.database.hull import immersed, integrals
+from hydrosim.errors import InputError
+from hydrosim.scene import Body, Family, Scene
+from hydrosim.stepping import blending
+from hydrosim.waves import Components
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+VOLUME, CENTRE = 0.02, 0.01
+"""Of its volume and its length: by how much a database may miss the hull at its draught."""
+
+
+def all_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
+    """The hydrodynamics of all wet bodies, those of families with all their members. Raises
+    InputError as `wet_groups` does, and where a family does not fit its hull or the scene."""
+    families = [
+        _family(i, body, body.hydrodynamics, scene, seas)
+        for i, body in enumerate(scene.bodies)
+        if isinstance(body.hydrodynamics, Family)
+    ]
+    return [*wet_groups(scene, seas), *families]
+
+
+def members_of(wet: Sequence[WetGroup]) -> list[WetGroup]:
+    """All members of all families."""
+    return [member for group in wet for member in group.members]
+
+
+def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, WetGroup]]:
+    """All databases and their DOFs (m,), among those of so many bodies and of all members."""
+    members = members_of(wet)
+    for group in wet:
+        if not group.members:
+            yield group.dofs, group
+    for k, member in enumerate(members):
+        yield 6 * (bodies + k) + np.arange(6), member
+
+
+def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
+    """The families of a scene as the equation of motion needs them."""
+    chosen = [group for group in wet if group.members]
+    members, counts = members_of(wet), [len(group.members) for group in chosen]
+    body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
+    return blending.Family(
+        body=body,
+        rest=np.array([_rest(scene.bodies[b]) for b in body]),
+        first=np.cumsum([0, *counts]).astype(np.int64),
+        owner=np.repeat(body, counts).astype(np.int64),
+        draught=np.array([member.draught for member in members], dtype=float),
+        added_mass=np.reshape([member.added_mass for member in members], (-1, 6, 6)),
+    )
+
+
+def _rest(body: Body) -> float:
+    """Draught of a body at its place at rest [m]."""
+    assert isinstance(body.hydrodynamics, Family)
+    return body.hydrodynamics.members[0].draught
+
+
+def _family(
+    i: int, body: Body, family: Family, scene: Scene, seas: Sequence[Components]
+) -> WetGroup:
+    """The group of a body: its members, and as its database what they are at the start."""
+    _check(body, family, scene)
+    rest, members = _rest(body), []
+    for member in sorted(family.members, key=lambda member: member.draught):
+        x, y, z = body.centre_of_gravity
+        alone = replace(
+            body,
+            hydrodynamics=member.source,
+            hydrostatics=None,
+            centre_of_gravity=(x, y, z + rest - member.draught),
+            database_checksum=None,
+        )
+        (group,) = groups(replace(scene, bodies=(alone,)))
+        _check_draught(group.database, body, member.draught, rest)
+        found = group_of(group._replace(places=[i]), scene, seas)
+        if found.convolved:
+            raise InputError(
+                f"bodies.{body.name}.radiation: found a convolution for {group.database.source},"
+                f" {found.convolved[0].reason or 'as asked for'}; expected state_space for a family"
+                " of draughts, with a `tolerance` that its fits hold."
+            )
+        members.append(replace(found, draught=member.draught))
+    return _at_start(body, rest, tuple(members), scene)
+
+
+def _check(body: Body, family: Family, scene: Scene) -> None:
+    draughts = [member.draught for member in family.members]
+    key, found = f"bodies.{body.name}", ", ".join(f"{d:g}" for d in draughts)
+    if len({*draughts}) < max(len(draughts), 2):
+        raise InputError(f"{key}.hydrodynamics: found draughts of {found} m; expected two others.")
+    if body.hydrostatics is None:
+        raise InputError(
+            f"{key}.hydrostatics: found matrix, and databases at draughts of {found} m; expected a"
+            " closed hull, {mesh: FILE} or {recipe: FILE, depth: ...}: a stiffness that is blended"
+            " would make energy."
+        )
+    if scene.environment.current.speed != 0.0:
+        raise InputError(
+            f"{key}.hydrodynamics: found databases at draughts of {found} m, and a current;"
+            " expected still water: what added mass that changes does in a current is not modelled."
+            " Take one database, or a current of 0."
+        )
+
+
+def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -> None:
+    """Raises InputError where a database displaces other water than the hull at this draught, or
+    has its origin at another place on it."""
+    assert body.hydrostatics is not None
+    corners = body.hydrostatics.corners + np.array([0.0, 0.0, rest - draught])
+    low, high = corners[..., 2].min(), corners[..., 2].max()
+    key = f"bodies.{body.name}.hydrodynamics: {db.source} for a draught of {draught:g} m"
+    if not low < 0.0 < high:
+        raise InputError(f"{key}: the hull is then from {low:.4g} to {high:.4g} m above the water.")
+    own = integrals(immersed(corners))
+    if db.volume is not None and abs(db.volume[0] - own.volume) > VOLUME * own.volume:
+        raise InputError(
+            f"{key}: found a displaced volume of {db.volume[0]:.6g} m^3; expected that of the hull"
+            f" at this draught, {own.volume:.6g} m^3. Mend the draught, or the hull."
+        )
+    if db.centre_of_buoyancy is not None:
+        there, here = db.centre_of_buoyancy[0, :2], own.centre_of_buoyancy[:2]
+        if np.abs(there - here).max() > CENTRE * np.ptp(corners[..., 0]):
+            raise InputError(
+                f"{key}: found its centre of buoyancy at x = {there[0]:.4g}, y = {there[1]:.4g} m;"
+                f" expected {here[0]:.4g} and {here[1]:.4g} m as of the hull: all databases of a"
+                " family have one origin on the hull. In a recipe, `position` moves it there."
+            )
+
+
+def _at_start(body: Body, rest: float, members: tuple[WetGroup, ...], scene: Scene) -> WetGroup:
+    """The group of the member nearest to the draught of the start, with a database in between."""
+    weights = _weights(rest - body.position[2], [member.draught for member in members])
+    nearest = members[int(weights.argmax())]
+    db = _between(nearest.database, [member.database for member in members], weights)
+    db = with_hulls(db, (body,), scene.environment)
+    return replace(
+        nearest,
+        bodies=(body,),
+        database=db,
+        members=members,
+        added_mass=np.tensordot(weights, [member.added_mass for member in members], 1),
+    )
+
+
+def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
+    """Squares of the roots at a draught, see `blending`."""
+    weights = np.zeros(len(draughts))
+    k = int(np.clip(np.searchsorted(draughts, draught) - 1, 0, len(draughts) - 2))
+    part = np.clip((draught - draughts[k]) / (draughts[k + 1] - draughts[k]), 0.0, 1.0)
+    weights[k], weights[k + 1] = cos(0.5 * pi * part) ** 2, sin(0.5 * pi * part) ** 2
+    return weights
+
+
+def _between(
+    grid: HydroDatabase, databases: Sequence[HydroDatabase], weights: np.ndarray
+) -> HydroDatabase:
+    """A mixture of databases, at the frequencies and headings of one of them."""
+    if weights.max() > 1.0 - 1e-12:
+        return grid
+    omega, heading = grid.frequency, grid.heading
+    waves = np.tile(heading, omega.size), np.repeat(omega, heading.size)
+    shape = (omega.size, heading.size, 6)
+
+    def mixed(of: Iterable[np.ndarray]) -> np.ndarray:
+        return np.asarray(np.tensordot(weights, list(of), 1))
+
+    drift = None
+    if all(db.mean_drift is not None for db in databases):
+        drift = mixed(mean_drift_at(db, *waves).reshape(shape) for db in databases)
+    return replace(
+        grid,
+        added_mass=mixed(_at(omega, db.frequency, db.added_mass) for db in databases),
+        radiation_damping=mixed(_at(omega, db.frequency, db.radiation_damping) for db in databases),
+        excitation=mixed(excitation_at(db, *waves).reshape(shape) for db in databases),
+        mean_drift=drift,
+        froude_krylov=None,
+        mean_drift_held=None,
+        drift_imbalance=None,
+        qtf_frequency=None,
+        qtf_heading=None,
+        qtf_difference=None,
+        qtf_sum=None,
+        added_mass_zero=None,
+        added_mass_infinite=None,
+    )
+
+
+def _at(omega: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Matrices (nw, n, n) at other frequencies, linear between the ``known``."""
+    each = values.reshape(known.size, -1).T
+    return np.array([np.interp(omega, known, value) for value in each]).T.reshape(-1, 6, 6)

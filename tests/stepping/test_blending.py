@@ -1,0 +1,296 @@
+"""Families of databases over the draught: against the database of a draught between two, blends
+that swing as fast as they like, the ledger, restart, and what is refused.
+
+The barge is a box, 60 x 20 x 8 m, at 3.6 and 4.4 m; a third database of it is for 4 m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import moving
+from numpy.testing import assert_allclose
+
+import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.database import load
+from hydrosim.database.build.barge import box
+from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.errors import InputError
+from hydrosim.integrate import RK4
+from hydrosim.scene import (
+    AtDraught,
+    Body,
+    ConvolutionRadiation,
+    Environment,
+    Family,
+    Hull,
+    Place,
+    Question,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    Solver,
+    Start,
+    StateSpaceRadiation,
+    Stream,
+    Symmetry,
+    WaveForces,
+    WaveTrain,
+    Weight,
+)
+from hydrosim.stepping.blending import CUT, STATES
+from hydrosim.stepping.dynamics import Work, new_work, stored_energies
+from hydrosim.stepping.record import new_record
+from hydrosim.stepping.state import END, START_SLOPE, Run, new_run
+from hydrosim.stepping.stepper import step
+
+DATA = Path(__file__).parents[1] / "data" / "draughts"
+FILES = {3.6: DATA / "3m6.nc", 4.0: DATA / "4m.nc", 4.4: DATA / "4m4.nc"}
+KG, MASS = 4.0, 1025.0 * 60.0 * 20.0 * 4.0
+FAMILY = Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.6, FILES[3.6])))
+ALONE = FILES[4.0]
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
+
+
+def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> Body:
+    """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of which it is
+    described."""
+    hull = Hull(barge_with_deck(box(60.0, 20.0, draught), 8.0))
+    body = Body(
+        "barge",
+        MASS,
+        MASS * np.diag([7.0, 16.0, 16.0]) ** 2,
+        hydrodynamics=source,
+        hydrostatics=hull,
+        centre_of_gravity=(0.0, 0.0, KG - draught),
+        weight=Weight.CARRIED,
+        position=moving(heave=heave),
+        radiation=StateSpaceRadiation(3e-3),
+    )
+    return replace(body, **changes)
+
+
+def scene(body: Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> Scene:
+    return replace(
+        Scene("draughts", duration, (body,), solver=Solver(step=step), output_step=0.5), **changes
+    )
+
+
+@pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
+def test_a_decay_between_two_draughts_is_that_of_the_database_there(
+    dof: str, start: float, figure: Callable[[str, float], None]
+) -> None:
+    """Within 1 % of its start: what linear interpolation leaves of databases 20 % apart."""
+    offset, first = moving(**{dof: start}), np.array(moving(heave=0.4))
+    own = hs.simulate(scene(barge(ALONE, 4.0, position=offset)))
+    both = hs.simulate(scene(barge(FAMILY, 4.4, position=tuple(first + offset))))
+    apart = (both - own)[["position"]].position.sel(dof=dof) - (0.4 if dof == "heave" else 0.0)
+    figure(f"largest difference in {dof}", float(abs(apart).max()) / start)
+    assert abs(apart).max() < 0.01 * start
+
+
+def blends(count: int) -> list[Callable[[float], float]]:
+    """Slow heaves over time, from draught to draught: sums of two random sines; a fifth of them at
+    twice the natural frequency of heave, or of roll."""
+    draw, found = np.random.default_rng(7), []
+    for k in range(count):
+        w, phase = draw.uniform(0.1, 3.0, 2), draw.uniform(0.0, 2.0 * np.pi, 2)
+        w[0] = {0: 2.0 * 0.97, 1: 2.0 * 0.9}.get(k % 10, w[0])
+        a = draw.uniform(0.05, 0.4, 2) * [1.0, 0.2]
+        found.append(lambda t, w=w, a=a, phase=phase: 0.4 + float(a @ np.sin(w * t + phase)))
+    return found
+
+
+def test_no_blend_gains_energy(figure: Callable[[str, float], None]) -> None:
+    """The first filter is put where the second follows a given heave, which no wave could make it;
+    the energy is that of the body, of A_inf at the draught and of the hull's potential. A memory
+    only takes from it, but for the error of the steps."""
+    start = moving(heave=0.4, roll=0.06, pitch=0.02, sway=0.1)
+    speeds = moving(heave=0.3, roll=-0.05, sway=0.4)
+    compiled = compile_scene(scene(barge(FAMILY, 4.4, position=start, velocity=speeds)))
+    rest = compile_scene(scene(barge(FAMILY, 4.4, 0.4))).state.y
+    model, h, gains = compiled.model, 0.1, []
+    at, stored = model.draught, np.zeros(model.rows)
+    for heave in blends(100):
+        run = started(compiled)
+        y, work = run.state.y, run.work
+
+        def energy(y: np.ndarray, run: Run = run, work: Work = work) -> float:
+            kinetic = stored_energies(0.0, y, run.state.modes, model, work, stored)
+            return kinetic + float(stored.sum())
+
+        y[at : at + STATES] = heave(0.0)
+        still = energy(np.where(np.arange(y.size) < model.radiation, rest, y))
+        before = first = energy(y) - still
+        for n in range(200):
+            y[at] = y[at + 1] + (heave((n + 1) * h) - y[at + 1]) / h / CUT
+            run.scratch.known[START_SLOPE] = 0
+            step(n * h, h, run)
+            y[:] = run.scratch.states[END]
+            if n % 5 == 4:
+                now = energy(y) - still
+                gains.append((now - before) / first)
+                before = max(now, before)
+    figure("largest gain, of the energy at the start", max(gains))
+    assert max(gains) < 1e-3
+    assert now < 0.5 * first
+
+
+def started(compiled: Compiled) -> Run:
+    """A run that has not begun."""
+    clock = compile_clock(compiled)
+    state = compiled.first_state()
+    return new_run(clock, compiled.model, RK4, state, new_record(compiled.model, clock))
+
+
+def rising(**changes: Any) -> Scene:
+    """Let go at a draught of 4.35 m: it swings about 4 m, and its slow draught follows."""
+    start = moving(heave=0.05, roll=0.05, pitch=0.01, yaw=0.3)
+    return scene(barge(FAMILY, 4.4, position=start), **changes)
+
+
+def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
+    left = [
+        float(np.abs(hs.simulate(rising(duration=10.0, step=step)).energy_residual.values).max())
+        for step in (0.05, 0.025, 0.0125)
+    ]
+    orders = np.log2(np.array(left[:-1]) / left[1:])
+    figure("order of the ledger", orders[-1])
+    assert orders.min() > 3.7
+
+
+def test_a_run_goes_on_in_the_midst_of_a_blend_to_the_bit() -> None:
+    whole = hs.simulate(rising())
+    first = hs.simulate(rising(duration=20.0))
+    second = hs.simulate(rising(duration=20.0, initial=Start(first)))
+    late = whole.sel(time=slice(20.0, None))
+    for name in ("position", "velocity", "force_radiation"):
+        assert np.array_equal(late[name].values, second[name].values), name
+
+
+SEA = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0), heading=np.radians(40.0)),))
+
+
+def held(source: Any, draught: float, heave: float) -> xr.Dataset:
+    """The loads on a barge that is held at a heave over its place at rest, and heavy in surge."""
+    forces = WaveForces(
+        second_order=SecondOrder.MEAN_DRIFT, headings=Place.MEAN, position=Place.MEAN
+    )
+    body = barge(source, draught, heave, mass=1e15, dofs=("surge",), wave_forces=forces)
+    return hs.simulate(scene(body, 10.0, environment=SEA, accept=tuple(Question)))
+
+
+def test_wave_loads_are_those_of_the_draught() -> None:
+    """At a draught of a database its own; half-way between two their mean."""
+    low, high = held(FILES[4.4], 4.4, 0.0), held(FILES[3.6], 3.6, 0.0)
+    for heave, part in ((0.0, 0.0), (0.8, 1.0), (0.4, 0.5)):
+        found = held(FAMILY, 4.4, heave)
+        for name in ("force_wave_first_order", "force_wave_second_order"):
+            expected = (1.0 - part) * low[name] + part * high[name]
+            scale = float(abs(expected).max())
+            assert_allclose(found[name], expected, rtol=0, atol=1e-12 * scale)
+
+
+def test_waves_follow_the_slow_place_of_a_family() -> None:
+    """At the draught of one of its databases as that alone, locked there."""
+    forces = WaveForces(headings=Place.SLOW, position=Place.SLOW)
+    dofs = ("surge", "sway", "yaw")
+    one, both = (
+        barge(source, 4.4, dofs=dofs, wave_forces=forces, position=moving(surge=3.0, yaw=0.3))
+        for source in (FILES[4.4], FAMILY)
+    )
+    alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
+    assert_allclose(found.position, alone.position, rtol=0, atol=1e-9)
+
+
+def test_a_family_in_its_plane_is_what_it_is_in_all_degrees_of_freedom() -> None:
+    ahead = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0)),))
+    body = barge(FAMILY, 4.4, 0.2, wave_forces=WaveForces(headings=Place.MEAN, position=Place.MEAN))
+    plane = hs.simulate(scene(body, environment=ahead))
+    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    whole = hs.simulate(scene(body, environment=ahead, solver=solver))
+    assert "sway of barge" in plane.attrs["zero_by_symmetry"]
+    assert_allclose(plane.position, whole.position, rtol=0, atol=1e-10)
+
+
+def test_no_family_no_cost() -> None:
+    """No states, no scratch, and nothing to sum."""
+    model = compile_scene(scene(barge(ALONE, 4.0))).model
+    blend = new_work(model).blend
+    assert model.draught == model.energy
+    assert blend.added_mass.size == blend.root.size == model.family.owner.size == 0
+
+
+REFUSED = {
+    "expected a closed hull": {"hydrostatics": None},
+    "expected two others": {"hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))},
+    r"for a draught of 3.8 m: found a displaced volume of 4320 m\^3; expected .* 4560 m\^3": {
+        "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.8, FILES[3.6])))
+    },
+    r"radiation: found a convolution .* expected state_space": {
+        "radiation": ConvolutionRadiation()
+    },
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_is_no_family_is_refused(message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        compile_scene(scene(replace(barge(FAMILY, 4.4), **REFUSED[message])))
+
+
+def test_a_current_and_another_origin_are_refused() -> None:
+    with pytest.raises(InputError, match="and a current; expected still water"):
+        compile_scene(scene(barge(FAMILY, 4.4), environment=Environment(current=Stream(1.0))))
+    db = load(FILES[3.6])
+    centre = db.centre_of_buoyancy + np.array([2.0, 0.0, 0.0])
+    moved = Family(
+        (AtDraught(4.4, FILES[4.4]), AtDraught(3.6, replace(db, centre_of_buoyancy=centre)))
+    )
+    with pytest.raises(InputError, match="one origin on the hull"):
+        compile_scene(scene(barge(moved, 4.4)))
+
+
+CASE = """
+title: two draughts
+duration: 5 s
+environment: {{water_depth: infinite}}
+bodies:
+  barge:
+    hydrodynamics: [{{draught: 4.4 m, file: {0}/4m4.nc}}, {{draught: 3.6 m, file: {0}/3m6.nc}}]
+    hydrostatics: {{recipe: {0}/barge.yaml, depth: 8 m}}
+    weight: carried
+    mass: 4920 tonne
+    centre_of_gravity: [0 m, 0 m, -0.4 m]
+    radii_of_gyration: [7 m, 16 m, 16 m]
+    radiation: {{model: state_space, tolerance: 3e-3}}
+"""
+
+
+def test_a_case_file_has_a_family_as_a_list(tmp_path: Path) -> None:
+    """And so has the case that its run writes."""
+    (tmp_path / "case.yaml").write_text(CASE.format(DATA))
+    (tmp_path / "hull.yaml").write_text("extends: case.yaml\n")
+    with pytest.raises(InputError, match=r"bodies.barge.hydrodynamics: .*3m6.nc.*displaced volume"):
+        hs.simulate(hs.load_case(tmp_path / "hull.yaml"))
+    recipe = DATA / "barge.yaml"
+    deeper = f"extends: {recipe}\nhull: {{draught: 4.4 m}}\n"
+    (tmp_path / "barge.yaml").write_text(deeper)
+    text = CASE.format(DATA).replace(f"{DATA}/barge.yaml", "barge.yaml")
+    (tmp_path / "case.yaml").write_text(text)
+    run = hs.simulate(hs.load_case(tmp_path / "case.yaml"))
+    assert "at 3.6 m: " in run.attrs["database_checksum_barge"]
+    (tmp_path / "again.yaml").write_text(run.attrs["case_resolved"])
+    again = hs.simulate(hs.load_case(tmp_path / "again.yaml"))
+    assert not [x for x in differences(run, again) if "case" not in str(x)]
