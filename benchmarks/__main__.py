@@ -22,6 +22,7 @@ QUESTIONS = (
 LONG = (
     "short_waves",
     "score_card",
+    "draughts",
 )  # if named
 
 

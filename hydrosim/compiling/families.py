@@ -10,11 +10,11 @@ import numpy as np
 
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hulls import with_hulls
-from hydrosim.compiling.wet import WetGroup, group_of, wet_groups
+from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
 from hydrosim.database import HydroDatabase
 from hydrosim.database.hull import immersed, integrals
 from hydrosim.errors import InputError
-from hydrosim.scene import Body, Family, Scene
+from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
 from hydrosim.stepping import blending
 from hydrosim.waves import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -79,7 +79,7 @@ def _family(
     for member in sorted(family.members, key=lambda member: member.draught):
         x, y, z = body.centre_of_gravity
         alone = replace(
-            body,
+            _by_states(body),
             hydrodynamics=member.source,
             hydrostatics=None,
             centre_of_gravity=(x, y, z + rest - member.draught),
@@ -88,14 +88,14 @@ def _family(
         (group,) = groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
         found = group_of(group._replace(places=[i]), scene, seas)
-        if found.convolved:
-            raise InputError(
-                f"bodies.{body.name}.radiation: found a convolution for {group.database.source},"
-                f" {found.convolved[0].reason or 'as asked for'}; expected state_space for a family"
-                " of draughts, with a `tolerance` that its fits hold."
-            )
         members.append(replace(found, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
+
+
+def _by_states(body: Body) -> Body:
+    """The body with states where its radiation is automatic, of the fits nearest to the memory."""
+    chosen = radiation_of(body)
+    return with_states(body, chosen.tolerance) if isinstance(chosen, AutomaticRadiation) else body
 
 
 def _check(body: Body, family: Family, scene: Scene) -> None:
@@ -108,6 +108,11 @@ def _check(body: Body, family: Family, scene: Scene) -> None:
             f"{key}.hydrostatics: found matrix, and databases at draughts of {found} m; expected a"
             " closed hull, {mesh: FILE} or {recipe: FILE, depth: ...}: a stiffness that is blended"
             " would make energy."
+        )
+    if isinstance(radiation_of(body), ConvolutionRadiation):
+        raise InputError(
+            f"{key}.radiation: found convolution, and databases at draughts of {found} m; expected"
+            " state_space or automatic, which takes states for a family."
         )
     if scene.environment.current.speed != 0.0:
         raise InputError(

@@ -15,7 +15,7 @@ from hydrosim.compiling.meetings import (
 )
 from hydrosim.compiling.memory_errors import MemoryErrors
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
-from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Recorded, signals_of
@@ -79,11 +79,12 @@ def notes_of_sea(
 
 def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
     """Fits that had to become worse than asked for, to be passive."""
-    for wet in groups:
+    for wet in each_database(groups):
         for fit in wet.fits:
             if fit.report.frequency_error > fit.report.tolerance:
+                at = f" at {wet.draught:g} m" if wet.draught else ""
                 yield (
-                    f"radiation of {dofs_of(fit.dofs, wet.names)}: no passive fit is within the"
+                    f"radiation of {dofs_of(fit.dofs, wet.names)}{at}: no passive fit is within the"
                     f" tolerance {fit.report.tolerance:g}; the error of the nearest is"
                     f" {fit.report.frequency_error:.1e}. Look at `hydrosim db check`."
                 )

@@ -11,7 +11,7 @@ from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid import Bodies, Motion, place_bodies
 from hydrosim.scene import Scene
-from hydrosim.stepping import blending
+from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 from hydrosim.waves.places import grid_step
@@ -24,8 +24,7 @@ def first_state(scene: Scene, model: Model) -> State:
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
     modes, motion = new_modes(model.elements), new_work(model).motion
-    heave = bodies.locked[6 * model.family.body + 2]
-    y[model.draught : model.energy] = np.repeat(heave, blending.STATES)
+    y[model.draught : model.energy] = settled(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)

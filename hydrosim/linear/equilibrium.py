@@ -24,6 +24,7 @@ from hydrosim.forces.events import settle
 from hydrosim.linear.linearise import inertia
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid import generalised_force, place_bodies
+from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import Model, Work, add_forces, new_work, total_force
 from hydrosim.stepping.state import State
 
@@ -74,7 +75,7 @@ class _Loads:
     def at(self, q: np.ndarray) -> np.ndarray:
         """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
         model, state, work = self.model, self.state, self.work
-        y, load = _at(q, state), np.zeros(q.size)
+        y, load = _at(q, state, model), np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements)
         add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
@@ -126,12 +127,13 @@ def equilibrium(
             f" {residual:.1e} of the weight. Look for a force that nothing balances, or start"
             " nearer to rest (initial.position)."
         )
-    return Rest(model, state._replace(y=_at(q, state)), time, residual, drift, now)
+    return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
 
 
-def _at(q: np.ndarray, state: State) -> np.ndarray:
-    y = np.zeros_like(state.y)
-    y[: q.size] = q
+def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
+    y, coordinates = np.zeros_like(state.y), model.bodies.locked.copy()
+    y[: q.size] = coordinates[model.bodies.active] = q
+    y[model.draught : model.energy] = settled(model.family, coordinates)
     return y
 
 

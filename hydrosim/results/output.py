@@ -56,6 +56,7 @@ from hydrosim.results.names import (
 )
 from hydrosim.results.phases import Phase, group_phases
 from hydrosim.scene import Scene
+from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import channels
 from hydrosim.stepping.state import Record
@@ -68,6 +69,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "position": ("displacement of the centre of gravity from rest; angles", "m or rad", EARTH),
     "velocity": ("velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH),
     "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
+    "slow_draught": ("draught, slow, that the coefficients of a family are for", "m", "none"),
     "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
     "wave_elevation_at_probe": ("undisturbed wave elevation at a probe", "m", EARTH),
     "force_": ("force; moment about the centre of gravity", "N or N m", EARTH),
@@ -128,6 +130,7 @@ def to_dataset(
     }
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
+    data.update(_draughts(model, values["y"]))
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
     own = own_modes(fender, model.elements.fenders, modes)
     data.update(_fenders(time, values["fenders"], own, points, contact_groups(scene)))
@@ -256,6 +259,17 @@ def _fenders(
         "fender_dissipated_damping": (POINT[:2], points[:, :, DAMPED]),
         "fender_dissipated_slip_damping": (POINT[:2], points[:, :, SLIP_DAMPED]),
     }
+
+
+def _draughts(model: Model, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Slow draughts (nt, nb) of bodies with a family of databases, not a number of others."""
+    family = model.family
+    if family.body.size == 0:
+        return {}
+    found = np.full((len(y), model.bodies.each.size), np.nan)
+    filters = y[:, model.draught : model.energy]
+    found[:, family.body] = family.rest - filters[:, 1::STATES_OF_DRAUGHT]
+    return {"slow_draught": (MOTION[:2], found)}
 
 
 def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:

@@ -69,6 +69,11 @@ def new_blend(family: Family, bodies: int) -> Blend:
     return Blend(np.zeros(members), np.zeros(members), blended, np.zeros(own), *every)
 
 
+def settled(family: Family, coordinates: np.ndarray) -> np.ndarray:
+    """Filters (2 nf,) of bodies that have long been at their ``coordinates`` (6 nb,)."""
+    return np.repeat(coordinates[6 * family.body + 2], STATES)
+
+
 @root
 def blend(y, p, added_mass, out):
     """Fill roots and ``added_mass`` for the filters ``y`` (2 nf,); ``added_mass`` (6 nb, 6 nb) has

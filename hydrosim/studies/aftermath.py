@@ -25,6 +25,7 @@ CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
 PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift
 APART, TURNED = 0.1, np.radians(3.0)
 """Of the distance of coupled bodies, and between their headings, that may be unsaid."""
+BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
 SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
 PERIODS = 3.0  # of the waves: what is slower is slow
@@ -50,6 +51,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         yield from _met_elsewhere(compiled, run, _sampled(seas))
     for group in compiled.wet if exact else ():
         yield from _coupled(group, run)
+        yield from _beyond_draughts(group, run)
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
@@ -154,6 +156,22 @@ def _sampled(seas: Sequence[Components]) -> Sample:
     wanted = energy[-1] * (np.arange(SAMPLES) + 0.5) / SAMPLES
     at = np.searchsorted(energy, wanted)
     return Sample(omega[at], heading[at], k[at])
+
+
+def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+    """A body that was slowly at draughts that its family of databases has not."""
+    if not group.members:
+        return
+    draughts, (name,) = [member.draught for member in group.members], group.names
+    slow = run.slow_draught.sel(body=name).values
+    beyond = np.maximum(draughts[0] - slow, slow - draughts[-1])
+    at = int(beyond.argmax())
+    if beyond[at] > BEYOND * float(np.diff(draughts).min()):
+        yield (
+            f"bodies.{name}.hydrodynamics: at {run.time.values[at]:.4g} s its slow draught was"
+            f" {slow[at]:.4g} m, and its databases are for {draughts[0]:g} to {draughts[-1]:g} m:"
+            " coefficients were those of the nearest. Add a database for that draught."
+        )
 
 
 def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:

@@ -72,7 +72,7 @@ UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "so does it
 CHUNK = 0.1  # s of wall time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
-    CAPSIZED: "the pitch of body {where}, or the heel of its hull, is beyond 85 deg, where angles"
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull, where angles"
     " lose their meaning",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"

@@ -27,6 +27,7 @@ from hydrosim.database.build.barge import box
 from hydrosim.database.build.closed import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.integrate import RK4
+from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.scene import (
     AtDraught,
     Body,
@@ -170,6 +171,13 @@ def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, flo
     assert orders.min() > 3.7
 
 
+def test_a_draught_beyond_the_family_is_warned_of() -> None:
+    """The coefficients stay those of the last database; the slow draught is recorded."""
+    run = hs.simulate(scene(barge(FAMILY, 4.4, 1.0, mass=0.8 * MASS), 5.0))
+    assert run.slow_draught.sel(body="barge")[0] == pytest.approx(3.4)
+    assert "its databases are for 3.6 to 4.4 m" in run.attrs["warnings"]
+
+
 def test_a_run_goes_on_in_the_midst_of_a_blend_to_the_bit() -> None:
     whole = hs.simulate(rising())
     first = hs.simulate(rising(duration=20.0))
@@ -238,9 +246,7 @@ REFUSED = {
     r"for a draught of 3.8 m: found a displaced volume of 4320 m\^3; expected .* 4560 m\^3": {
         "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.8, FILES[3.6])))
     },
-    r"radiation: found a convolution .* expected state_space": {
-        "radiation": ConvolutionRadiation()
-    },
+    "radiation: found convolution, .* expected state_space": {"radiation": ConvolutionRadiation()},
 }
 
 
@@ -294,3 +300,12 @@ def test_a_case_file_has_a_family_as_a_list(tmp_path: Path) -> None:
     (tmp_path / "again.yaml").write_text(run.attrs["case_resolved"])
     again = hs.simulate(hs.load_case(tmp_path / "again.yaml"))
     assert not [x for x in differences(run, again) if "case" not in str(x)]
+
+
+def test_a_place_at_rest_has_the_draught_of_it() -> None:
+    """By 80 % of the weight of 4.4 m the barge rises to 3.52 m, beyond the last database."""
+    compiled = compile_scene(scene(barge(FAMILY, 4.4, mass=0.8 * MASS * 1.1)))
+    rest = equilibrium(compiled.model, compiled.state, 0.0, MASS * 9.81)
+    filters = rest.state.y[compiled.model.draught : compiled.model.energy]
+    assert_allclose(rest.position[0, 2], 0.2 * 4.4, rtol=1e-9)
+    assert_allclose(filters, 0.2 * 4.4, rtol=1e-9)
