@@ -23,16 +23,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.calm import in_waves
-from hydrosim.errors import HydrosimError, InputError
+from hydrosim.errors import InputError
 from hydrosim.interrupts import undisturbed
 from hydrosim.outputs import Output, as_output, unwritable
 from hydrosim.results.journal import RESULT, Journal, Kept
-from hydrosim.results.runs_file import COMPLETE, NOT_RUN, RunsFile
-from hydrosim.results.statistics import statistics
+from hydrosim.results.runs_file import COMPLETE, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.studies.shared import Shared, Work
-from hydrosim.studies.simulation import run_compiled, simulate
+from hydrosim.studies.outcome import Outcome, digested, outcome_of
+from hydrosim.studies.shared import Shared
+from hydrosim.studies.simulation import simulate
 from hydrosim.studies.stages import complete
 from hydrosim.studies.unfinished import alone_with, begun, identity, is_whole
 
@@ -42,20 +41,9 @@ if TYPE_CHECKING:
 AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
 COLLECTED = 16  # runs after which garbage is collected
 FEWEST = 4  # output times, to have statistics of
-COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
-OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
-OWN |= {"status", "status_message"}  # attributes of a run that are no attributes of the set
 
 Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
-
-
-class _Outcome(NamedTuple):
-    status: str
-    message: str = ""
-    warnings: str = ""
-    found: xr.Dataset | None = None
-    attributes: Mapping[str, object] = {}
 
 
 def simulate_many(
@@ -97,7 +85,7 @@ def simulate_many(
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
-    digest = partial(_digest, variables=list(variables), start=start)
+    digest = partial(digested, variables=list(variables), start=start)
 
     shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
@@ -213,7 +201,7 @@ def _run_all(work: _Set, workers: int, progress: Progress | None) -> None:
     """Run the scenes by so many threads; what they find is kept by this one as it comes, and
     written in order."""
     stop, done = Event(), 0
-    pending: deque[tuple[int, Future[_Outcome]]] = deque()
+    pending: deque[tuple[int, Future[Outcome]]] = deque()
 
     def take() -> None:
         nonlocal done
@@ -259,16 +247,16 @@ class _Set(NamedTuple):
 
     def begun(
         self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
-    ) -> Future[_Outcome]:
+    ) -> Future[Outcome]:
         """A run that is done, or is being done by a thread."""
         if self.journal is None or run not in self.journal:
-            return pool.submit(_run, self.shared.prepared(scene), self.digest, stop)
+            return pool.submit(outcome_of, self.shared.prepared(scene), self.digest, stop)
         found, attributes, warnings = self.journal.read(run)
-        known: Future[_Outcome] = Future()
-        known.set_result(_Outcome(COMPLETE, "", warnings, found, attributes))
+        known: Future[Outcome] = Future()
+        known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))
         return known
 
-    def keep(self, pending: Iterable[tuple[int, Future[_Outcome]]]) -> None:
+    def keep(self, pending: Iterable[tuple[int, Future[Outcome]]]) -> None:
         """Put what is complete by now on the disk."""
         for run, future in pending:
             if self.journal is None or run in self.journal or not future.done():
@@ -279,7 +267,7 @@ class _Set(NamedTuple):
                     self.journal.add(run, kept)
 
 
-def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
+def _write(run: int, outcome: Outcome, file: RunsFile) -> None:
     found = outcome.found
     if found is None:
         file.mark(run, outcome.status, outcome.message, outcome.warnings)
@@ -287,65 +275,3 @@ def _write(run: int, outcome: _Outcome, file: RunsFile) -> None:
         file.mark(run, "failed", f"its {name} is not that of the runs before it")
     else:
         file.add(run, found, outcome.attributes, outcome.warnings)
-
-
-def _run(
-    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
-) -> _Outcome:
-    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
-    it is its own failure, but for what is asked of all runs."""
-
-    def watch(*_: float) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-
-    if isinstance(work, Exception):
-        return _Outcome("failed", _told(work))
-    if stop.is_set():
-        return _Outcome(NOT_RUN)
-    try:
-        compiled = in_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch)
-    except KeyboardInterrupt:
-        return _Outcome("interrupted")
-    except Exception as error:
-        return _Outcome("failed", _told(error))
-    status = str(run.attrs["status"])
-    if status != COMPLETE:
-        return _Outcome(status)
-    common = {name: value for name, value in run.attrs.items() if name not in OWN}
-    try:
-        found = digest(run)
-    except InputError:
-        raise
-    except Exception as error:
-        return _Outcome("failed", _told(error))
-    return _Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
-
-
-def _told(error: Exception) -> str:
-    """A message; of an error that nobody has thought of also what it is."""
-    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
-
-
-def _digest(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
-    """What is kept of a run."""
-    unknown = [name for name in variables if name not in run]
-    if unknown:
-        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
-        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
-    end = run.position.isel(time=-1, drop=True)
-    end.attrs.update(long_name="displacement and angles at the end of the run")
-    figures = statistics(run, start).assign(end_position=end)
-    if "fender" in run.dims:
-        figures["first_contact"] = _first_contact(run)
-    counts = {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
-    return xr.merge([run[variables], figures.assign(counts)], join="outer", compat="equals")
-
-
-def _first_contact(run: xr.Dataset) -> xr.DataArray:
-    """When each group of contacts touches first, NaN if it does not."""
-    phase = run.contact_phase.transpose("contact_group", "time").values
-    first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
-    said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
-    return xr.DataArray(first, {"contact_group": run.contact_group}, ("contact_group",), attrs=said)

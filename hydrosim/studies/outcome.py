@@ -1,0 +1,94 @@
+"""One run of many: how it ended, and what is kept of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from threading import Event
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.calm import in_waves
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.runs_file import COMPLETE, NOT_RUN
+from hydrosim.results.statistics import statistics
+from hydrosim.studies.shared import Work
+from hydrosim.studies.simulation import run_compiled
+
+COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
+OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
+OWN |= {"status", "status_message"}  # attributes of a run that are no attributes of the set
+
+
+class Outcome(NamedTuple):
+    """How a run ended, why, what it was warned of; what is kept of it, and its attributes that are
+    those of all."""
+
+    status: str
+    message: str = ""
+    warnings: str = ""
+    found: xr.Dataset | None = None
+    attributes: Mapping[str, object] = {}
+
+
+def outcome_of(
+    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
+) -> Outcome:
+    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
+    it is its own failure, but for what is asked of all runs."""
+
+    def watch(*_: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    if isinstance(work, Exception):
+        return Outcome("failed", _told(work))
+    if stop.is_set():
+        return Outcome(NOT_RUN)
+    try:
+        compiled = in_waves(work.calm, work.scene, work.sea)
+        run = run_compiled(compiled, watch)
+    except KeyboardInterrupt:
+        return Outcome("interrupted")
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    status = str(run.attrs["status"])
+    if status != COMPLETE:
+        return Outcome(status)
+    common = {name: value for name, value in run.attrs.items() if name not in OWN}
+    try:
+        found = digest(run)
+    except InputError:
+        raise
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    return Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+
+
+def _told(error: Exception) -> str:
+    """A message; of an error that nobody has thought of also what it is."""
+    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
+
+
+def digested(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
+    """What is kept of a run."""
+    unknown = [name for name in variables if name not in run]
+    if unknown:
+        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
+        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
+    end = run.position.isel(time=-1, drop=True)
+    end.attrs.update(long_name="displacement and angles at the end of the run")
+    figures = statistics(run, start).assign(end_position=end)
+    if "fender" in run.dims:
+        figures["first_contact"] = _first_contact(run)
+    counts = {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
+    return xr.merge([run[variables], figures.assign(counts)], join="outer", compat="equals")
+
+
+def _first_contact(run: xr.Dataset) -> xr.DataArray:
+    """When each group of contacts touches first, NaN if it does not."""
+    phase = run.contact_phase.transpose("contact_group", "time").values
+    first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
+    said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
+    return xr.DataArray(first, {"contact_group": run.contact_group}, ("contact_group",), attrs=said)
