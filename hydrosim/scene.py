@@ -402,6 +402,79 @@ class Weight(StrEnum):
 
 
 @dataclass(frozen=True)
+class Box:
+    """A tank between two corners (3,) [m]; ``permeability`` is the part of it that fluid fills."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    permeability: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class TankTable:
+    """A tank of which is known, at each ``level`` (n,) above its bottom [m], rising from 0: the
+    ``volume`` (n,) of fluid in it [m^3], its ``centroid`` (n, 3), and the second moments xx, xy, yy
+    of its free ``surface`` about its centroid (n, 3) [m^4]."""
+
+    level: np.ndarray
+    volume: np.ndarray
+    centroid: np.ndarray
+    surface: np.ndarray
+
+
+class FreeSurface(StrEnum):
+    """Of the fluid in a tank: level at all times, or fixed to the tank."""
+
+    QUASI_STATIC = "quasi_static"
+    FROZEN = "frozen"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Levels (n,) [m] of a tank at times (n,) [s]: between them its flow, from or to the sea, is
+    constant; there is none before and after."""
+
+    time: np.ndarray
+    level: np.ndarray
+
+
+@dataclass(frozen=True)
+class Tank:
+    """A tank of a body, in the database's frame, with a fluid of this ``density`` [kg/m^3], whose
+    ``level`` above the bottom [m] is that at the start."""
+
+    name: str
+    shape: Box | TankTable
+    level: float
+    density: float = 1025.0
+    surface: FreeSurface = FreeSurface.QUASI_STATIC
+    plan: Plan | None = None
+
+
+@dataclass(frozen=True)
+class LevelReached:
+    """When the level of a tank [m] is above or, else, below this."""
+
+    tank: str
+    level: float
+    above: bool
+
+
+@dataclass(frozen=True)
+class Pump:
+    """Moves ``rate`` [kg/s] from the ``source`` to the ``target``, tanks of its body or, None, the
+    sea, from ``start`` to ``stop``: times [s] or levels. Without ``stop`` until the source is empty
+    or the target full."""
+
+    name: str
+    rate: float
+    source: str | None
+    target: str | None
+    start: float | LevelReached = 0.0
+    stop: float | LevelReached | None = None
+
+
+@dataclass(frozen=True)
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
@@ -418,6 +491,10 @@ class Body:
     ``velocity`` (6,) are the initial offsets from the place at rest, along the earth's axes and
     about the body's, and their rates; ``dofs`` not named are locked, and a body without any is
     held.
+
+    What is in its ``tanks`` at the start is part of its mass and inertia, and so is its centre of
+    gravity then. ``constant_inertia`` leaves mass and inertia as they are then, whatever is pumped:
+    the weight alone changes.
     """
 
     name: str
@@ -436,6 +513,9 @@ class Body:
     radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
     wave_forces: WaveForces = field(default_factory=WaveForces)
     weight: Weight = Weight.BALANCED
+    tanks: tuple[Tank, ...] = ()
+    pumps: tuple[Pump, ...] = ()
+    constant_inertia: bool = False
 
 
 @dataclass(frozen=True)

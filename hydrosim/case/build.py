@@ -15,6 +15,7 @@ from hydrosim.case.hydrodynamics import built
 from hydrosim.case.hydrostatics import hull_of
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
+from hydrosim.case.tanks import Lightship
 
 
 def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
@@ -66,15 +67,17 @@ def _environment(water: schema.Environment, path: Path) -> scene.Environment:
 
 
 def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
+    tanks = tuple(tank.build(key) for key, tank in body.tanks.items())
+    mass, centre, inertia = _mass(body, tanks)
     return scene.Body(
         name=name,
-        mass=body.mass,
-        inertia=_inertia(body),
+        mass=mass,
+        inertia=inertia,
         hydrodynamics=built(body.hydrodynamics, partial(_place, folder)),
         hydrostatics=hull_of(
             body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body
         ),
-        centre_of_gravity=body.centre_of_gravity or (0.0, 0.0, 0.0),
+        centre_of_gravity=centre,
         location=body.location,
         heading=body.heading,
         database_body=body.database_body,
@@ -84,8 +87,25 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         velocity=body.initial.velocity,
         radiation=_radiation(body.radiation),
         wave_forces=scene.WaveForces(**dict(body.wave_forces)),
-        weight=body.weight,
+        weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
+        tanks=tanks,
+        pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
+        constant_inertia=body.constant_inertia,
     )
+
+
+def _mass(
+    body: schema.Body, tanks: tuple[scene.Tank, ...]
+) -> tuple[float, tuple[float, ...], np.ndarray]:
+    """Mass, centre of gravity and inertia about it, of the body with what is in its tanks."""
+    if body.lightship is None:
+        assert body.mass is not None
+        return body.mass, body.centre_of_gravity or (0.0, 0.0, 0.0), _inertia(body, body.mass)
+    from hydrosim.forces.ballast.loading import at_start, loaded  # slow to load
+
+    own = body.lightship
+    found = loaded(own.mass, own.centre_of_gravity, _inertia(own, own.mass), at_start(tanks))
+    return found.mass, tuple(found.centre.tolist()), found.inertia
 
 
 def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
@@ -102,10 +122,10 @@ def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation
             return scene.RadiationModel.NONE
 
 
-def _inertia(body: schema.Body) -> np.ndarray:
+def _inertia(body: schema.Body | Lightship, mass: float) -> np.ndarray:
     if body.inertia is not None:
         return np.array(body.inertia)
-    if body.mass_matrix is not None:
+    if isinstance(body, schema.Body) and body.mass_matrix is not None:
         return np.array(body.mass_matrix)[3:, 3:]
     # Without free rotations any inertia will do.
-    return body.mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))
+    return mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))

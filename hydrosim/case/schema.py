@@ -24,6 +24,7 @@ from pydantic import (
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
 from hydrosim.case.hydrostatics import Hydrostatics
+from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
@@ -162,7 +163,8 @@ Radiation = Annotated[
 class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
-    mass: of.Mass
+    mass: of.Mass | None = None
+    lightship: Lightship | None = None
     hydrodynamics: Hydrodynamics | None = None
     hydrostatics: Hydrostatics = "matrix"
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
@@ -179,12 +181,23 @@ class Body(Strict):
         model="automatic"
     )
     wave_forces: WaveForces = WaveForces()
-    weight: Weight = Weight.BALANCED
+    weight: Weight | None = None
+    tanks: dict[Name, Tank] = Field(default_factory=dict)
+    pumps: dict[Name, Pump] = Field(default_factory=dict)
+    constant_inertia: StrictBool = False
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
         keys = ("radii_of_gyration", "inertia", "mass_matrix")
         given = self.given(*keys)
+        if self.lightship is not None:
+            twice = [*self.given("mass", "centre_of_gravity"), *given]
+            if twice:
+                found = f"lightship and {', '.join(twice)}"
+                raise problem(found, "one of them: of the ship without, or with what is in tanks")
+            return self
+        if self.mass is None:
+            raise problem('no key "mass"', "it, or lightship")
         if len(given) > 1 or (not given and TURNS & set(self.dofs)):
             raise problem(" and ".join(given) or "none", f"one of {', '.join(keys)}")
         if self.mass_matrix is not None:
@@ -192,6 +205,7 @@ class Body(Strict):
         return self
 
     def _check_mass_matrix(self, matrix: np.ndarray) -> None:
+        assert self.mass is not None
         wanted = np.zeros((6, 6))
         wanted[:3, :3] = self.mass * np.eye(3)
         wanted[3:, 3:] = matrix[3:, 3:]
@@ -205,7 +219,7 @@ class Body(Strict):
     @model_validator(mode="after")
     def _check_place(self) -> Self:
         files = files_of(self.hydrodynamics)
-        if files and self.centre_of_gravity is None:
+        if files and self.lightship is None and self.centre_of_gravity is None:
             raise problem("no centre_of_gravity", "one, in the database's frame")
         if not files and self.database_body != 1:
             raise problem("database_body and no database", "both, or none")

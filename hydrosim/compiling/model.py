@@ -12,6 +12,7 @@ from hydrosim import forces, radiation
 from hydrosim.compiling import families
 from hydrosim.compiling.hulls import hulls_of
 from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.tanks import steady_surface, tanks_of
 from hydrosim.compiling.weights import weights_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database import HydroDatabase, needed
@@ -105,6 +106,7 @@ def _bodies(scene: Scene) -> Bodies:
             b.inertia,
             about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
             b.heading,
+            steady_surface(b),
         )
         for b in scene.bodies
     ]
@@ -191,6 +193,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         of_body,
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method in ADAPTIVE else scene.solver.step,
+        tanks_of(scene),
     )
 
 

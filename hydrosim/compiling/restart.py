@@ -19,6 +19,8 @@ import xarray as xr
 from hydrosim import radiation
 from hydrosim.errors import InputError
 from hydrosim.forces import events, new_modes, own_modes, spring
+from hydrosim.forces.ballast import tanks
+from hydrosim.forces.ballast.tanks import flow_names, tank_names
 from hydrosim.forces.contact import fender
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
@@ -141,8 +143,18 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
     there = dict(zip(run.state.values, values, strict=True))
     draughts = (name for name in draught_names(scene, model) if name not in there)
     there |= {name: there.get(f"heave of {name.split(' of ')[1]}", 0.0) for name in draughts}
-    y = np.array([there.get(name, 0.0) for name in state_names(scene, model)])
+    first = {
+        f"volume of {tank}": v
+        for tank, v in zip(tank_names(scene), _volumes(model, fresh), strict=True)
+    }
+    y = np.array([there.get(name, first.get(name, 0.0)) for name in state_names(scene, model)])
     return State(y, _modes(scene, model, run, y), _history(scene, model, run, fresh.history))
+
+
+def _volumes(model: Model, fresh: State) -> np.ndarray:
+    """What is in the tanks at a start from rest."""
+    p = model.elements.tanks
+    return fresh.y[p.state : p.state + p.each.size]
 
 
 def _run(scene: Scene) -> xr.Dataset:
@@ -238,6 +250,8 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     _restore(
         "spring", spring_names(scene), lines, time, run, own_modes(spring, elements.springs, stored)
     )
+    p = elements.tanks
+    _restore("pump", flow_names(scene), p.flows, time, run, own_modes(tanks, p, stored))
     return np.where(_possible(time, y, stored, motion, model)[:, None], stored, settled)
 
 
@@ -272,8 +286,10 @@ def _possible(
     steepest = np.zeros(len(modes))
     steepest[fenders.mode :][: fenders.points.size] = fenders.points["steepest"]
     steepest[springs.mode :][: springs.lines.size] = springs.lines["steepest"]
+    flowing = np.zeros(len(modes), dtype=bool)
+    own_modes(tanks, each.tanks, flowing[:, None, None])[:] = True
     touching = out[:, CONTACT_MARGIN] >= -NEAR * steepest
-    return touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
+    return flowing | (touching & (out[:, SEGMENT_MARGIN] >= -NEAR))
 
 
 def _history(

@@ -23,6 +23,8 @@ def first_state(scene: Scene, model: Model) -> State:
     bodies, n = model.bodies, model.bodies.active.size
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
+    tanks = model.elements.tanks
+    y[tanks.state : tanks.state + tanks.each.size] = tanks.each["first_volume"]
     modes, motion = new_modes(model.elements), new_work(model).motion
     y[model.draught : model.energy] = settled(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])

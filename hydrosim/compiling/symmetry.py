@@ -33,6 +33,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import CATALOGUE
+from hydrosim.forces.ballast.mirror import without_image as without_image_in
 from hydrosim.forces.mirroring import LATERAL, SMALL
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
@@ -101,6 +102,8 @@ def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
             yield f"{body.name} heads to {np.degrees(body.heading):g} deg at rest"
         if couples(np.asarray(body.inertia), rotations):
             yield f"the products of inertia of {body.name}"
+        if alone := without_image_in(body):
+            yield f"{', '.join(alone)} of {body.name} have no mirror image"
     yield from without_image(scene.forces, y)
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):

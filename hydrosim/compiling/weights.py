@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from hydrosim.compiling.tanks import check_lightship
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT
@@ -18,6 +19,9 @@ def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[
     those of forces. Raises InputError where nothing can carry a body."""
     carried = [i for i, body in enumerate(scene.bodies) if body.weight == Weight.CARRIED]
     _check_supports(scene, alone)
+    for body in scene.bodies:
+        if body.name in alone and body.hydrostatics is None:
+            check_lightship(body, _buoyancy(body, alone) / scene.environment.gravity)
     return Weights(
         np.array(carried, dtype=np.int64),
         np.array([_buoyancy(scene.bodies[i], alone) for i in carried], dtype=float),

@@ -181,7 +181,8 @@ def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidat
     return AfterValidator(check)
 
 
-def _from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Refuses a table that does not begin at 0 or has one point alone."""
     if len(values) < 2 or values[0] != 0.0:
         found = "[" + ", ".join(f"{x:g}" for x in values) + "]"
         raise problem(found, "a table of at least two points, the first at 0")
@@ -273,6 +274,6 @@ Position = tuple[Length, Length]
 Headings = Annotated[tuple[Angle, ...], AfterValidator(some), RISING, AfterValidator(_round)]
 StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
-Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(_from_zero)]
+Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(from_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
-NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(_from_zero)]
+NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(from_zero)]

@@ -28,6 +28,7 @@ from hydrosim.forces import (
     stream_load,
 )
 from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.ballast import flows, tanks
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Fender, Plane
@@ -57,6 +58,7 @@ class Elements(NamedTuple):
     linear_dampings: Any
     quadratic_dampings: Any
     stream_loads: Any
+    tanks: Any
 
 
 CATALOGUE = Elements(
@@ -67,6 +69,7 @@ CATALOGUE = Elements(
     linear_dampings=linear_damping,
     quadratic_dampings=quadratic_damping,
     stream_loads=stream_load,
+    tanks=tanks,
 )
 """The files of all kinds."""
 
@@ -88,6 +91,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         )
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
+    if e.tanks.each.size > 0:
+        flows.add_force(t, y, modes, motion, bodies, e.tanks, wrench, rate, dy)
 
 
 @kernel
@@ -113,7 +118,7 @@ def placed(elements: Elements, state: int) -> Elements:
         own = {"mode": mode} if hasattr(kind, "units") else {}
         if hasattr(kind, "STATE_NAMES"):
             own["state"] = state
-            state += len(kind.STATE_NAMES) * count
+            state += _states(kind, p)
         found.append(p._replace(**own) if own else p)
         mode += count
     return Elements(*found)
@@ -122,8 +127,13 @@ def placed(elements: Elements, state: int) -> Elements:
 def state_count(elements: Elements) -> int:
     """Number of states in y of all elements."""
     pairs = zip(CATALOGUE, elements, strict=True)
-    with_states = ((kind, p) for kind, p in pairs if hasattr(kind, "STATE_NAMES"))
-    return sum(len(kind.STATE_NAMES) * len(kind.units(p)) for kind, p in with_states)
+    return sum(_states(kind, p) for kind, p in pairs if hasattr(kind, "STATE_NAMES"))
+
+
+def _states(kind: Any, p: Any) -> int:
+    """Number of states of a kind: as many for each of its units, or what it says."""
+    own = getattr(kind, "state_count", None)
+    return int(own(p)) if own else len(kind.STATE_NAMES) * len(kind.units(p))
 
 
 def dynamic_states(elements: Elements) -> np.ndarray:

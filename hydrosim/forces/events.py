@@ -1,7 +1,7 @@
 """The modes of all elements that have any: when they end, what follows, and what is observed.
 
-Rows of modes are those of contact points, then those of springs; every row has as many margins,
-which are positive while its mode lasts.
+Rows of modes are those of contact points, then of springs, then of flows; every row has as many
+margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hydrosim.forces import spring
+from hydrosim.forces.ballast import flows
 from hydrosim.forces.contact import fender, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.jit.kernels import kernel, root
@@ -40,6 +41,8 @@ def settle(t, y, modes, motion, bodies, elements):
     """Fill ``modes`` for a start from ``y``."""
     transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     spring.settle(modes, motion, bodies, elements.springs)
+    if elements.tanks.flows.size > 0:
+        flows.settle(t, modes, elements.tanks)
 
 
 @kernel
@@ -49,6 +52,8 @@ def find_margins(t, y, modes, motion, bodies, elements, headings, reactions, wat
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
         spring.margins(modes, motion, bodies, springs, out)
+    if elements.tanks.flows.size > 0:
+        flows.margins(t, y, modes, elements.tanks, out)
 
 
 @kernel
@@ -62,6 +67,9 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reacti
     """Put a row of modes into that which follows when margin ``which``, of this ``size`` before or
     after, has reached zero; what relaxes in few steps of length ``step`` is settled only later."""
     fenders, springs = elements.fenders, elements.springs
+    if row >= elements.tanks.mode and elements.tanks.flows.size > 0:
+        flows.switch(row - elements.tanks.mode, which, modes, elements.tanks)
+        return
     if row >= springs.mode and springs.lines.size > 0:
         spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
         return
@@ -72,7 +80,9 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reacti
 @kernel
 def felt(row, elements):
     """Entries of y, beyond coordinates and rates, that margins of a row look at: from, to."""
-    fenders = elements.fenders
+    fenders, tanks = elements.fenders, elements.tanks
+    if row >= tanks.mode and tanks.flows.size > 0:
+        return tanks.state, tanks.state + tanks.each.size
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     k = fenders.state + fender.STATES * (row - fenders.mode)

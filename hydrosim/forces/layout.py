@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,14 +12,20 @@ from hydrosim.scene import Scene, Weight
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
-WEIGHT = "weight"
+WEIGHT, BALLAST = "weight", "ballast"
 
 
 def row_names(scene: Scene) -> tuple[str, ...]:
-    """Names of all rows of forces: those of bodies, those of elements, and that of the weight if
-    any body carries its own."""
+    """Names of all rows of forces: those of bodies, those of elements, that of the weight if any
+    body carries its own, and that of what flows in and out of tanks."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
-    return (*ROWS, *scene.forces, *([WEIGHT] if carried else []))
+    own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
+    return (*ROWS, *scene.forces, *own)
+
+
+def has_flow(scene: Scene) -> bool:
+    """Whether what is in any tank changes."""
+    return any(body.pumps or any(t.plan for t in body.tanks) for body in scene.bodies)
 
 
 class Resonance(NamedTuple):
@@ -47,7 +53,8 @@ class Layout:
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
     hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
-    steps, which cannot follow what is faster; 0 of others.
+    steps, which cannot follow what is faster; 0 of others. ``tanks`` are those that change, as
+    compiled.
     """
 
     body: dict[str, int]
@@ -57,3 +64,4 @@ class Layout:
     resonance: Callable[[int, np.ndarray], Resonance]
     weight: tuple[float, ...] = ()
     step: float = 0.0
+    tanks: Any = None

@@ -25,7 +25,14 @@ from hydrosim.linear.linearise import inertia
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
-from hydrosim.stepping.dynamics import Model, Work, add_forces, new_work, total_force
+from hydrosim.stepping.dynamics import (
+    Model,
+    Work,
+    add_forces,
+    look_inside,
+    new_work,
+    total_force,
+)
 from hydrosim.stepping.state import State
 
 ITERATIONS = 100
@@ -78,6 +85,7 @@ class _Loads:
         y, load = _at(q, state, model), np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements)
+        look_inside(y, model, work)
         add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
         total_force(work.wrench, work.total)
         generalised_force(model.bodies, work.motion, work.total, load)
@@ -92,7 +100,7 @@ class _Loads:
 
     def held(self, q: np.ndarray) -> Held:
         """The directions that have a stiffness at ``q``."""
-        scale = np.sqrt(np.diag(inertia(self.model, np.concatenate([q, 0.0 * q]))))
+        scale = np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
         U, sizes, V = np.linalg.svd(self.stiffness(q) / np.multiply.outer(scale, scale))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
         free = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
@@ -131,9 +139,13 @@ def equilibrium(
 
 
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
+    """y at rest at ``q`` with what is in the tanks of a ``state``."""
     y, coordinates = np.zeros_like(state.y), model.bodies.locked.copy()
     y[: q.size] = coordinates[model.bodies.active] = q
     y[model.draught : model.energy] = settled(model.family, coordinates)
+    tanks = model.elements.tanks
+    held = slice(tanks.state, tanks.state + tanks.each.size)
+    y[held] = state.y[held]
     return y
 
 

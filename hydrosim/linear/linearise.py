@@ -15,9 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
-from hydrosim.rigid import acceleration_map, mass_matrix, place_bodies
+from hydrosim.rigid import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
-from hydrosim.stepping.dynamics import Model, dynamic_states, jacobian, new_work
+from hydrosim.stepping.dynamics import (
+    Model,
+    dynamic_states,
+    find_mass,
+    jacobian,
+    look_inside,
+    new_work,
+)
 from hydrosim.stepping.state import State
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
@@ -121,14 +128,15 @@ def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
 
 
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:
-    """Inertia (n, n) of the free coordinates, added mass included, at ``y``: these and their rates
-    (2 n,), or a whole state, whose slow draughts count then."""
+    """Inertia (n, n) of the free coordinates, added mass included, in the state ``y``, with its
+    slow draughts and what is in its tanks."""
     work, n, A = new_work(model), model.bodies.active.size, model.added_mass
     found = np.zeros((n, n))
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    if model.family.body.size and y.size == model.size:
+    if model.family.body.size:
         blend(y[model.draught :], model.family, A, work.blend)
         A = work.blend.added_mass
-    mass_matrix(model.bodies, model.headings, work.motion, A, work.mass)
+    look_inside(y, model, work)
+    find_mass(model, A, work)
     acceleration_map(model.bodies, work.motion, work.mass, found)
     return found

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from hydrosim.forces import new_modes
+from hydrosim.forces import new_modes, own_modes, spring
 from hydrosim.forces.contact.fender import STATES
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.laws import sliding, slowest
@@ -160,12 +160,12 @@ def _modes(model: Model, names: list[str], each_alone: bool) -> Iterator[tuple[s
     lines, segments = springs.lines, springs.segments
     for contact, modes in _contact_modes(model, names, each_alone):
         yield f"{contact}, springs slack" if lines.size else contact, modes
-        taut = modes.copy()
-        taut[points.size :, MODE] = TAUT
-        taut[points.size :, SEGMENT] = [_steepest(segments, line) for line in lines]
+        taut, end = modes.copy(), points.size + lines.size
+        taut[points.size : end, MODE] = TAUT
+        taut[points.size : end, SEGMENT] = [_steepest(segments, line) for line in lines]
         if lines.size:
             yield f"{contact}, springs taut", taut
-        for i in range(points.size, len(modes) if each_alone and lines.size > 1 else 0):
+        for i in range(points.size, end if each_alone and lines.size > 1 else 0):
             alone = modes.copy()
             alone[i] = taut[i]
             yield f"{contact}, {names[model.bodies.active.size + i]} alone taut", alone
@@ -178,7 +178,7 @@ def _contact_modes(
     points, lines = model.elements.fenders.points, model.elements.springs.lines
     steep = [_steepest(model.elements.fenders.segments, point) for point in points]
     modes = new_modes(model.elements)
-    modes[:, SEGMENT] = np.concatenate([points["first"], lines["first"]])
+    modes[: points.size + lines.size, SEGMENT] = [*points["first"], *lines["first"]]
     yield "all contacts open" if points.size else "no contact", modes
     for mode in (STICK, SLIP) if points.size else ():
         closed = modes.copy()
@@ -214,7 +214,8 @@ def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
         if mode != OPEN:
             nearer = pieces[segment]["start"] + PRESSED - touch(point, bodies, motion).compression
             point["plane_point"] += nearer * point["plane_normal"]
-    for line, (mode, segment, _) in zip(lines, modes[points.size :], strict=True):
+    own = own_modes(spring, model.elements.springs, modes)
+    for line, (mode, segment, _) in zip(lines, own, strict=True):
         if mode == TAUT:
             extension = segments[segment]["start"] + PRESSED
             line["length"] = stretch(line, bodies, motion).length - extension

@@ -9,13 +9,24 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Fender, Spring
+from hydrosim.forces.ballast.tanks import tank_names
 from hydrosim.forces.contact.fender import STATE_NAMES
-from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER, row_names
+from hydrosim.forces.layout import (
+    BALLAST,
+    RADIATION,
+    ROWS,
+    WAVE_FIRST_ORDER,
+    WAVE_SECOND_ORDER,
+    WEIGHT,
+    has_flow,
+    row_names,
+)
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import slow_bodies
 from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
+WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
 MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
 """Beginnings of the names of states that are not of contact points or energies."""
 
@@ -28,7 +39,14 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 def supplies(scene: Scene, row: int) -> bool:
     """True if what a row of forces does is booked as work, false if as dissipation."""
     element = element_of(scene, row)
-    return element.supplies if element else row in (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
+    if element is not None:
+        return element.supplies
+    return force_names(scene)[row] in (*WAVES, *([WEIGHT, BALLAST] if has_flow(scene) else []))
+
+
+def stores(scene: Scene, row: int) -> bool:
+    """True if a row of forces may store energy."""
+    return force_names(scene)[row] == WEIGHT or not (row == RADIATION or supplies(scene, row))
 
 
 def loses(scene: Scene, row: int) -> bool:
@@ -87,6 +105,7 @@ def state_names(scene: Scene, model: Model) -> list[str]:
     return [
         *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
+        *(f"volume of {name}" for name in tank_names(scene)),
         *slow_names(scene),
         *draught_names(scene, model),
         *(

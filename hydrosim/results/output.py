@@ -27,6 +27,7 @@ from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import own_modes, spring
+from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import (
     COMPRESSION,
@@ -43,7 +44,7 @@ from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import memory
+from hydrosim.results import ballast, memory
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     contact_groups,
@@ -52,6 +53,7 @@ from hydrosim.results.names import (
     loses,
     spring_names,
     state_names,
+    stores,
     supplies,
 )
 from hydrosim.results.phases import Phase, group_phases
@@ -96,6 +98,13 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "state_input": ("rate of a radiation state for unit velocities", "SI, rad", "body"),
     "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
+    "tank_level": ("level above the bottom of the tank", "m", "tank"),
+    "tank_mass": ("mass of the fluid in the tank", "kg", "none"),
+    "pump_rate": ("mass per time into the target, back to the source if negative", "kg/s", "none"),
+    "pump_mode": ("mode of a flow", "1", "none"),
+    "pump_segment": ("piece of its rates, counted from 0", "1", "none"),
+    "mass": ("mass with what is in the tanks", "kg", "none"),
+    "centre_of_gravity": ("centre of gravity from the body's origin", "m", "body"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
     "memory_past": ("velocity that a convolution remembers, and its integrals", "SI", HEADING),
     "memory_node": ("the same with the acceleration, at the last step but one", "SI", HEADING),
@@ -103,6 +112,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
 FLAGS = {
     "fender_mode": "open stick slip",
     "spring_mode": "slack taut",
+    "pump_mode": "waiting running over",
     "contact_phase": " ".join(phase.name.lower() for phase in Phase),
 }
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
@@ -135,6 +145,7 @@ def to_dataset(
     own = own_modes(fender, model.elements.fenders, modes)
     data.update(_fenders(time, values["fenders"], own, points, contact_groups(scene)))
     data.update(_springs(values["springs"], own_modes(spring, model.elements.springs, modes)))
+    data.update(ballast.recorded(model, values["y"], modes))
     data.update(_probes(scene, sea, time))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
@@ -221,7 +232,10 @@ def _states(
     of_fenders = own_modes(fender, model.elements.fenders, modes[kept])
     of_springs = own_modes(spring, model.elements.springs, modes[kept])
     at = {"state_time": time}
-    for kind, each, of in (("fender", points, of_fenders), ("spring", lines, of_springs)):
+    of_flows = own_modes(tanks, model.elements.tanks, modes[kept])
+    flows = model.elements.tanks.flows
+    kinds = (("fender", points, of_fenders), ("spring", lines, of_springs))
+    for kind, each, of in (*kinds, ("pump", flows, of_flows)):
         if each.size:
             segments = (of[:, :, SEGMENT] - each["first"]).astype(np.int16)
             states[f"{kind}_segment"] = xr.DataArray(segments, at, ("state_time", kind))
@@ -301,7 +315,7 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
-        if not supplies(scene, row) and name != "radiation":
+        if stores(scene, row):
             ledger[f"energy_stored_{name}"] = values["stored"][:, row]
             total += values["stored"][:, row]
         if supplies(scene, row):
@@ -334,6 +348,7 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **_fender_coordinates(scene),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
+        **ballast.coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
     }
 

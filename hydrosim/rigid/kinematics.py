@@ -26,10 +26,15 @@ from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
 BODY = np.dtype(
-    [("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3), ("heading", float)]
+    [
+        *(("mass", float), ("inertia", float, (3, 3)), ("origin", float, 3), ("heading", float)),
+        ("surface", float, 3),
+    ]
 )
 """Constants of a body: mass, inertia about the centre of gravity in the body frame, the place of
-the centre of gravity at rest in the earth frame, and the heading at rest, from which yaw counts."""
+the centre of gravity at rest in the earth frame, the heading at rest, from which yaw counts, and
+density times the second moments of the free surfaces of what it holds; at the start, where contents
+change (`rigid.contents`)."""
 
 
 class Bodies(NamedTuple):

@@ -6,21 +6,34 @@ from math import sqrt
 
 from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.heading import turn_matrix
-from hydrosim.rigid.vectors import matvec
+from hydrosim.rigid.vectors import matvec, vector
 
 
 @kernel
-def mass_matrix(bodies, headings, motion, added_mass, M):
-    """M (6 nb, 6 nb): rigid mass m and inertia R I R^T of every body, plus ``added_mass`` of their
-    heading axes."""
+def mass_matrix(bodies, contents, headings, motion, added_mass, M):
+    """M (6 nb, 6 nb) about the bodies' origins: mass m, m [c x] and inertia R I R^T of every body,
+    plus ``added_mass`` of their heading axes."""
     for i in range(M.shape[0]):
         assign(M[i], added_mass[i])
     turn_matrix(headings, motion, M)
     for b in range(bodies.each.size):
-        body, R = bodies.each[b], motion.rotation[b]
+        R, moment = motion.rotation[b], vector(contents.moving_moment[b], 0)
         for i in range(3):
-            M[6 * b + i, 6 * b + i] += body.mass
-            add_earth_inertia(6 * b + 3, i, body.inertia, R, bodies.exact, M)
+            M[6 * b + i, 6 * b + i] += contents.moving_mass[b]
+            add_earth_inertia(6 * b + 3, i, contents.inertia[b], R, bodies.exact, M)
+        if moment[0] != 0.0 or moment[1] != 0.0 or moment[2] != 0.0:
+            _add_moment(6 * b, matvec(R, moment) if bodies.exact else moment, M)
+
+
+@kernel
+def _add_moment(k, moment, M):
+    """Add m [c x] to ``M``, which couples rotations and translations."""
+    for i in range(3):
+        j, h = (i + 1) % 3, (i + 2) % 3
+        M[k + i, k + 3 + j] += moment[h]
+        M[k + i, k + 3 + h] -= moment[j]
+        M[k + 3 + j, k + i] += moment[h]
+        M[k + 3 + h, k + i] -= moment[j]
 
 
 @kernel

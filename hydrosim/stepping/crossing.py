@@ -11,12 +11,13 @@ from __future__ import annotations
 from math import isfinite
 
 from hydrosim.forces import events
+from hydrosim.forces.ballast.flows import add_momentum
 from hydrosim.forces.modes import MARGINS, MODE, SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.jit.kernels import any_negative, assign, kernel, root
+from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root
 from hydrosim.rigid import place_bodies
-from hydrosim.stepping.dynamics import still
+from hydrosim.stepping.dynamics import kick, still
 from hydrosim.stepping.state import (
     AFTER,
     BEFORE,
@@ -314,6 +315,7 @@ def switch_modes(t, run):
     before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
     near = max(phi(now, before, after), 0.0) + SWITCHED
     _place(state.y, run)
+    _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
@@ -321,8 +323,23 @@ def switch_modes(t, run):
                 continue
             _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
             break
+    _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
     make_consistent(t, run)
+
+
+@kernel
+def _add_momentum(sign, run):
+    """Momentum of flows between tanks: taken before modes switch, given back after, so that what
+    bodies and fluid have of it together stays."""
+    p, model, state, push = run.model.elements.tanks, run.model, run.state, run.work.push
+    if p.flows.size == 0:
+        return
+    if sign < 0.0:
+        clear(push)
+    add_momentum(-sign, state.y, state.modes, run.work.motion, model.bodies, p, push)
+    if sign > 0.0:
+        kick(state.y, state.modes, model, run.work)
 
 
 @kernel

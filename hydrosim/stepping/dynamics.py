@@ -6,10 +6,12 @@
 
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic =
-omega x (R I R^T omega). (Cummins 1962; Ogilvie 1964.) A and the retardation functions are constant
-in axes that turn with the yaw of each body (`rigid.heading`); F_turning is what comes of it
-(`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with J^T lambda on the
-right.
+omega x (R I R^T omega). (Cummins 1962; Ogilvie 1964.) Where what a body holds changes
+(`forces.ballast`), M is about the body's origin, with m [c x] of a centre of gravity that has moved
+by c from there, F_gyroscopic has m omega x (omega x c), and F what flow does. A and the retardation
+functions are constant in axes that turn with the yaw of each body (`rigid.heading`); F_turning is
+what comes of it (`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with
+J^T lambda on the right.
 
 The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
 that ride along: of every row of forces its work (waves, applied forces) or its dissipation (all
@@ -24,6 +26,7 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
+from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
@@ -140,6 +143,8 @@ class Work(NamedTuple):
     sums: Sums  # of `following_loads`
     block: Block  # of `slow_loads`
     blend: Blend
+    push: np.ndarray  # (6 nb,), impulse of flows that begin or end
+    jump: np.ndarray  # (2, n), what it does
 
 
 def new_work(model: Model) -> Work:
@@ -161,6 +166,8 @@ def new_work(model: Model) -> Work:
         new_sums(model.following),
         new_block(model.following),
         new_blend(model.family, model.bodies.each.size),
+        np.zeros(m),
+        np.zeros((2, n)),
     )
 
 
@@ -195,15 +202,16 @@ def rhs(t, y, modes, history, model, work, dy):
     if blends:
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     A = work.blend.added_mass if blends else model.added_mass
+    look_inside(y, model, work)
     add_forces(t, y, modes, history, model, work, dy)
 
     total_force(work.wrench, work.total)
     acceleration = dy[n : 2 * n]
     assign(dy[:n], y[n : 2 * n])
-    subtract_gyroscopic(model.bodies, motion, work.total)
+    subtract_gyroscopic(model.bodies, work.contents, motion, work.total)
     if model.headings.turning.size > 0:
         add_turning(model.headings, A, motion, work.hulls, work.total)
-    steady = model.headings.steady and not blends
+    steady = model.headings.steady and not blends and model.elements.tanks.each.size == 0
     if work.constraints.force.size > 0 or not steady:
         accelerate(modes, model, A, work, acceleration)
     elif model.headings.turned.size > 0:
@@ -230,20 +238,61 @@ def accelerate(modes, model, A, work, x):
     """Accelerations ``x`` (n,) where something may be held, or the added mass ``A`` changes; the
     reactions of elements go into ``work.holds`` and their rows of ``work.wrench``."""
     motion, constraints = work.motion, work.constraints
-    mass_matrix(model.bodies, model.headings, motion, A, work.mass)
+    find_mass(model, A, work)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
     constrain(modes, model, work)
-    solve_for_pivots(constraints)
-    eliminate(constraints, work.inertia, x)
-    cholesky(work.inertia)
-    cholesky_solve(work.inertia, x)
-    find_forces(constraints, x)
-    restore(constraints, x)
+    solve_held(work.inertia, constraints, x)
     events.add_reactions(
         modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
     )
+
+
+@kernel
+def solve_held(inertia, constraints, x):
+    """Solve inertia x = x in place with the ``constraints`` that are stated."""
+    solve_for_pivots(constraints)
+    eliminate(constraints, inertia, x)
+    cholesky(inertia)
+    cholesky_solve(inertia, x)
+    find_forces(constraints, x)
+    restore(constraints, x)
+
+
+@kernel
+def look_inside(y, model, work):
+    """What is in tanks into ``work.contents``."""
+    if model.elements.tanks.each.size > 0:
+        tanks.fill(y, model.elements.tanks, work.contents)
+
+
+@kernel
+def find_mass(model, A, work):
+    """M + A where ``work.motion`` is placed into ``work.mass``, ``A`` in heading axes."""
+    mass_matrix(model.bodies, work.contents, model.headings, work.motion, A, work.mass)
+
+
+@root
+def kick(y, modes, model, work):
+    """Change the rates in ``y`` by the impulse ``work.push`` (6 nb,), which is overwritten, on
+    bodies where ``work.motion`` is placed, what is held included; its work is booked."""
+    n, push, constraints = model.bodies.active.size, work.push, work.constraints
+    look_inside(y, model, work)
+    blends = model.family.body.size > 0
+    if blends:
+        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+    find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
+    change, drive = work.jump[0], work.jump[1]
+    generalised_force(model.bodies, work.motion, push, change)
+    assign(drive, change)
+    acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
+    constrain(modes, model, work)
+    clear(constraints.bound)
+    solve_held(work.inertia, constraints, change)
+    for i in range(n):
+        y[model.energy + model.elements.tanks.row] += drive[i] * (y[n + i] + 0.5 * change[i])
+        y[n + i] += change[i]
 
 
 @kernel
@@ -375,15 +424,20 @@ def power(force, v):
 
 
 @kernel
-def subtract_gyroscopic(bodies, motion, total):
-    """total -= omega x (R I R^T omega), which vanishes for small angles."""
+def subtract_gyroscopic(bodies, contents, motion, total):
+    """total -= omega x (R I R^T omega), omega x (omega x m c), which vanish for small angles."""
     for b in range(bodies.each.size if bodies.exact else 0):
         k, R = 6 * b + 3, motion.rotation[b]
         omega = vector(motion.velocity, k)
         body_omega = matvec(R.T, omega)
-        gyroscopic = cross(omega, matvec(R, matvec(bodies.each[b].inertia, body_omega)))
+        gyroscopic = cross(omega, matvec(R, matvec(contents.inertia[b], body_omega)))
+        moment = vector(contents.moving_moment[b], 0)
         for i in range(3):
             total[k + i] -= gyroscopic[i]
+        if moment[0] != 0.0 or moment[1] != 0.0 or moment[2] != 0.0:
+            centrifugal = cross(omega, cross(omega, matvec(R, moment)))
+            for i in range(3):
+                total[k - 3 + i] -= centrifugal[i]
 
 
 @kernel
@@ -401,6 +455,7 @@ def stored_energies(t, y, modes, model, work, stored):
     v (M + A) v / 2, less that of the current in the added mass."""
     n, motion = model.bodies.active.size, work.motion
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    look_inside(y, model, work)
     clear(stored)
     add_hydrostatic_energy(work.motion, model.bodies, model.stiffness, stored)
     if model.hulls.body.size > 0:
@@ -412,6 +467,6 @@ def stored_energies(t, y, modes, model, work, stored):
     if blends:
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     A = work.blend.added_mass if blends else model.added_mass
-    mass_matrix(model.bodies, model.headings, motion, A, work.mass)
+    find_mass(model, A, work)
     still_there = stream_energy(model.headings, A, motion, work.hulls)
     return kinetic_energy(motion.velocity, work.mass) - still_there

@@ -44,8 +44,9 @@ def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
     model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5, kinematics=kinematics)).model
     R = Rotation.random(2, rng=3).as_matrix()
     added, M = positive_definite(12), np.zeros((12, 12))
-    motion = new_work(model).motion._replace(rotation=np.ascontiguousarray(R))
-    mass_matrix(model.bodies, model.headings, motion, added, M)
+    work = new_work(model)
+    motion = work.motion._replace(rotation=np.ascontiguousarray(R))
+    mass_matrix(model.bodies, work.contents, model.headings, motion, added, M)
     turned = R if kinematics is Kinematics.EXACT else [np.eye(3)] * 2
     blocks = [
         block

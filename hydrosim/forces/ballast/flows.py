@@ -1,0 +1,293 @@
+"""Flow between tanks and the sea, and its force on the body.
+
+With v, w the velocities of body and axes, M the 6 x 6 matrix of the body and what it holds, about
+its origin, and M'_in, M'_out, M'_between what sea and tanks change of it, momentum of all that a
+surface around the body encloses changes by the forces on it and by what passes the surface,
+
+    d/dt (M v + p) = F + M'_out v + M'_in u,   M' = M'_in + M'_out + M'_between.
+
+What leaves has the velocity of the body where it leaves: no force. What comes in has that of the
+sea, u: the current. Between tanks the fluid goes straight, with the momentum relative to the body
+
+    p = q (r_2 - r_1),   l = q r_1 x r_2   (about the origin),
+
+q: mass per time; r: centroids of the surfaces, S'(V) of `shapes`. So the force of the flow is
+
+    F = -M'_in (v - u) - M'_between v - p' - (0, v x p),
+
+p' in earth axes. Where a flow between tanks begins or ends p jumps, and so does the velocity, by
+the impulse -p: momentum of body and fluid is kept. (Cveticanin 2015, Dynamics of Bodies with
+Time-Variable Mass, chapter 3.)
+
+Energy: kinetic energy is v M v / 2; what flow does to it, v F + v M' v / 2, and to the weight's
+potential, is booked as work.
+
+A flow runs in pieces of constant rate, which end at given times; between them it waits for a level,
+runs, or is over, as its mode says.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.forces.ballast.shapes import FIRST, SECOND, SURFACE
+from hydrosim.forces.modes import MARGINS, MODE, SEGMENT
+from hydrosim.forces.weight import upright
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
+
+SEA = -1
+WAITING, RUNNING, OVER = range(3)
+NEXT_MARGIN, SOURCE_MARGIN, TARGET_MARGIN, LEVEL_MARGIN = range(4)
+FLOW = np.dtype(
+    [
+        *(("body", int), ("source", int), ("target", int), ("first", int), ("last", int)),
+        *(("start_tank", int), ("start_volume", float), ("start_sign", float)),
+        *(("stop_tank", int), ("stop_volume", float), ("stop_sign", float)),
+        *(("watched", bool), ("inertial", bool), ("image", int)),
+    ]
+)
+"""``first`` and ``last`` of its rates; a level is reached where sign (V - volume) is positive, and
+is none where the tank is `SEA`; ``watched`` if it ends where its source is empty or target full;
+``image`` is the flow that is its mirror image, itself if none is."""
+RATE = np.dtype([("end", float), ("rate", float)])
+"""Mass per time [kg/s] until ``end`` [s]; into the target, negative back to the source."""
+
+
+@kernel
+def find(volume, tank, pieces):
+    """Index of the piece of a tank that a volume is on."""
+    low, high = tank.first, tank.last
+    while low < high:
+        middle = (low + high + 1) // 2
+        if volume < pieces[middle].start:
+            high = middle - 1
+        else:
+            low = middle
+    return low
+
+
+@kernel
+def value(piece, i, x):
+    """Quantity i at x from the start of a piece."""
+    c = piece.c
+    return c[i, 0] + x * (c[i, 1] + x * (c[i, 2] + x * c[i, 3]))
+
+
+@kernel
+def slope(piece, i, x):
+    """Its derivative."""
+    c = piece.c
+    return c[i, 1] + x * (2.0 * c[i, 2] + x * 3.0 * c[i, 3])
+
+
+@kernel
+def _bend(piece, i, x):
+    c = piece.c
+    return 2.0 * c[i, 2] + x * 6.0 * c[i, 3]
+
+
+@kernel
+def rate_of(i, modes, p):
+    """Mass per time of flow ``i``."""
+    mode = modes[p.mode + i]
+    return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
+
+
+@kernel
+def surface_of(k, y, p):
+    """Centroid r (3,) of the surface of tank ``k``, r's derivative by V, and P' about the origin,
+    in the body frame."""
+    tank = p.each[k]
+    piece = p.pieces[find(y[p.state + k], tank, p.pieces)]
+    x = y[p.state + k] - piece.start
+    r = (slope(piece, FIRST, x), slope(piece, FIRST + 1, x), slope(piece, FIRST + 2, x))
+    dr = (_bend(piece, FIRST, x), _bend(piece, FIRST + 1, x), _bend(piece, FIRST + 2, x))
+    square = (slope(piece, SECOND, x), slope(piece, SECOND + 1, x), slope(piece, SECOND + 2, x))
+    mixed = (slope(piece, SECOND + 3, x), slope(piece, SECOND + 4, x), slope(piece, SECOND + 5, x))
+    return r, dr, square, mixed
+
+
+@kernel
+def turning(square, mixed, w):
+    """(tr P - P) w."""
+    trace = square[0] + square[1] + square[2]
+    return (
+        (trace - square[0]) * w[0] - mixed[0] * w[1] - mixed[1] * w[2],
+        (trace - square[1]) * w[1] - mixed[0] * w[0] - mixed[2] * w[2],
+        (trace - square[2]) * w[2] - mixed[1] * w[0] - mixed[2] * w[1],
+    )
+
+
+@root
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Rates of the volumes into dy; force of all flows into its row of ``wrench``, and what they do
+    to kinetic and potential energy into those of flow and weight of ``rate``."""
+    for k in range(p.each.size):
+        dy[p.state + k] = 0.0
+    for i in range(p.flows.size):
+        flow, q = p.flows[i], rate_of(i, modes, p)
+        if flow.source != SEA:
+            dy[p.state + flow.source] -= q / p.each[flow.source].density
+        if flow.target != SEA:
+            dy[p.state + flow.target] += q / p.each[flow.target].density
+    for i in range(p.flows.size):
+        q = rate_of(i, modes, p)
+        if q != 0.0 and p.flows[i].inertial:
+            _push(i, q, y, motion, bodies, p, wrench, rate, dy)
+    for k in range(p.each.size):
+        gained = p.each[k].density * dy[p.state + k]
+        if gained != 0.0:
+            rate[p.weight] += gained * p.gravity * _lifted(k, y, motion, bodies, p)
+
+
+@kernel
+def _velocities(b, motion, bodies, current):
+    """Of body ``b`` relative to the earth and to the current, and its angular velocity, in its own
+    axes; those at rest in linear kinematics."""
+    v, w = vector(motion.velocity, 6 * b), vector(motion.velocity, 6 * b + 3)
+    u = (v[0] - current[0], v[1] - current[1], v[2])
+    if not bodies.exact:
+        return v, u, w
+    T = motion.rotation[b].T
+    return matvec(T, v), matvec(T, u), matvec(T, w)
+
+
+@kernel
+def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
+    """Force of flow ``i``, and what it does to kinetic energy."""
+    flow = p.flows[i]
+    v, u, w = _velocities(flow.body, motion, bodies, p.current)
+    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    grown = 0.0
+    if flow.source != SEA and flow.target != SEA:
+        force, moment = _between(flow, q, w, bodies.exact, y, p, dy)
+    elif q > 0.0 and flow.target != SEA:
+        r, _, square, mixed = surface_of(flow.target, y, p)
+        force = scale(-q, add(u, cross(w, r)))
+        moment = scale(-q, add(cross(r, u), turning(square, mixed, w)))
+    if flow.source != SEA:
+        grown -= _moved(flow.source, v, w, y, p)
+    if flow.target != SEA:
+        grown += _moved(flow.target, v, w, y, p)
+    rate[p.row] += dot(force, v) + dot(moment, w) + 0.5 * q * grown
+    if bodies.exact:
+        R = motion.rotation[flow.body]
+        force, moment = matvec(R, force), matvec(R, moment)
+    for j in range(3):
+        wrench[p.row, 6 * flow.body + j] += force[j]
+        wrench[p.row, 6 * flow.body + 3 + j] += moment[j]
+
+
+@kernel
+def _between(flow, q, w, exact, y, p, dy):
+    """Force and moment of a flow between tanks, in body axes."""
+    a, da, square_a, mixed_a = surface_of(flow.source, y, p)
+    b, db, square_b, mixed_b = surface_of(flow.target, y, p)
+    da, db = scale(dy[p.state + flow.source], da), scale(dy[p.state + flow.target], db)
+    along, around = scale(q, sub(b, a)), scale(q, cross(a, b))
+    force = scale(-q, sub(db, da))
+    moment = scale(-q, add(cross(da, b), cross(a, db)))
+    turned = sub(turning(square_b, mixed_b, w), turning(square_a, mixed_a, w))
+    force, moment = sub(force, cross(w, along)), sub(moment, scale(q, turned))
+    if exact:
+        force, moment = sub(force, cross(w, along)), sub(moment, cross(w, around))
+    return force, moment
+
+
+@kernel
+def _moved(k, v, w, y, p):
+    """(v, w) M' (v, w) for a unit of mass in tank ``k``, in body axes."""
+    r, _, square, mixed = surface_of(k, y, p)
+    return dot(v, v) + 2.0 * dot(v, cross(w, r)) + dot(w, turning(square, mixed, w))
+
+
+@kernel
+def _lifted(k, y, motion, bodies, p):
+    """dU/dm / g of what tank ``k`` takes in: its height above the still water, and what it changes
+    of the free surface."""
+    tank, b = p.each[k], p.each[k].body
+    piece = p.pieces[find(y[p.state + k], tank, p.pieces)]
+    x, n = y[p.state + k] - piece.start, upright(b, motion, bodies)
+    r, _, _, _ = surface_of(k, y, p)
+    xx, xy = slope(piece, SURFACE, x), slope(piece, SURFACE + 1, x)
+    square = xx * n[0] * n[0] + 2.0 * xy * n[0] * n[1] + slope(piece, SURFACE + 2, x) * n[1] * n[1]
+    height = bodies.each[b].origin[2] + motion.coordinates[6 * b + 2]
+    if bodies.exact:
+        return height + dot(n, r) - square / (2.0 * n[2])
+    lowered = r[2] * (1.0 - 0.5 * (n[0] * n[0] + n[1] * n[1]))
+    return height + n[0] * r[0] + n[1] * r[1] + lowered - 0.5 * square
+
+
+@root
+def add_momentum(factor, y, modes, motion, bodies, p, wrench):
+    """Add ``factor`` times the momentum of the flows between tanks, relative to their bodies, to
+    ``wrench`` (6 nb,)."""
+    for i in range(p.flows.size):
+        flow, q = p.flows[i], factor * rate_of(i, modes, p)
+        if q == 0.0 or flow.source == SEA or flow.target == SEA or not flow.inertial:
+            continue
+        a, _, _, _ = surface_of(flow.source, y, p)
+        b, _, _, _ = surface_of(flow.target, y, p)
+        along, around = scale(q, sub(b, a)), scale(q, cross(a, b))
+        if bodies.exact:
+            R = motion.rotation[flow.body]
+            along, around = matvec(R, along), matvec(R, around)
+        for j in range(3):
+            wrench[6 * flow.body + j] += along[j]
+            wrench[6 * flow.body + 3 + j] += around[j]
+
+
+@root
+def margins(t, y, modes, p, out):
+    """Margins of all flows into ``out``: time to the end of the piece, room in source and target,
+    and what is missing of a level."""
+    for i in range(p.flows.size):
+        flow, mode, m = p.flows[i], modes[p.mode + i], MARGINS * (p.mode + i)
+        for j in range(MARGINS):
+            out[m + j] = 1.0
+        if mode[MODE] == WAITING:
+            missing = y[p.state + flow.start_tank] - flow.start_volume
+            out[m + LEVEL_MARGIN] = -flow.start_sign * missing
+        elif mode[MODE] == RUNNING:
+            _running(t, y, mode, flow, p, m, out)
+
+
+@kernel
+def _running(t, y, mode, flow, p, m, out):
+    if mode[SEGMENT] < flow.last:
+        out[m + NEXT_MARGIN] = p.rates[mode[SEGMENT]].end - t
+    if p.rates[mode[SEGMENT]].rate == 0.0:
+        return
+    if flow.watched and flow.source != SEA:
+        out[m + SOURCE_MARGIN] = y[p.state + flow.source]
+    if flow.watched and flow.target != SEA:
+        tank = p.each[flow.target]
+        out[m + TARGET_MARGIN] = tank.capacity - y[p.state + flow.target]
+    if flow.stop_tank != SEA:
+        over = y[p.state + flow.stop_tank] - flow.stop_volume
+        out[m + LEVEL_MARGIN] = -flow.stop_sign * over
+
+
+@kernel
+def switch(i, which, modes, p):
+    """Put flow ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    mode = modes[p.mode + i]
+    if mode[MODE] == WAITING:
+        mode[MODE] = RUNNING
+    elif which == NEXT_MARGIN:
+        mode[SEGMENT] += 1
+    else:
+        mode[MODE] = OVER
+
+
+@root
+def settle(t, modes, p):
+    """Modes of all flows for a start: those that wait for a level wait, all others run, on the
+    piece that ends at ``t`` or later."""
+    for i in range(p.flows.size):
+        flow, mode = p.flows[i], modes[p.mode + i]
+        mode[MODE] = RUNNING if flow.start_tank == SEA else WAITING
+        mode[SEGMENT] = flow.first
+        while mode[SEGMENT] < flow.last and p.rates[mode[SEGMENT]].end < t:
+            mode[SEGMENT] += 1

@@ -1,0 +1,69 @@
+"""A body and what is in its tanks, together: mass, centre of gravity, inertia, free surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.ballast.shapes import FIRST, PAIRS, SECOND, SURFACE, at, pieces, volume_at
+from hydrosim.scene import FreeSurface, Tank
+
+
+class Loading(NamedTuple):
+    """``mass`` [kg], ``centre`` of gravity (3,) [m], ``inertia`` (3, 3) about it [kg m^2], and
+    ``surface`` (3,) [kg m^2], density times second moments xx, xy, yy of the free surfaces."""
+
+    mass: float
+    centre: np.ndarray
+    inertia: np.ndarray
+    surface: np.ndarray
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """6 x 6 about the origin of the frame that the centre is in."""
+        cross = np.cross(np.eye(3), self.mass * self.centre)
+        turning = self.inertia + self.mass * _turned(np.outer(self.centre, self.centre))
+        return np.block([[self.mass * np.eye(3), cross.T], [cross, turning]])
+
+
+def loaded(
+    mass: float,
+    centre: Iterable[float],
+    inertia: np.ndarray,
+    contents: Iterable[tuple[Tank, float]],
+    sign: float = 1.0,
+) -> Loading:
+    """A body with the ``contents``, tanks and volumes in them [m^3], added (or, ``sign`` -1, taken
+    away); all in one frame."""
+    c = np.array([*centre], dtype=float)
+    first, second, surface = mass * c, mass * np.outer(c, c), np.zeros(3)
+    for tank, volume in contents:
+        held = sign * tank.density * at(pieces(tank.shape, np.zeros(3)), volume)
+        mass += sign * tank.density * volume
+        first += held[FIRST : FIRST + 3]
+        second += symmetric(held[SECOND : SECOND + 6])
+        if tank.surface == FreeSurface.QUASI_STATIC:
+            surface += held[SURFACE:]
+    C = first / mass
+    about = inertia + _turned(second - mass * np.outer(C, C))
+    return Loading(float(mass), C, about, surface)
+
+
+def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
+    """Tanks with what is in them at the start."""
+    return [(tank, volume_at(tank.shape, tank.level)) for tank in tanks]
+
+
+def symmetric(six: np.ndarray) -> np.ndarray:
+    """(3, 3) of xx, yy, zz, xy, xz, yz."""
+    full = np.zeros((3, 3))
+    for (i, j), value in zip(PAIRS, six, strict=True):
+        full[i, j] = full[j, i] = value
+    return full
+
+
+def _turned(P: np.ndarray) -> np.ndarray:
+    """tr P - P: moments of inertia of second moments."""
+    return np.trace(P) * np.eye(3) - P

@@ -1,0 +1,91 @@
+"""Which tanks and flows of a body are each other's mirror image in the plane y = const."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hydrosim.forces.mirroring import SMALL
+from hydrosim.scene import Body, Box, LevelReached, Plan, Pump, Tank, TankTable
+
+
+def images(body: Body) -> tuple[list[int | None], list[int | None]]:
+    """Of each tank, and of each pump of a body, which other one, or itself, is its image in the
+    plane through the centre of gravity; None if none is."""
+    y = body.centre_of_gravity[1]
+    tanks = [_found(_image(t, y), body.tanks) for t in body.tanks]
+    names = {
+        t.name: None if k is None else body.tanks[k].name
+        for t, k in zip(body.tanks, tanks, strict=True)
+    }
+    return tanks, [_same_pump(_turned(pump, names), body.pumps) for pump in body.pumps]
+
+
+def without_image(body: Body) -> list[str]:
+    """Names of the tanks and pumps that have none."""
+    tanks, pumps = images(body)
+    names = [*(tank.name for tank in body.tanks), *(pump.name for pump in body.pumps)]
+    return [name for name, image in zip(names, [*tanks, *pumps], strict=True) if image is None]
+
+
+def _image(tank: Tank, y: float) -> Tank:
+    shape = tank.shape
+    if isinstance(shape, TankTable):
+        centroid = shape.centroid * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
+        image = replace(shape, centroid=centroid, surface=shape.surface * [1.0, -1.0, 1.0])
+        return replace(tank, shape=image)
+    low, high = list(shape.low), list(shape.high)
+    low[1], high[1] = 2.0 * y - high[1], 2.0 * y - low[1]
+    return replace(tank, shape=replace(shape, low=tuple(low), high=tuple(high)))
+
+
+def _found(image: Tank, tanks: Sequence[Tank]) -> int | None:
+    return next((k for k, other in enumerate(tanks) if _alike(image, other)), None)
+
+
+def _alike(a: Tank, b: Tank) -> bool:
+    """Whether two tanks are the same but for their names."""
+    same = (a.density, a.surface) == (b.density, b.surface) and _near(a.level, b.level)
+    return same and _same_shape(a.shape, b.shape) and _same_plan(a.plan, b.plan)
+
+
+def _same_shape(a: Box | TankTable, b: Box | TankTable) -> bool:
+    if isinstance(a, Box) and isinstance(b, Box):
+        return _near((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
+    if isinstance(a, TankTable) and isinstance(b, TankTable):
+        names = ("level", "volume", "centroid", "surface")
+        return all(_near(getattr(a, name), getattr(b, name)) for name in names)
+    return False
+
+
+def _same_plan(a: Plan | None, b: Plan | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return _near(a.time, b.time) and _near(a.level, b.level)
+
+
+def _near(a: object, b: object) -> bool:
+    """Numbers within `SMALL` of the largest."""
+    x, y = np.asarray(a, float), np.asarray(b, float)
+    return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
+
+
+def _turned(pump: Pump, names: dict[str, str | None]) -> Pump:
+    """The pump between the images of its tanks."""
+
+    def of(when: float | LevelReached | None) -> float | LevelReached | None:
+        if isinstance(when, LevelReached):
+            return replace(when, tank=str(names[when.tank]))
+        return when
+
+    ends = [None if end is None else str(names[end]) for end in (pump.source, pump.target)]
+    start = of(pump.start)
+    assert start is not None
+    return replace(pump, source=ends[0], target=ends[1], start=start, stop=of(pump.stop))
+
+
+def _same_pump(image: Pump, pumps: Sequence[Pump]) -> int | None:
+    each = enumerate(replace(pump, name=image.name) for pump in pumps)
+    return next((k for k, other in each if other == image), None)

@@ -1,0 +1,186 @@
+"""Tanks whose contents change: mass, centre of gravity and inertia of their bodies over time.
+
+The states are the volumes of fluid V. With S, P, J of `shapes`, density d, and what else the body
+is,
+
+    m = m_0 + sum d V,   m c = (m c)_0 + sum d S,   I = I_0 + sum d (tr P - P),   J = J_0 + sum d J
+
+I about the body's origin. Neglected: the flow inside a tank, sloshing, and what the slope of a free
+surface does to inertia. Tanks that nothing changes are parts of their bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.ballast.flows import FLOW, RATE, find, value
+from hydrosim.forces.ballast.shapes import FIRST, LEVEL, PIECE, SECOND, SURFACE
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.modes import MODE
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.scene import Body, ForceElement, Scene, Tank
+
+STATE_NAMES = ("volume",)
+CLOSE = 1e-9  # of a capacity: volumes as close are the same
+TANK = np.dtype(
+    [
+        *(("body", int), ("density", float), ("capacity", float), ("first_volume", float)),
+        *(("first", int), ("last", int), ("image", int)),
+    ]
+)
+"""``image`` is the tank that is its mirror image, itself if none is."""
+REST = np.dtype(
+    [
+        *(("body", int), ("mass", float), ("moment", float, 3), ("inertia", float, (3, 3))),
+        *(("surface", float, 3), ("inertial", bool)),
+    ]
+)
+"""Of a body with such tanks: what it is without what is in them; whether inertia follows them."""
+
+
+class Tanks(NamedTuple):
+    """Constants: ``each`` (nt,) of `TANK` with the ``pieces`` of their shapes, ``rests`` of their
+    bodies; ``flows`` (nf,) and their ``rates``; ``row`` and ``weight`` are those of forces, of flow
+    and of weight."""
+
+    each: np.ndarray
+    pieces: np.ndarray
+    rests: np.ndarray
+    flows: np.ndarray
+    rates: np.ndarray
+    row: int
+    weight: int
+    gravity: float
+    current: tuple[float, float]
+    state: int = 0
+    mode: int = 0
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tanks:
+    """Those of the scene, which are no elements."""
+    return layout.tanks if layout.tanks is not None else no_tanks()
+
+
+def no_tanks() -> Tanks:
+    """None at all."""
+    each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE, REST))
+    flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, RATE))
+    return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, (0.0, 0.0))
+
+
+def changing(body: Body) -> list[Tank]:
+    """The tanks of a body that a pump or a plan changes."""
+    pumped = {name for pump in body.pumps for name in (pump.source, pump.target)}
+    return [tank for tank in body.tanks if tank.plan or tank.name in pumped]
+
+
+def tank_names(scene: Scene) -> list[str]:
+    """Names of all tanks that change: "tank of body"."""
+    return [f"{tank.name} of {body.name}" for body in scene.bodies for tank in changing(body)]
+
+
+def flow_keys(body: Body) -> list[str]:
+    """Keys of the flows of a body, pumps before plans, in the order of `Tanks.flows`."""
+    planned = [f"tanks.{tank.name}.plan" for tank in body.tanks if tank.plan is not None]
+    return [*(f"pumps.{pump.name}" for pump in body.pumps), *planned]
+
+
+def flow_names(scene: Scene) -> list[str]:
+    """Names of all flows: "pump of body", "plan of tank of body"."""
+    return [
+        f"{'' if kind == 'pumps' else 'plan of '}{name} of {body.name}"
+        for body in scene.bodies
+        for kind, name in (key.split(".")[:2] for key in flow_keys(body))
+    ]
+
+
+def units(p: Tanks) -> np.ndarray:
+    """The flows: each has a row of modes."""
+    return p.flows
+
+
+def state_count(p: Tanks) -> int:
+    """Number of states."""
+    return int(p.each.size)
+
+
+@root
+def fill(y, p, contents):
+    """What is in the tanks into ``contents``."""
+    for rest in p.rests:
+        b = rest.body
+        contents.mass[b] = rest.mass
+        for i in range(3):
+            contents.moment[b, i] = rest.moment[i]
+            contents.surface[b, i] = rest.surface[i]
+            if rest.inertial:
+                for j in range(3):
+                    contents.inertia[b, i, j] = rest.inertia[i, j]
+    for k in range(p.each.size):
+        _fill(y[p.state + k], p.each[k], p, contents)
+    for rest in p.rests:
+        if rest.inertial:
+            b = rest.body
+            contents.moving_mass[b] = contents.mass[b]
+            for i in range(3):
+                contents.moving_moment[b, i] = contents.moment[b, i]
+
+
+@kernel
+def _fill(volume, tank, p, contents):
+    """Add what is in one tank."""
+    b, d = tank.body, tank.density
+    piece = p.pieces[find(volume, tank, p.pieces)]
+    x = volume - piece.start
+    contents.mass[b] += d * volume
+    for i in range(3):
+        contents.moment[b, i] += d * value(piece, FIRST + i, x)
+        contents.surface[b, i] += d * value(piece, SURFACE + i, x)
+    for rest in p.rests:
+        if rest.body == b and rest.inertial:
+            _add_inertia(d, piece, x, contents.inertia[b])
+
+
+@kernel
+def _add_inertia(d, piece, x, inertia):
+    """Add d (tr P - P)."""
+    xx = value(piece, SECOND, x)
+    yy = value(piece, SECOND + 1, x)
+    zz = value(piece, SECOND + 2, x)
+    xy = value(piece, SECOND + 3, x)
+    xz = value(piece, SECOND + 4, x)
+    yz = value(piece, SECOND + 5, x)
+    inertia[0, 0] += d * (yy + zz)
+    inertia[1, 1] += d * (xx + zz)
+    inertia[2, 2] += d * (xx + yy)
+    inertia[0, 1] -= d * xy
+    inertia[1, 0] -= d * xy
+    inertia[0, 2] -= d * xz
+    inertia[2, 0] -= d * xz
+    inertia[1, 2] -= d * yz
+    inertia[2, 1] -= d * yz
+
+
+def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
+    """Levels (n,) [m] of tank ``k`` at volumes (n,) [m^3]."""
+    return quantity(p, k, volume, LEVEL)
+
+
+def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
+    """One of the quantities of `shapes` of tank ``k`` at volumes (n,)."""
+    mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
+    at = np.maximum(np.searchsorted(mine["start"], volume, side="right") - 1, 0)
+    x = volume - mine["start"][at]
+    return np.asarray(np.einsum("nk,nk->n", mine["c"][at, which], x[:, None] ** np.arange(4)))
+
+
+def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
+    """Whether what is in them, and what flows, is its own mirror image in y = 0."""
+    volume, image = y[p.state : p.state + p.each.size], p.each["image"]
+    own = modes[p.mode : p.mode + p.flows.size]
+    held = np.abs(volume - volume[image]) <= CLOSE * p.each["capacity"]
+    same = own[:, MODE] == own[p.flows["image"], MODE]
+    return bool(held.all() and same.all())

@@ -1,0 +1,150 @@
+"""`lightship`, `tanks` and `pumps` in a case file: what is built of them, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import indent
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import hydrosim as hs
+from hydrosim.errors import InputError
+from hydrosim.scene import Scene, Weight
+
+BARGE = """
+title: tanks
+duration: 1 hour
+environment: {{water_density: 1000}}
+bodies:
+  barge:
+    {mass}
+    hydrodynamics:
+      added_mass: {{surge: 1e5, sway: 1e5, heave: 1e6, roll: 1e7, pitch: 1e8, yaw: 1e7}}
+      stiffness: {{heave: 5.0e6, roll: 6.0e7, pitch: 2.0e9}}
+    tanks:
+{tanks}
+    pumps:
+{pumps}
+solver: {{step: 1 s}}
+"""
+LIGHTSHIP = (
+    "lightship: {mass: 800 tonne, centre_of_gravity: [1, 0, 2], radii_of_gyration: [4, 13, 13]}"
+)
+TANKS = """\
+wing: {box: [[-20 m, 2 m, -2 m], [10 m, -6 m, 3 m]], permeability: 98 %, density: 1000, level: 2 m}
+peak:
+  density: 1000
+  level: 1 m
+  free_surface: frozen
+  table:
+    level: [0, 2, 4]
+    volume: [0, 80, 160]
+    centroid: [[22, 0, -2], [22, 0, -1], [22, 0, 0]]
+    longitudinal: [100, 100, 100]
+    transverse: [500, 500, 500]
+"""
+PUMPS = """\
+out: {source: wing, target: sea, rate: 200 tonne/hour, start: 60 s, stop: 30 min}
+trim: {source: wing, target: peak, rate: 10 kg/s, start: {tank: wing, below: 1.9 m}}
+"""
+Load = Callable[..., Scene]
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Load:
+    """A scene of the barge with parts of its text replaced."""
+
+    def read(mass: str = LIGHTSHIP, tanks: str = TANKS, pumps: str = PUMPS) -> Scene:
+        path = tmp_path / "case.yaml"
+        parts = {"tanks": indent(tanks, " " * 6), "pumps": indent(pumps, " " * 6)}
+        path.write_text(BARGE.format(mass=mass, **parts))
+        return hs.load_case(path).scene()
+
+    return read
+
+
+def test_lightship_and_tanks_make_the_mass_of_the_body(load: Load) -> None:
+    """By hand: a box of 30 x 8 m at 2 m, and 40 m^3 in the peak, about their common centre."""
+    (body,) = load().bodies
+    held = [(8e5, [1, 0, 2.0]), (0.98 * 480e3, [-5.0, -2.0, -1.0]), (40e3, [22.0, 0.0, -1.5])]
+    mass = sum(m for m, _ in held)
+    centre = sum(m * np.array(c) for m, c in held) / mass
+    assert body.mass == pytest.approx(mass, rel=1e-12)
+    assert_allclose(body.centre_of_gravity, centre, rtol=1e-12)
+    own = [
+        8e5 * np.square([4.0, 13.0, 13.0]),
+        0.98 * 480e3 / 12.0 * np.array([8.0**2 + 2**2, 30**2 + 2**2, 30**2 + 8.0**2]),
+        # area 40 m^2, 1 m high
+        40e3 * np.array([500 / 40 + 1 / 12, 100 / 40 + 1 / 12, 600 / 40]),
+    ]
+    inertia = np.diag(sum(own))
+    for m, c in held:
+        d = np.array(c) - centre
+        inertia += m * (d @ d * np.eye(3) - np.outer(d, d))
+    assert_allclose(body.inertia, inertia, rtol=1e-12, atol=1e-3)
+    assert body.weight == Weight.CARRIED
+
+
+def test_a_case_with_pumps_runs(load: Load) -> None:
+    """Mass falls by what is pumped; the peak takes what the wing gives."""
+    run = hs.simulate(load())
+    assert float(run.mass[0, 0] - run.mass[-1, 0]) == pytest.approx(200e3 / 3600 * 1740.0, rel=1e-9)
+    begun = 60.0 + 0.98 * 240e3 * 0.1 / (200e3 / 3600)
+    assert float(run.tank_level.sel(tank="peak of barge")[-1]) == pytest.approx(
+        1.0 + 10.0 * (3600 - begun) / 40e3, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour, stop: 50 min}"},
+            r"pumps\.out: peak of barge runs dry at 360 s, before the pump stops",
+        ),
+        (
+            {"pumps": "in: {source: sea, target: peak, rate: 400 tonne/hour, stop: 50 min}"},
+            r"pumps\.in: peak of barge overflows at 1080 s",
+        ),
+        (
+            {"pumps": "out: {source: tank, target: sea, rate: 400 tonne/hour}"},
+            r"pumps\.out\.source: there is no tank tank; expected one of wing, peak, sea",
+        ),
+        (
+            {"pumps": "out: {target: sea, rate: 400 tonne/hour}"},
+            r'pumps\.out: found no key "source"; expected one',
+        ),
+        (
+            {
+                "tanks": TANKS.replace("level: 1 m", "level: 0 m"),
+                "pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour}",
+            },
+            r"pumps\.out: has nothing to pump at 0 s",
+        ),
+        (
+            {"mass": "mass: 300 tonne, radii_of_gyration: [4, 13, 13]".replace(", ", "\n    ", 1)},
+            r"bodies\.barge: found 3e\+05 kg in all and 5\.104e\+05 kg in its tanks",
+        ),
+        (
+            {"mass": LIGHTSHIP + "\n    mass: 1000"},
+            r"found lightship and mass; expected one of them",
+        ),
+        ({"mass": LIGHTSHIP + "\n    weight: balanced"}, r"weight: found balanced and tanks"),
+        ({"tanks": TANKS.replace("level: 2 m", "level: 7 m")}, r"tanks\.wing\.level: found 7 m"),
+        (
+            {"tanks": TANKS.replace("level: 2 m", "level: 2, plan: {time: [1, 2], level: [1, 2]}")},
+            r"tanks\.wing\.plan\.level: found 1 m at the first time",
+        ),
+        ({"tanks": TANKS.replace("1000", "1025", 1)}, r"fluids of 1025 and 1000 kg/m\^3"),
+        (
+            {"pumps": PUMPS.replace("start: 60 s", "start: 40 min")},
+            r"pumps\.out\.stop: found 1800 s; expected after the start",
+        ),
+    ],
+)
+def test_what_cannot_be_pumped_is_refused(load: Load, changes: dict[str, str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        hs.compile_scene(load(**changes))
