@@ -10,13 +10,15 @@ import numpy as np
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.database.build.barge import Hydrostatics
 from hydrosim.database.hull import areas, immersed, integrals
-from hydrosim.forces.displacement import Hulls, add_displacement_energy
+from hydrosim.forces.displacement import MOMENTS, Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.forces.mirroring import SMALL
 from hydrosim.rigid import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 
 UPRIGHT = 1e-12  # of a triangle's area, seen from above
+PARCEL = 16  # triangles at most
+LEVEL = 4.0  # how much rather parcels are parted by height: what is at one height gets wet at once
 LOOKS = 20  # at attitudes, for whether a hull is its own mirror image
 ROLL = 3  # among a body's six coordinates
 
@@ -26,12 +28,16 @@ def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     each = [(b, body, hull, _faces(hull)) for b, body, hull in chosen if hull is not None]
     water = scene.environment
-    corners = [faces - np.array(body.centre_of_gravity) for _, body, _, faces in each]
-    every = np.concatenate([np.zeros((0, 3, 3)), *corners])
+    parcels = [_parcels(faces - np.array(body.centre_of_gravity)) for _, body, _, faces in each]
+    parts = [part for own in parcels for part in own]
+    every = np.concatenate([np.zeros((0, 3, 3)), *parts])
     places = [6 * b + ROLL for b, *_ in each]
     return Hulls(
         body=np.array([b for b, *_ in each], dtype=np.int64),
-        first=np.cumsum([0, *map(len, corners)]).astype(np.int64),
+        first=np.cumsum([0, *map(len, parcels)]).astype(np.int64),
+        begin=np.cumsum([0, *map(len, parts)]).astype(np.int64),
+        box=np.reshape([_box(part) for part in parts], (-1, 2, 3)),
+        moments=np.array([_moments(part) for part in parts], dtype=MOMENTS),
         corners=every,
         area=np.ascontiguousarray(areas(every)[:, 2]),
         height=np.array([body.centre_of_gravity[2] for _, body, *_ in each], dtype=float),
@@ -54,11 +60,9 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
     if all(body.hydrostatics is None for body in bodies):
         return db
     size = len(bodies)
-    stiffness = (
-        np.zeros((6 * size, 6 * size))
-        if db.hydrostatic_stiffness is None
-        else (db.hydrostatic_stiffness.copy())
-    )
+    stiffness = np.zeros((6 * size, 6 * size))
+    if db.hydrostatic_stiffness is not None:
+        stiffness += db.hydrostatic_stiffness
     volume, centre = np.zeros(size), np.zeros((size, 3))
     for k, body in enumerate(bodies):
         if body.hydrostatics is None:
@@ -97,6 +101,35 @@ def _faces(hull: Hull) -> np.ndarray:
     """The triangles that do not stand upright."""
     vectors = areas(hull.corners)
     return hull.corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
+
+
+def _parcels(corners: np.ndarray) -> list[np.ndarray]:
+    """Triangles (nt, 3, 3) that are near each other, a few at a time."""
+    middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
+    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, LEVEL])]
+
+
+def _parted(middles: np.ndarray) -> list[np.ndarray]:
+    """Rows of points (n, 3), halved along their longest side until they are few."""
+    rows = np.arange(len(middles))
+    if rows.size <= PARCEL:
+        return [rows]
+    order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
+    halves = np.array_split(order, 2)
+    return [half[own] for half in halves for own in _parted(middles[half])]
+
+
+def _box(corners: np.ndarray) -> np.ndarray:
+    """The middle of the box around triangles, and half of its sides, (2, 3)."""
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    return np.array([(low + high) / 2.0, (high - low) / 2.0])
+
+
+def _moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """`MOMENTS` of triangles; the midpoints of their edges have the mean of what is quadratic."""
+    A, points = areas(corners)[:, 2], (corners + np.roll(corners, -1, axis=1)) / 2.0
+    second = np.einsum("k,kpi,kpj->ij", A / 3.0, points, points)
+    return float(A.sum()), A @ corners.mean(axis=1), second
 
 
 def _weight(body: Body, hull: Hull) -> np.ndarray:

@@ -248,6 +248,22 @@ def test_a_hull_that_is_not_its_own_mirror_image_is_seen() -> None:
         assert ("the hull of barge" in notes.symmetry) != zero
 
 
+def test_parcels_of_triangles_are_what_their_triangles_are() -> None:
+    """H-851 as it is and with 64 times as many triangles, in one and in many parcels."""
+    coarse, few = model_of(afloat(H851)), H851.corners
+    for _ in range(3):
+        m = (few + np.roll(few, -1, axis=1)) / 2.0
+        parts = [np.stack([few[:, i], m[:, i], m[:, i - 1]], axis=1) for i in range(3)]
+        few = np.concatenate([*parts, m])
+    fine = model_of(afloat(Hull(few)))
+    assert len(fine.hulls.begin) > 100 > len(coarse.hulls.begin)
+    for q in attitudes(6, 30):
+        q[4] = q[3] / 8.0
+        (one, stored, _), (other, same, _) = (buoyancy(model, q) for model in (coarse, fine))
+        assert_allclose(other, one, rtol=0, atol=1e-12 * RHO_G * LENGTH * BEAM * DRAUGHT * BEAM)
+        assert_allclose(same, stored, rtol=1e-11)
+
+
 def test_a_hull_that_capsizes_ends_the_run_with_a_message() -> None:
     high = afloat(BOX, centre_of_gravity=(0.0, 0.0, 60.0), position=moving(roll=0.1))
     with pytest.raises(SimulationError, match="is beyond 85 deg, or the heel of its hull"):
