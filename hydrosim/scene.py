@@ -475,6 +475,18 @@ class Pump:
 
 
 @dataclass(frozen=True)
+class Clearance:
+    """Distance ``of`` a named point ("bow of barge") ``to`` another; or from a plane through
+    ``place`` with a ``normal``, in the earth frame or that of ``body``."""
+
+    of: str
+    to: str | None = None
+    place: tuple[float, ...] = (0.0, 0.0, 0.0)
+    normal: tuple[float, ...] = (0.0, 0.0, 1.0)
+    body: str | None = None
+
+
+@dataclass(frozen=True)
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
@@ -490,7 +502,7 @@ class Body:
     [rad] is where its x axis points to at rest, from which yaw is counted. ``position`` and
     ``velocity`` (6,) are the initial offsets from the place at rest, along the earth's axes and
     about the body's, and their rates; ``dofs`` not named are locked, and a body without any is
-    held.
+    held. ``points`` are places in the body frame by name, whose motions are recorded.
 
     What is in its ``tanks`` at the start is part of its mass and inertia, and so is its centre of
     gravity then. ``constant_inertia`` leaves mass and inertia as they are then, whatever is pumped:
@@ -512,6 +524,7 @@ class Body:
     velocity: tuple[float, ...] = (0.0,) * 6
     radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
     wave_forces: WaveForces = field(default_factory=WaveForces)
+    points: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     weight: Weight = Weight.BALANCED
     tanks: tuple[Tank, ...] = ()
     pumps: tuple[Pump, ...] = ()
@@ -519,8 +532,30 @@ class Body:
 
 
 @dataclass(frozen=True)
+class When:
+    """A ``time`` [s]; or, of a ``channel``, that it has been ``above`` or ``below`` a value for so
+    long, ``lasting`` [s] (the names of channels are in `hydrosim.forces.channels`)."""
+
+    time: float = 0.0
+    channel: str | None = None
+    above: float | None = None
+    below: float | None = None
+    lasting: float = 0.0
+
+
+@dataclass(frozen=True)
+class Active:
+    """When something begins to act, from the ``start`` if None, and ``until`` when, to the end if
+    None. What has begun or ended does not do so again."""
+
+    start: When | None = None
+    until: When | None = None
+
+
+@dataclass(frozen=True)
 class ForceElement:
-    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on.
+    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on, and
+    it may be ``active`` for a time only.
 
     What an element that ``supplies`` does to the bodies is booked as work, else as dissipation. An
     element says in its own file what it can do; what it says nothing of costs speed alone.
@@ -528,6 +563,7 @@ class ForceElement:
 
     supplies: ClassVar[bool] = False
     body: str
+    active: Active | None = field(default=None, kw_only=True)
 
     def check(self, name: str) -> None:
         """Raises InputError where the element is wrong as no case file can be, but one written in
@@ -675,9 +711,11 @@ class Start:
 class Scene:
     """Everything a run needs; ``output_step`` [s] is a multiple of the solver's step.
 
-    ``initial`` is the state of another run to start from; ``output_states`` keeps the whole state
-    at every output time, so that other runs can start from each, not only from the end.
-    ``wave_probes`` are points x, y [m] by name where the elevation is wanted. ``accept`` are the
+    ``at_rest``: the run begins at the place at rest near `Body.position`, under the loads of the
+    start. ``initial`` is the state of another run to start from; ``output_states`` keeps the whole
+    state at every output time, so that other runs can start from each, not only from the end.
+    ``wave_probes`` are points x, y [m] by name where the elevation is wanted, ``clearances`` those
+    that are recorded besides the named points of bodies. ``accept`` are the
     questions that are not asked of it.
     """
 
@@ -690,6 +728,8 @@ class Scene:
     output_step: float = 0.5
     output_states: bool = False
     wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    clearances: Mapping[str, Clearance] = field(default_factory=dict)
     initial: Start | None = None
+    at_rest: bool = False
     accept: tuple[Question, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)

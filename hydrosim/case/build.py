@@ -26,14 +26,16 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         bodies=tuple(_body(name, body, path.parent) for name, body in data.bodies.items()),
         environment=_environment(data.water, path),
         forces={
-            name: element.build(Where(f"forces.{name}", path))
+            name: element.placed(Where(f"forces.{name}", path))
             for name, element in data.forces.items()
         },
         solver=_solver(data.solver),
         output_step=data.output_step,
         output_states=data.output.states,
         wave_probes=data.output.wave_probes,
-        initial=_start(data.initial, path.parent) if data.initial else None,
+        clearances={name: _clearance(c) for name, c in data.output.clearances.items()},
+        initial=_start(data.begins, path.parent) if data.begins else None,
+        at_rest=data.initial == "at_rest",
         accept=data.accept,
         source={
             "case_file": str(path),
@@ -41,6 +43,13 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
             "case_resolved": resolved(data, path.parent),
         },
     )
+
+
+def _clearance(form: schema.Clearance) -> scene.Clearance:
+    if form.plane is None:
+        return scene.Clearance(form.of, form.to)
+    plane = form.plane
+    return scene.Clearance(form.of, None, plane.point, plane.normal, plane.body)
 
 
 def _start(start: schema.Start, folder: Path) -> scene.Start:
@@ -91,6 +100,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         tanks=tanks,
         pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
         constant_inertia=body.constant_inertia,
+        points=body.points,
     )
 
 

@@ -73,7 +73,7 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
     if wet and case.environment is None:
         text = f"found no environment; expected one, because {wet[0]} has hydrodynamics"
         yield Problem((), f'{text}; add "environment: {{water_depth: infinite}}"')
-    begin = case.initial.time or 0.0 if case.initial else 0.0
+    begin = case.begins.time or 0.0 if case.begins else 0.0
     end, what = begin + case.duration, "the end of the run" if begin else "the duration"
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Irregular) and waves.repeat_period < end:
@@ -92,9 +92,9 @@ def _check_streams(case: CaseFile) -> Iterator[Problem]:
 
 
 def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
-    if case.initial is not None:
+    if case.begins is not None:
         wanted = "the result of `hydrosim run`"
-        yield from _check_file(("initial", "run"), folder / case.initial.run, wanted)
+        yield from _check_file(("initial", "run"), folder / case.begins.run, wanted)
     for name, body in case.bodies.items():
         for keys, file in files_of(body.hydrodynamics):
             place = ("bodies", name, "hydrodynamics", *keys)

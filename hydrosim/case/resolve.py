@@ -38,7 +38,8 @@ def _plain(value: Any, folder: Path) -> Any:
     """A value as YAML has it; None is left out of mappings."""
     match value:
         case BaseModel():
-            return _plain(dict(value), folder)
+            fields = type(value).model_fields
+            return _plain({fields[key].alias or key: item for key, item in value}, folder)
         case dict():
             return {
                 str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain

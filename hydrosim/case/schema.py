@@ -18,10 +18,12 @@ from pydantic import (
     Field,
     StrictBool,
     StrictStr,
+    Tag,
     model_validator,
 )
 
 from hydrosim.case.elements import AnyElement
+from hydrosim.case.elements.fender import Plane
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
 from hydrosim.case.hydrostatics import Hydrostatics
 from hydrosim.case.tanks import Lightship, Pump, Tank
@@ -185,6 +187,7 @@ class Body(Strict):
     tanks: dict[Name, Tank] = Field(default_factory=dict)
     pumps: dict[Name, Pump] = Field(default_factory=dict)
     constant_inertia: StrictBool = False
+    points: dict[Name, of.Point] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
@@ -261,13 +264,29 @@ class Solver(Strict):
     symmetry: Symmetry = Symmetry.USE
 
 
+class Clearance(Strict):
+    """The distance of a named point, "bow of barge", from another or from a plane."""
+
+    of: StrictStr
+    to: StrictStr | None = None
+    plane: Plane | None = None
+
+    @model_validator(mode="after")
+    def _check_other(self) -> Self:
+        if len(given := self.given("to", "plane")) != 1:
+            raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
+        return self
+
+
 class Output(Strict):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there; the elevation at ``wave_probes``, x and y by name."""
+    another run needs to start from there; the elevation at ``wave_probes``, x and y by name; the
+    ``clearances`` of named points by name."""
 
     step: of.Period | None = None
     states: StrictBool = False
     wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
+    clearances: dict[Name, Clearance] = Field(default_factory=dict)
 
 
 class Start(Strict):
@@ -275,6 +294,16 @@ class Start(Strict):
 
     run: StrictStr
     time: of.Instant | None = None
+
+
+def _begins(value: object) -> str:
+    return "at_rest" if isinstance(value, str) else "run"
+
+
+Begin = Annotated[
+    Annotated[Literal["at_rest"], Tag("at_rest")] | Annotated[Start, Tag("run")],
+    Discriminator(_begins),
+]
 
 
 class CaseFile(Strict):
@@ -287,8 +316,20 @@ class CaseFile(Strict):
     forces: dict[Name, AnyElement] = Field(default_factory=dict)
     solver: Solver = Solver()
     output: Output = Output()
-    initial: Start | None = None
+    initial: Begin | None = None
     accept: tuple[Question, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_rest(self) -> Self:
+        moving = [name for name, body in self.bodies.items() if any(body.initial.velocity)]
+        if self.initial == "at_rest" and moving:
+            raise problem(f"initial: at_rest, and a velocity of {moving[0]}", "one of them")
+        return self
+
+    @property
+    def begins(self) -> Start | None:
+        """The run to start from, if there is one."""
+        return self.initial if isinstance(self.initial, Start) else None
 
     @property
     def output_step(self) -> float:

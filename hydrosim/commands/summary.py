@@ -9,6 +9,7 @@ import xarray as xr
 from rich.markup import escape
 from rich.table import Table
 
+from hydrosim.results.stages import stage_lines, stages
 from hydrosim.scene import RadiationModel
 from hydrosim.studies.converge import Study
 
@@ -34,8 +35,11 @@ def lines(run: xr.Dataset) -> Iterator[str]:
         yield from _motions(run, str(body))
     if "fender" in run.dims:
         yield from _contact(run)
+        yield from stage_lines(xr.Dataset(stages(run)))
     if "spring" in run.dims:
         yield from _springs(run)
+    if "gap" in run.dims:
+        yield from _clearances(run)
     for body, model in _automatic(run):
         yield f"radiation {body}: {model}"
     for line in str(a.get("radiation_errors", "")).splitlines():
@@ -90,6 +94,12 @@ def _springs(run: xr.Dataset) -> Iterator[str]:
             f"{name:12s} tension mean {tension.mean():.1f}, max {tension.max():.1f} kN;"
             f" slack {slack:.0%}"
         )
+
+
+def _clearances(run: xr.Dataset) -> Iterator[str]:
+    for name in run.gap.values:
+        gap = run.clearance.sel(gap=name).values
+        yield f"{name:12s} clearance min {gap.min():.3f}, end {gap[-1]:.3f} m"
 
 
 def convergence(study: Study) -> Table:

@@ -64,6 +64,9 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     slow = own + forces.state_count(elements)
     draught = slow + STATES * len(slow_bodies(scene))
     energy = draught + blending.STATES * family.body.size
+    booking = ("guides", "triggers")  # they book losses as they happen
+    changed = {name: getattr(elements, name)._replace(losses=energy) for name in booking}
+    elements = elements._replace(**changed)
     rows = row_names(scene)
     blocks = [(group.dofs, group.added_mass) for group in wet]
     added_mass = _whole(6 * len(scene.bodies), blocks)

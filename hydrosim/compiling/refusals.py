@@ -12,6 +12,7 @@ from hydrosim.forces.layout import ROWS
 from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.forces.spring import stretch
 from hydrosim.results.names import spring_names
+from hydrosim.results.points import check_points
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import ADAPTIVE, Kinematics, Scene
 from hydrosim.stepping.dynamics import Model, constrain, new_work
@@ -36,6 +37,7 @@ def check_scene(scene: Scene) -> None:
         "bodies.hydrostatics: kinematics: linear has small angles, and a hull is taken at any;"
         " choose exact, or the matrix": scene.solver.kinematics == Kinematics.LINEAR
         and any(body.hydrostatics is not None for body in scene.bodies),
+        "initial, at_rest: one of them, not both": scene.at_rest and scene.initial is not None,
         "output_step: must be a whole multiple of solver.step": not (whole and round(steps) >= 1),
     }
     for name, element in scene.forces.items():
@@ -52,6 +54,7 @@ def check_scene(scene: Scene) -> None:
             _check_record(key, signal.time, scene.duration)
     for name, element in scene.forces.items():
         element.check(name)
+    check_points(scene)
     check_sizes(scene)
 
 

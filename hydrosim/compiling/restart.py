@@ -18,10 +18,10 @@ import xarray as xr
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import events, new_modes, own_modes, spring
+from hydrosim.forces import events, new_modes, own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
 from hydrosim.forces.ballast.tanks import flow_names, tank_names
-from hydrosim.forces.contact import fender
+from hydrosim.forces.contact import fender, guide, loop
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
@@ -30,11 +30,13 @@ from hydrosim.results.names import (
     MOVING,
     draught_names,
     fender_names,
+    guide_names,
     memory_names,
     moving_names,
     slow_names,
     spring_names,
     state_names,
+    trigger_names,
 )
 from hydrosim.results.output import read
 from hydrosim.rigid import Motion, place_bodies
@@ -236,8 +238,8 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     fender.forget(elements.fenders, y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    settled = new_modes(elements)
-    settle(time, y.copy(), settled, motion, model.bodies, elements)
+    settled, anew = new_modes(elements), y.copy()
+    settle(time, anew, settled, motion, model.bodies, elements)
     stored = settled.copy()
     _restore(
         "fender",
@@ -252,7 +254,40 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     )
     p = elements.tanks
     _restore("pump", flow_names(scene), p.flows, time, run, own_modes(tanks, p, stored))
-    return np.where(_possible(time, y, stored, motion, model)[:, None], stored, settled)
+    pins, of_pins = elements.guides.pins, own_modes(guide, elements.guides, stored)
+    _restore("guide", guide_names(scene), pins, time, run, of_pins)
+    _restore_triggers(scene, model, run, stored)
+    possible = _possible(time, y, stored, motion, model)
+    _set_anew(model.elements.fenders, y, anew, [*map(bool, possible)], run, fender_names(scene))
+    return np.where(possible[:, None], stored, settled)
+
+
+def _set_anew(
+    fenders: fender.Params,
+    y: np.ndarray,
+    anew: np.ndarray,
+    possible: Sequence[bool],
+    run: xr.Dataset,
+    names: Sequence[str],
+) -> None:
+    """Stiff lines in y of points that were not in the run, or cannot be pressed as they were."""
+    there = {*map(str, run.fender.values)} if "fender" in run.dims else set()
+    for k, i in enumerate(fender.which_remember(fenders)):
+        if not possible[fenders.mode + i] or names[i] not in there:
+            found = fender.memories(fenders, anew)[k, loop.SET]
+            fender.memories(fenders, y)[k, loop.SET] = found
+
+
+def _restore_triggers(scene: Scene, model: Model, run: xr.Dataset, modes: np.ndarray) -> None:
+    """The stored stages of those triggers that are in ``run`` by name."""
+    if "trigger" not in run.dims:
+        return
+    own = own_modes(trigger, model.elements.triggers, modes)
+    at, there = run.sel(time=begin(scene), state_time=begin(scene)), list(run.trigger.values)
+    for i, name in enumerate(trigger_names(scene)):
+        if name in there:
+            own[i, MODE] = int(at.trigger_stage[there.index(name)])
+            own[i, RISING] = int(at.trigger_waits[there.index(name)])
 
 
 def _restore(
@@ -262,12 +297,13 @@ def _restore(
     if kind not in run.dims:
         return
     at, there = run.sel(time=time, state_time=time), list(run[kind].values)
+    last = np.maximum(each["last"], each["line"]) if kind == "fender" else each["last"]
     for i, name in enumerate(names):
         if name in there:
             k = there.index(name)
             segment = each["first"][i] + int(at[f"{kind}_segment"][k])
             modes[i, MODE] = int(at[f"{kind}_mode"][k])
-            modes[i, SEGMENT] = min(segment, each["last"][i])
+            modes[i, SEGMENT] = min(segment, last[i])
             if kind == "fender":
                 modes[i, RISING] = int(at.fender_rising[k])
 
@@ -278,6 +314,7 @@ def _possible(
     """Which points and springs (nf + ns,) are in contact or not, and on their curve, as their mode
     says."""
     fenders, springs = model.elements.fenders, model.elements.springs
+    guides, triggers = model.elements.guides, model.elements.triggers
     out = np.zeros((len(modes), MARGINS))
     nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
     flat, bodies, every = out.reshape(-1), model.bodies, np.ones(len(modes), dtype=np.int64)
@@ -289,7 +326,10 @@ def _possible(
     flowing = np.zeros(len(modes), dtype=bool)
     own_modes(tanks, each.tanks, flowing[:, None, None])[:] = True
     touching = out[:, CONTACT_MARGIN] >= -NEAR * steepest
-    return flowing | (touching & (out[:, SEGMENT_MARGIN] >= -NEAR))
+    possible = touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
+    for kind, each in ((guides, guides.pins), (triggers, triggers.each)):
+        possible[kind.mode :][: len(each)] = True
+    return flowing | possible
 
 
 def _history(

@@ -7,6 +7,7 @@ import numpy as np
 
 from hydrosim import radiation
 from hydrosim.compiling import restart
+from hydrosim.compiling.at_rest import states_at_rest
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
 from hydrosim.rigid import Bodies, Motion, place_bodies
@@ -19,7 +20,8 @@ from hydrosim.waves.slow import first_states
 
 
 def first_state(scene: Scene, model: Model) -> State:
-    """The state of a start from rest, with the scene's offsets and velocities."""
+    """The state of a start from rest, with the scene's offsets and velocities, or at the place at
+    rest near them if the scene begins there."""
     bodies, n = model.bodies, model.bodies.active.size
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
@@ -31,7 +33,12 @@ def first_state(scene: Scene, model: Model) -> State:
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     settle(0.0, y, modes, motion, bodies, model.elements)
-    return State(y, modes, _history(scene, model))
+    state = State(y, modes, _history(scene, model))
+    if scene.at_rest:
+        y[:] = states_at_rest(scene, model, state)
+        place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+        settle(0.0, y, modes, motion, bodies, model.elements)
+    return state
 
 
 def start_of(scene: Scene, model: Model, fresh: State) -> State:

@@ -8,8 +8,9 @@ An element is one file with
     add_force                     into its row of forces, and its work or dissipation
     add_energy                    if it stores any
 
-and in `CATALOGUE` and the sums below one line each. A kind whose units have states (`STATE_NAMES`)
-or modes, which end at events, says so with ``units``, and stands in `hydrosim.forces.events`.
+and in `CATALOGUE` and the sums below one line each. A kind whose units have modes, which end at
+events, says so with ``units``, and stands in `hydrosim.forces.events`; one that has states in y
+says how many with ``state_count``.
 """
 
 from __future__ import annotations
@@ -26,15 +27,18 @@ from hydrosim.forces import (
     quadratic_damping,
     spring,
     stream_load,
+    trigger,
 )
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.ballast import flows, tanks
-from hydrosim.forces.contact import fender
+from hydrosim.forces.contact import fender, guide
 from hydrosim.forces.contact.coulomb import Coulomb
-from hydrosim.forces.contact.fender import Fender, Plane
+from hydrosim.forces.contact.fender import Contact, Fender, Normal, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
+from hydrosim.forces.contact.guide import Wall
+from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.linear_damping import LinearDamping
@@ -44,7 +48,7 @@ from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import ForceElement
 
 
@@ -59,6 +63,8 @@ class Elements(NamedTuple):
     quadratic_dampings: Any
     stream_loads: Any
     tanks: Any
+    guides: Any
+    triggers: Any
 
 
 CATALOGUE = Elements(
@@ -70,6 +76,8 @@ CATALOGUE = Elements(
     quadratic_dampings=quadratic_damping,
     stream_loads=stream_load,
     tanks=tanks,
+    guides=guide,
+    triggers=trigger,
 )
 """The files of all kinds."""
 
@@ -93,6 +101,11 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
     if e.tanks.each.size > 0:
         flows.add_force(t, y, modes, motion, bodies, e.tanks, wrench, rate, dy)
+    if e.guides.pins.size > 0:
+        guide.add_force(t, y, modes, motion, bodies, e, wrench)
+    if e.triggers.each.size > 0:
+        trigger.silence(modes, e.triggers, wrench, rate)
+        clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
 
 
 @kernel
@@ -102,6 +115,10 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
     fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
     spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
+    if e.guides.pins.size > 0:
+        guide.add_energy(modes, motion, bodies, e, stored)
+    if e.triggers.each.size > 0:
+        trigger.forget_stored(modes, e.triggers, stored)
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout, state: int) -> Elements:
@@ -116,7 +133,7 @@ def placed(elements: Elements, state: int) -> Elements:
     for kind, p in zip(CATALOGUE, elements, strict=True):
         count = len(kind.units(p)) if hasattr(kind, "units") else 0
         own = {"mode": mode} if hasattr(kind, "units") else {}
-        if hasattr(kind, "STATE_NAMES"):
+        if hasattr(kind, "state_count"):
             own["state"] = state
             state += _states(kind, p)
         found.append(p._replace(**own) if own else p)

@@ -1,16 +1,16 @@
 """The modes of all elements that have any: when they end, what follows, and what is observed.
 
-Rows of modes are those of contact points, then of springs, then of flows; every row has as many
-margins, which are positive while its mode lasts.
+Rows of modes are those of contact points, of springs, of flows, of guides and of triggers, one
+after another; every row has as many margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import spring
+from hydrosim.forces import spring, trigger
 from hydrosim.forces.ballast import flows
-from hydrosim.forces.contact import fender, transitions
+from hydrosim.forces.contact import fender, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.jit.kernels import kernel, root
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hydrosim.forces import Elements
 
 HELD = 2  # directions that a point of rigid friction holds, at most
+FELT = 2  # parts of y that margins of a row look at
 
 
 def observed(elements: Elements) -> dict[str, tuple[int, int]]:
@@ -25,6 +26,7 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
     return {
         "fenders": (elements.fenders.points.size, fender.OBSERVED),
         "springs": (elements.springs.lines.size, spring.OBSERVED),
+        "guides": (elements.guides.pins.size, guide.OBSERVED),
     }
 
 
@@ -33,7 +35,11 @@ def observe(t, y, modes, motion, bodies, elements, reactions, out):
     """What is recorded of elements besides their forces, into ``out``, flat: see `observed`."""
     fenders, springs = elements.fenders, elements.springs
     fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
-    spring.observe(modes, motion, bodies, springs, out[fenders.points.size * fender.OBSERVED :])
+    behind = fenders.points.size * fender.OBSERVED
+    spring.observe(modes, motion, bodies, springs, out[behind:])
+    if elements.guides.pins.size > 0:
+        behind += springs.lines.size * spring.OBSERVED
+        guide.observe(modes, motion, bodies, elements, out[behind:])
 
 
 @root
@@ -43,6 +49,10 @@ def settle(t, y, modes, motion, bodies, elements):
     spring.settle(modes, motion, bodies, elements.springs)
     if elements.tanks.flows.size > 0:
         flows.settle(t, modes, elements.tanks)
+    if elements.guides.pins.size > 0:
+        guide.settle(modes, motion, bodies, elements)
+    if elements.triggers.each.size > 0:
+        trigger.settle(t, y, modes, motion, bodies, elements)
 
 
 @kernel
@@ -54,6 +64,10 @@ def find_margins(t, y, modes, motion, bodies, elements, headings, reactions, wat
         spring.margins(modes, motion, bodies, springs, out)
     if elements.tanks.flows.size > 0:
         flows.margins(t, y, modes, elements.tanks, out)
+    if elements.guides.pins.size > 0:
+        guide.margins(modes, motion, bodies, elements, out)
+    if elements.triggers.each.size > 0:
+        trigger.margins(t, y, modes, motion, bodies, elements, out)
 
 
 @kernel
@@ -66,7 +80,14 @@ def find_headings(t, y, modes, motion, bodies, elements, out):
 def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reactions):
     """Put a row of modes into that which follows when margin ``which``, of this ``size`` before or
     after, has reached zero; what relaxes in few steps of length ``step`` is settled only later."""
-    fenders, springs = elements.fenders, elements.springs
+    fenders, springs, triggers = elements.fenders, elements.springs, elements.triggers
+    if is_trigger(row, elements):
+        trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.guides.mode and elements.guides.pins.size > 0:
+        i = row - elements.guides.mode
+        guide.switch(i, which, y, modes, motion, bodies, elements)
+        return
     if row >= elements.tanks.mode and elements.tanks.flows.size > 0:
         flows.switch(row - elements.tanks.mode, which, modes, elements.tanks)
         return
@@ -78,15 +99,43 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reacti
 
 
 @kernel
-def felt(row, elements):
-    """Entries of y, beyond coordinates and rates, that margins of a row look at: from, to."""
+def is_trigger(row, elements):
+    """Whether a row of modes is that of a trigger, which may change what is stored in others."""
+    return elements.triggers.each.size > 0 and row >= elements.triggers.mode
+
+
+@kernel
+def book(row, sign, y, stored, elements):
+    """Count what is ``stored`` (rows,) in the element of a trigger, in this ``sign``, as lost;
+    contacts do so by themselves."""
+    one = elements.triggers.each[row - elements.triggers.mode]
+    if one.points == 0:
+        y[elements.triggers.losses + one.row] += sign * stored[one.row]
+
+
+@kernel
+def felt(row, part, elements):
+    """Entries of y, beyond coordinates and rates, that margins of a row look at: from, to; so many
+    times as there are `FELT` parts."""
     fenders, tanks = elements.fenders, elements.tanks
-    if row >= tanks.mode and tanks.flows.size > 0:
+    if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
         return tanks.state, tanks.state + tanks.each.size
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
-    k = fenders.state + fender.STATES * (row - fenders.mode)
-    return k, k + fender.FELT
+    point = fenders.points[row - fenders.mode]
+    if part == 0:
+        k = fenders.state + fender.STATES * (row - fenders.mode)
+        return k, k + fender.FELT
+    if point.memory == loop.NONE:
+        return 0, 0
+    k = fender.memory(point, fenders) + loop.SET
+    return k, k + 1
+
+
+@kernel
+def note(t, y, modes, motion, bodies, elements):
+    """Keep what only single steps know, into y."""
+    transitions.note(t, y, modes, motion, bodies, elements.fenders)
 
 
 @kernel

@@ -4,4 +4,7 @@ margins of each row. Rows of contact points come first, then those of springs (`
 
 OPEN, STICK, SLIP = range(3)
 MODE, SEGMENT, RISING, COLUMNS = range(4)
+PASSED, ABSENT = 2, 3
+"""Of an open point in the column `RISING`: it is behind its plane, beyond the edge of that, or is
+not there at all."""
 CONTACT_MARGIN, FRICTION_MARGIN, SEGMENT_MARGIN, RISING_MARGIN, MARGINS = range(5)

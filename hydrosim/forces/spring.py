@@ -42,7 +42,7 @@ from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
 
-SLACK, TAUT = range(2)
+SLACK, TAUT, GONE = range(3)
 TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
 
 
@@ -209,6 +209,9 @@ def margins(modes, motion, bodies, p, out):
         m = MARGINS * (p.mode + i)
         s = stretch(line, bodies, motion)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
+        if mode[MODE] == GONE:
+            out[m + SEGMENT_MARGIN] = 1.0
+            continue
         out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], s.extension)
         if line.damping > 0.0 and mode[SEGMENT] != line.first:
             T = curve.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
@@ -234,10 +237,22 @@ def switch(i, which, modes, motion, bodies, p):
 def settle(modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[p.mode + i]
-        s = stretch(line, bodies, motion)
-        mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
-        mode[MODE] = TAUT
-        T, _ = tension(line, mode, s, p)
-        if mode[SEGMENT] == line.first or T < 0.0:
-            mode[MODE] = SLACK
+        settle_line(i, modes, motion, bodies, p)
+
+
+@kernel
+def settle_line(i, modes, motion, bodies, p):
+    """Mode of spring ``i`` as it comes to be."""
+    line, mode = p.lines[i], modes[p.mode + i]
+    s = stretch(line, bodies, motion)
+    mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
+    mode[MODE] = TAUT
+    T, _ = tension(line, mode, s, p)
+    if mode[SEGMENT] == line.first or T < 0.0:
+        mode[MODE] = SLACK
+
+
+@kernel
+def take_out(i, modes, p):
+    """Spring ``i`` is not there any more."""
+    modes[p.mode + i, MODE], modes[p.mode + i, SEGMENT] = GONE, p.lines[i].first

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
+from hydrosim.forces.layout import ROWS
 from hydrosim.scene import LinearScenes, Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
@@ -61,9 +62,11 @@ def _stream(model: Model) -> bool:
 def _elements(scene: Scene, model: Model) -> Iterator[str]:
     """What elements say of themselves."""
     index, exact = {body.name: b for b, body in enumerate(scene.bodies)}, model.bodies.exact
-    for row, (name, element) in enumerate(scene.forces.items(), model.rows - len(scene.forces)):
+    for row, (name, element) in enumerate(scene.forces.items(), len(ROWS)):
         free = _free_angles(index[element.body], model)
         reason = element.nonlinearity(name, Turns(free, exact, model.elements, row))
+        if element.active is not None:
+            reason = f"{name} is not always active"
         if reason is not None:
             yield reason
 

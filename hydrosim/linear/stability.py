@@ -21,12 +21,17 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.forces import new_modes, own_modes, spring
-from hydrosim.forces.contact.fender import STATES
+from hydrosim.forces.contact import guide
+from hydrosim.forces.contact.fender import STATES, memories
 from hydrosim.forces.contact.geometry import touch
+from hydrosim.forces.contact.guide import FREE
+from hydrosim.forces.contact.guide import PRESSED as PRESSED_BY_WALL
 from hydrosim.forces.contact.laws import sliding, slowest
+from hydrosim.forces.contact.loop import NONE, SET
 from hydrosim.forces.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
+from hydrosim.forces.trigger import DURING
 from hydrosim.integrate import Tableau
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import participation
@@ -179,10 +184,15 @@ def _contact_modes(
     steep = [_steepest(model.elements.fenders.segments, point) for point in points]
     modes = new_modes(model.elements)
     modes[: points.size + lines.size, SEGMENT] = [*points["first"], *lines["first"]]
+    guides, triggers = model.elements.guides, model.elements.triggers
+    modes[guides.mode :][: guides.pins.size, MODE] = FREE
+    modes[guides.mode :][: guides.pins.size, SEGMENT] = guides.pins["first"]
+    modes[triggers.mode :][: triggers.each.size, MODE] = DURING
     yield "all contacts open" if points.size else "no contact", modes
     for mode in (STICK, SLIP) if points.size else ():
         closed = modes.copy()
         closed[: points.size, MODE], closed[: points.size, SEGMENT] = mode, steep
+        closed[guides.mode :][: guides.pins.size, MODE] = PRESSED_BY_WALL
         yield f"all contacts {NAMES[mode]}", closed
         for i in range(points.size if each_alone and points.size > 1 else 0):
             alone = modes.copy()
@@ -192,6 +202,8 @@ def _contact_modes(
 
 def _steepest(segments: np.ndarray, each: np.void) -> int:
     """The steepest piece of the curve of a contact point or spring."""
+    if "line" in (each.dtype.names or ()) and each["line"] != NONE:
+        return int(each["line"])
     pieces = segments[each["first"] : each["last"] + 1]
     return int(each["first"] + np.argmax(pieces["slope"]))
 
@@ -221,8 +233,20 @@ def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
             line["length"] = stretch(line, bodies, motion).length - extension
     fenders = model.elements.fenders._replace(points=points)
     springs = model.elements.springs._replace(lines=lines)
-    elements = model.elements._replace(fenders=fenders, springs=springs)
+    elements = model.elements._replace(
+        fenders=fenders, springs=springs, guides=_walled(model.elements.guides)
+    )
     return model._replace(elements=elements)
+
+
+def _walled(guides: guide.Params) -> guide.Params:
+    """Guides whose pins are pressed by the steepest piece of their walls wherever they are."""
+    pins, segments = guides.pins.copy(), guides.segments.copy()
+    for pin in pins:
+        own = segments[pin["first"] : pin["last"] + 1]
+        own["slope"][0] = own["slope"].max()
+        pin["gap"] = pin["slope"] * PRESSED
+    return guides._replace(pins=pins, segments=segments)
 
 
 def _pressed_most(model: Model) -> float:
@@ -241,6 +265,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     other bodies, too, and the points that slip in steady slip."""
     fenders, bodies, n = model.elements.fenders, model.bodies, model.bodies.active.size
     y, motion = state.y.copy(), new_work(model).motion
+    memories(fenders, y)[:, SET] = 0.0  # stiff lines begin where `_pressed` has put the planes
     modes = modes[: fenders.points.size]
     slips = modes[:, MODE] == SLIP
     pairs = zip(fenders.points, modes, strict=True)

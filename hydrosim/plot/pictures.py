@@ -15,6 +15,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import Panel, Series, apart, bands, lines, peak, picture
+from hydrosim.results.stages import transferred
 
 STILL = 1e-6  # m or rad: what moves less does not move
 ROTATIONS = ("roll", "pitch", "yaw")
@@ -92,6 +93,30 @@ def contact(run: xr.Dataset) -> list[Panel]:
     ]
 
 
+def transfer(run: xr.Dataset) -> list[Panel]:
+    """Of a weight that goes from one group of contacts to another: its share, loads, clearances."""
+    if "contact_weight" not in run.coords:
+        return []
+    share, load = transferred(run), run.contact_load
+    groups = share.contact_group.values
+    gaps = -run.fender_compression.sel(fender=run.fender_group.isin(groups)).clip(max=0.0)
+    panels = [
+        _lines(run, "transferred", "1", {g: share.sel(contact_group=g).values for g in groups}),
+        _lines(run, "load", "N", {g: load.sel(contact_group=g).values for g in groups}),
+        _lines(
+            run, "load of each", "N", _by_fender(run.fender_normal_force.sel(fender=gaps.fender))
+        ),
+        _lines(run, "gap", "m", _by_fender(gaps)),
+    ]
+    return [*panels, *_clearances(run)]
+
+
+def _clearances(run: xr.Dataset) -> Iterator[Panel]:
+    if "gap" in run.dims:
+        each = {str(name): run.clearance.sel(gap=name).values for name in run.gap.values}
+        yield _lines(run, "clearance", "m", each)
+
+
 def energies(run: xr.Dataset) -> list[Panel]:
     """The ledger: what is held, what was put in, what was lost, what cannot be accounted for."""
     panels = [_lines(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
@@ -111,6 +136,7 @@ PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
     "_motions": motions,
     "_forces": fender_forces,
     "_contact": contact,
+    "_transfer": transfer,
     "_energies": energies,
 }
 """What can be drawn of a run, by what is added to its name."""

@@ -8,9 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Fender, Spring
+from hydrosim.forces import Contact, Spring
 from hydrosim.forces.ballast.tanks import tank_names
+from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import STATE_NAMES
+from hydrosim.forces.contact.loop import STATE_NAMES as REMEMBERED
 from hydrosim.forces.layout import (
     BALLAST,
     RADIATION,
@@ -76,15 +78,21 @@ def coordinate_names(scene: Scene) -> list[str]:
 
 def fender_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
-    return _units(scene, Fender)
+    return _units(scene, Contact)
+
+
+def remembering_names(scene: Scene, model: Model) -> list[str]:
+    """Names of the contact points that remember how they were pressed."""
+    names = fender_names(scene)
+    return [names[i] for i in fender.which_remember(model.elements.fenders)]
 
 
 def contact_groups(scene: Scene) -> list[str]:
-    """Name of the element of each contact point."""
+    """Name of the group of each contact point: that of its element if it does not say another."""
     return [
-        name
+        element.group or name
         for name, element in scene.forces.items()
-        if isinstance(element, Fender)
+        if isinstance(element, Contact)
         for _ in element.unit_names(name)
     ]
 
@@ -92,6 +100,17 @@ def contact_groups(scene: Scene) -> list[str]:
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
     return _units(scene, Spring)
+
+
+def guide_names(scene: Scene) -> list[str]:
+    """Names of the contact points that a wall holds sideways."""
+    walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
+    return [unit for name, e in walled for unit in e.unit_names(name)]
+
+
+def trigger_names(scene: Scene) -> list[str]:
+    """Names of the elements that are active for a time only."""
+    return [name for name, element in scene.forces.items() if element.active is not None]
 
 
 def _units(scene: Scene, kind: type[ForceElement]) -> list[str]:
@@ -105,7 +124,9 @@ def state_names(scene: Scene, model: Model) -> list[str]:
     return [
         *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
+        *(f"{what} of {name}" for name in remembering_names(scene, model) for what in REMEMBERED),
         *(f"volume of {name}" for name in tank_names(scene)),
+        *(f"time since {name} may act or end" for name in trigger_names(scene)),
         *slow_names(scene),
         *draught_names(scene, model),
         *(

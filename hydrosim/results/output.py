@@ -26,9 +26,9 @@ import xarray as xr
 from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import own_modes, spring
+from hydrosim.forces import own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
-from hydrosim.forces.contact import fender
+from hydrosim.forces.contact import fender, guide, loop
 from hydrosim.forces.contact.fender import (
     COMPRESSION,
     DAMPED,
@@ -44,17 +44,19 @@ from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import ballast, memory
+from hydrosim.results import ballast, memory, points, stages
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     contact_groups,
     fender_names,
     force_names,
+    guide_names,
     loses,
     spring_names,
     state_names,
     stores,
     supplies,
+    trigger_names,
 )
 from hydrosim.results.phases import Phase, group_phases
 from hydrosim.scene import Scene
@@ -81,10 +83,16 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_friction": ("friction force on the body", "N", EARTH),
     "fender_node": ("place of the contact node on the plane", "m", EARTH),
     "fender_slip_distance": ("distance slipped since the start", "m", "plane"),
-    "fender_dissipated": ("energy lost in friction since the start", "J", "none"),
+    "fender_dissipated": ("energy lost in friction and loops since the start", "J", "none"),
     "fender_dissipated_damping": ("of it in the node's damper C2", "J", "none"),
     "fender_dissipated_slip_damping": ("of it in slip damping C3", "J", "none"),
+    "fender_closings": ("how often the contact has closed since the start", "1", "none"),
+    "fender_closing_speed": ("speed at which it closed last", "m/s", "normal of the plane"),
+    "fender_largest_force": ("largest normal force since then", "N", "normal of the plane"),
     "contact_phase": ("phase of the operation by the contacts of a group", "1", "none"),
+    "contact_load": ("sum of the normal forces of a group", "N", "normals of the planes"),
+    "point_position": ("place of a named point", "m", EARTH),
+    "clearance": ("clearance of a named point", "m", "none"),
     "spring_tension": ("tension", "N", "from the point to the anchor"),
     "spring_length": ("distance from the point to the anchor", "m", "none"),
     "spring_mode": ("slack (no tension) or taut", "1", "none"),
@@ -97,6 +105,10 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "state_value": ("state that a run can start from", "SI, rad", "that of each state"),
     "state_input": ("rate of a radiation state for unit velocities", "SI, rad", "body"),
     "fender_segment": ("piece of the normal curve, counted from 0", "1", "none"),
+    "guide_force": ("force of the wall, across the axis of the seat", "N", "none"),
+    "guide_clearance": ("clearance to the wall, negative if pressed", "m", "none"),
+    "guide_mode": ("whether a pin is in its guide, and pressed to the wall", "1", "none"),
+    "guide_segment": ("piece of the curve of the wall, counted from 0", "1", "none"),
     "spring_segment": ("piece of the curve, 0 if slack", "1", "none"),
     "tank_level": ("level above the bottom of the tank", "m", "tank"),
     "tank_mass": ("mass of the fluid in the tank", "kg", "none"),
@@ -106,13 +118,17 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "mass": ("mass with what is in the tanks", "kg", "none"),
     "centre_of_gravity": ("centre of gravity from the body's origin", "m", "body"),
     "fender_rising": ("1 if the stretch is that of a rising load", "1", "none"),
+    "trigger_stage": ("before, during or after the time in which an element acts", "1", "none"),
+    "trigger_waits": ("1 while what is waited for lasts", "1", "none"),
     "memory_past": ("velocity that a convolution remembers, and its integrals", "SI", HEADING),
     "memory_node": ("the same with the acceleration, at the last step but one", "SI", HEADING),
 }
 FLAGS = {
     "fender_mode": "open stick slip",
-    "spring_mode": "slack taut",
     "pump_mode": "waiting running over",
+    "spring_mode": "slack taut absent",
+    "guide_mode": " ".join(guide.NAMES),
+    "trigger_stage": "before during after",
     "contact_phase": " ".join(phase.name.lower() for phase in Phase),
 }
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
@@ -144,9 +160,17 @@ def to_dataset(
     points, modes = _contact_states(model, values["y"]), record.modes[:count]
     own = own_modes(fender, model.elements.fenders, modes)
     data.update(_fenders(time, values["fenders"], own, points, contact_groups(scene)))
+    data.update(_closings(model.elements.fenders, values["y"]))
     data.update(_springs(values["springs"], own_modes(spring, model.elements.springs, modes)))
     data.update(ballast.recorded(model, values["y"], modes))
+    data.update(_guides(values["guides"], own_modes(guide, model.elements.guides, modes)))
+    acting = own_modes(trigger, model.elements.triggers, modes)[:, :, MODE].astype(np.int8)
+    data.update({"trigger_stage": (("time", "trigger"), acting)} if acting.shape[1] else {})
+    if stages.weights(scene):
+        forces = data["fender_normal_force"][1]
+        data["contact_load"] = (("time", "contact_group"), stages.loads(scene, forces))
     data.update(_probes(scene, sea, time))
+    data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
     dataset = xr.Dataset(data, coords=_coordinates(scene, time))
     dataset = dataset.assign(_states(scene, model, values, modes))
@@ -233,12 +257,17 @@ def _states(
     of_springs = own_modes(spring, model.elements.springs, modes[kept])
     at = {"state_time": time}
     of_flows = own_modes(tanks, model.elements.tanks, modes[kept])
-    flows = model.elements.tanks.flows
+    of_guides = own_modes(guide, model.elements.guides, modes[kept])
+    flows, pins = model.elements.tanks.flows, model.elements.guides.pins
     kinds = (("fender", points, of_fenders), ("spring", lines, of_springs))
-    for kind, each, of in (*kinds, ("pump", flows, of_flows)):
+    for kind, each, of in (*kinds, ("pump", flows, of_flows), ("guide", pins, of_guides)):
         if each.size:
             segments = (of[:, :, SEGMENT] - each["first"]).astype(np.int16)
             states[f"{kind}_segment"] = xr.DataArray(segments, at, ("state_time", kind))
+    if model.elements.triggers.each.size:
+        waits = own_modes(trigger, model.elements.triggers, modes[kept])[:, :, RISING]
+        dims = ("state_time", "trigger")
+        states["trigger_waits"] = xr.DataArray(waits.astype(np.int8), at, dims)
     if points.size:
         rising = of_fenders[:, :, RISING].astype(np.int8)
         states["fender_rising"] = xr.DataArray(rising, at, ("state_time", "fender"))
@@ -286,6 +315,30 @@ def _draughts(model: Model, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], n
     return {"slow_draught": (MOTION[:2], found)}
 
 
+def _guides(walls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    if modes.shape[1] == 0:
+        return {}
+    each = ("time", "guide")
+    return {
+        "guide_force": (each, walls[:, :, guide.FORCE]),
+        "guide_clearance": (each, walls[:, :, guide.CLEARANCE]),
+        "guide_mode": (each, modes[:, :, MODE].astype(np.int8)),
+    }
+
+
+def _closings(p: fender.Params, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """What contacts remember of how they closed; not a number of those that do not."""
+    if p.remembering == 0:
+        return {}
+    known = np.full((len(y), p.points.size, loop.STATES), np.nan)
+    known[:, fender.which_remember(p)] = fender.memories(p, y)
+    return {
+        "fender_closings": (POINT[:2], known[:, :, loop.CLOSINGS]),
+        "fender_closing_speed": (POINT[:2], known[:, :, loop.SPEED]),
+        "fender_largest_force": (POINT[:2], known[:, :, loop.LARGEST]),
+    }
+
+
 def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     if modes.shape[1] == 0:
         return {}
@@ -308,10 +361,25 @@ def _probes(
     return {"wave_elevation_at_probe": (("time", "probe"), found)}
 
 
+def _points(
+    scene: Scene, model: Model, coordinates: np.ndarray
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Named points and clearances."""
+    found: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
+    if not (points.point_names(scene) or scene.clearances):
+        return found
+    frames = points.frames_of(model, coordinates)
+    if points.point_names(scene):
+        found["point_position"] = (("time", "point", "axis"), points.point_positions(scene, frames))
+    if scene.clearances:
+        found["clearance"] = (("time", "gap"), points.clearances(scene, frames))
+    return found
+
+
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
-    friction = _friction_losses(scene, model, values["fenders"])
+    friction = friction_losses(scene, model, values["fenders"])
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
@@ -330,7 +398,7 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
     return ledger
 
 
-def _friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str, np.ndarray]:
+def friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str, np.ndarray]:
     """Energy lost in friction (nt,) by fender element."""
     rows = model.elements.fenders.points["row"]
     return {
@@ -349,7 +417,11 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         **_fender_coordinates(scene),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
         **ballast.coordinates(scene),
+        **({"guide": ("guide", names)} if (names := guide_names(scene)) else {}),
+        **({"trigger": ("trigger", names)} if (names := trigger_names(scene)) else {}),
         **(_probe_places(scene) if scene.wave_probes else {}),
+        **({"point": ("point", names)} if (names := points.point_names(scene)) else {}),
+        **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),
     }
 
 
@@ -373,7 +445,16 @@ def _fender_coordinates(scene: Scene) -> dict[str, object]:
         "fender": ("fender", fender_names(scene)),
         "fender_group": ("fender", groups, said),
         "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
+        **_weights(scene, [*dict.fromkeys(groups)]),
     }
+
+
+def _weights(scene: Scene, groups: Sequence[str]) -> dict[str, object]:
+    """The weight that each group of contacts carries or takes, if any is known."""
+    known = stages.weights(scene)
+    said = {"long_name": "weight that the group carries or takes", "units": "N"}
+    each = [known.get(name, np.nan) for name in groups]
+    return {"contact_weight": ("contact_group", each, said)} if known else {}
 
 
 def _describe(dataset: xr.Dataset) -> None:

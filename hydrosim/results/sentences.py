@@ -10,6 +10,7 @@ import xarray as xr
 
 from hydrosim.results.extremes import LAWS, Basis
 from hydrosim.results.gumbel import fit_maxima
+from hydrosim.results.stages import stage_lines
 from hydrosim.results.statistics import FIGURES, NAMES, SIDES
 
 RUNS = 8  # to fit Gumbel's law to
@@ -67,6 +68,7 @@ def lines(found: xr.Dataset) -> Iterator[str]:
             yield from _channel(found, f"{kind}_force", {kind: name}, str(name), Scale(1e-3, "kN"))
     if "phase_crawl" in found:
         yield from _phases(found)
+    yield from stage_lines(found)
 
 
 def _channel(

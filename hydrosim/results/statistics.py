@@ -24,6 +24,7 @@ from hydrosim.results.extremes import (
 from hydrosim.results.gumbel import INTERVAL
 from hydrosim.results.phases import Phase
 from hydrosim.results.series import lowest_frequency, upcrossings
+from hydrosim.results.stages import stages
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
 NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest")
@@ -74,7 +75,9 @@ def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = Non
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
     dataset = xr.Dataset(found, attrs=attributes)
-    return dataset.assign(contact_statistics(run)) if "contact_group" in run.dims else dataset
+    if "contact_group" not in run.dims:
+        return dataset
+    return dataset.assign(contact_statistics(run)).assign(stages(run))
 
 
 def _of_channels(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import isfinite
 
-from hydrosim.forces import events
+from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.ballast.flows import add_momentum
 from hydrosim.forces.modes import MARGINS, MODE, SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
@@ -210,9 +210,10 @@ def _on_cubic(x, t, h, run, watched, out):
         _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
         for i in range(watched.size):
             if watched[i] != 0:
-                first, last = events.felt(i, model.elements)
-                if last > first:
-                    _interpolate(x, h, first, last, run)
+                for part in range(events.FELT):
+                    first, last = events.felt(i, part, model.elements)
+                    if last > first:
+                        _interpolate(x, h, first, last, run)
     _measure(t + x * h, stage, run, watched, out)
 
 
@@ -347,10 +348,24 @@ def _switch(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` was of this ``size``."""
     state, model = run.state, run.model
     step = run.clock.step if run.clock.events else 0.0
+    _book_stored(i, 1.0, t, run)
     events.switch(
         *(i, which, size, step, t, state.y, state.modes),
         *(run.work.motion, model.bodies, model.elements, run.work.holds.reaction),
     )
+    _book_stored(i, -1.0, t, run)
+
+
+@kernel
+def _book_stored(i, sign, t, run):
+    """Before and after a trigger: what is stored in its element then is lost, or comes from
+    outside."""
+    state, model, stored = run.state, run.model, run.work.rate
+    if events.is_trigger(i, model.elements):
+        clear(stored)
+        motion, elements = run.work.motion, model.elements
+        add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
+        events.book(i, sign, state.y, stored, elements)
 
 
 @kernel

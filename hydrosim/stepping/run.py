@@ -14,7 +14,7 @@ from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import count_anew, drop, push
-from hydrosim.rigid import accelerations, accelerations_along
+from hydrosim.rigid import accelerations, accelerations_along, place_bodies
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
 from hydrosim.stepping.record import keep
@@ -145,6 +145,7 @@ def _cross(goal, enough, run):
         t = reached
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
+        _note(t, run)
         _renew(left, run)
         if left:
             counters[EVENTS] += 1
@@ -156,6 +157,16 @@ def _cross(goal, enough, run):
         remember(t, run)
         _watch(t, run)
     scratch.pace[REACHED] = t
+
+
+@kernel
+def _note(t, run):
+    """Keep what the record would miss between output times."""
+    y, model, motion = run.state.y, run.model, run.work.motion
+    if model.elements.fenders.remembering > 0:
+        n = model.bodies.active.size
+        place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+        events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
 
 
 @kernel

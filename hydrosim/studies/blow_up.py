@@ -13,7 +13,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RADIATION
 from hydrosim.results.names import element_of, force_names, supplies
-from hydrosim.results.output import unpack
+from hydrosim.results.output import friction_losses, unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import Record
@@ -33,11 +33,13 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     done = y[:, model.energy : model.energy + model.rows]
     since = done[first:] - done[0]
     given = np.zeros(count - first)
-    for row in range(model.rows):
+    friction = friction_losses(scene, model, values["fenders"])
+    for row, name in enumerate(force_names(scene)):
         if supplies(scene, row):
             given += np.maximum(since[:, row], 0.0)
         elif _may_give(scene, row):
-            given += np.maximum(-since[:, row], 0.0)
+            rubbed = friction.get(name, np.zeros(count))
+            given += np.maximum(rubbed[0] - rubbed[first:] - since[:, row], 0.0)
     least = LEAST * sum(body.mass for body in scene.bodies)
     had = abs(kinetic[0] + stored[0].sum())
     beyond = np.flatnonzero(held > FAR * (had + given) + least)
@@ -60,4 +62,6 @@ def holder(scene: Scene, model: Model, record: Record, count: int) -> str:
 def _may_give(scene: Scene, row: int) -> bool:
     """Whether a row of dissipation may be negative; memory gives back what it had at the start."""
     element = element_of(scene, row)
-    return element.may_give() if element else row == RADIATION and scene.initial is not None
+    if element is None:
+        return row == RADIATION and scene.initial is not None
+    return element.may_give() or element.active is not None  # what it holds as it begins

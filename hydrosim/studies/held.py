@@ -66,7 +66,7 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     place_bodies(y[:n], np.zeros(n), model.bodies, motion)
     point = fenders.points[i]
     contact = touch(point, model.bodies, motion)
-    load = pressure(i, rest.time, rest.state.modes, contact, fenders)
+    load = pressure(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
     still, one = (0.0, 0.0), (1.0, 0.0)
     if point["law"] == FRICTIONLESS:
         return Grip(contact, load.N, np.inf, 0.0, 0.0)

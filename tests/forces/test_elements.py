@@ -180,11 +180,16 @@ class Moment:
         stored_energies(NOW, y, self.state.modes, self.model, new_work(self.model), out)
         return out
 
+    @property
+    def points(self) -> np.ndarray:
+        """Constants of the contact points."""
+        return self.model.elements.fenders.points
+
     def loss(self, row: int) -> float:
         """Rate of the work or the dissipation of a row."""
         first = self.model.elements.fenders.state
-        points = self.dy[first : self.model.energy].reshape(-1, STATES)
-        mine = self.model.elements.fenders.points["row"] == row
+        points = self.dy[first:][: STATES * self.points.size].reshape(-1, STATES)
+        mine = self.points["row"] == row
         return float(self.dy[self.model.energy + row] + points[mine, DISSIPATED].sum())
 
 
@@ -200,7 +205,8 @@ def evaluate(
         model = model._replace(stiffness=hydrostatics)
     if mode != OPEN:
         state.modes[state.modes[:, 0] != OPEN, 0] = mode
-    points = state.y[model.elements.fenders.state : model.energy].reshape(-1, STATES)
+    fenders = model.elements.fenders
+    points = state.y[fenders.state :][: STATES * fenders.points.size].reshape(-1, STATES)
     if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, StickSlip):
         points[:, :2] = stretch
     work, dy = new_work(model), np.zeros(model.size)

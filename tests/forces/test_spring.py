@@ -530,7 +530,7 @@ def test_the_record_says_what_it_holds() -> None:
     assert list(run.spring.values) == ["line"]
     assert run.spring_tension.dims == run.spring_length.dims == ("time", "spring")
     assert (run.spring_tension.units, run.spring_length.units) == ("N", "m")
-    assert run.spring_mode.flag_meanings == "slack taut"
+    assert run.spring_mode.flag_meanings == "slack taut absent"
     assert all(v.long_name and v.frame for v in run.data_vars.values())
     places = run.position.values[:, :, :3] + run.reference_position.values
     turns = [Rotation.from_euler("ZYX", run.position.values[:, b, :2:-1]) for b in (0, 1)]

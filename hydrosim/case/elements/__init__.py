@@ -9,6 +9,7 @@ from pydantic import Discriminator
 from hydrosim.case.elements.applied_force import AppliedForce
 from hydrosim.case.elements.element import Element, Where
 from hydrosim.case.elements.fender import Fender
+from hydrosim.case.elements.landing import Landing
 from hydrosim.case.elements.linear_damping import LinearDamping
 from hydrosim.case.elements.linear_mooring import LinearMooring
 from hydrosim.case.elements.quadratic_damping import QuadraticDamping
@@ -19,6 +20,7 @@ AnyElement = Annotated[
     LinearMooring
     | AppliedForce
     | Fender
+    | Landing
     | Spring
     | LinearDamping
     | QuadraticDamping

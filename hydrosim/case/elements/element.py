@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pydantic import ConfigDict, StrictStr
+from pydantic import ConfigDict, StrictStr, model_validator
 
+from hydrosim.case.elements.active import Active, Event
 from hydrosim.case.signals import Recorded
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
     from hydrosim.scene import ForceElement
@@ -44,6 +46,20 @@ class Element(Exemplary):
     """The stream of the environment, if it is one that loads the element."""
     type: str
     body: StrictStr
+    active: Active | None = None
+    when: Event | None = None
+
+    @model_validator(mode="after")
+    def _check_active(self) -> Self:
+        if self.active and self.when:
+            expected = "one of them: when is short for active: {from: ...}"
+            raise problem("active and when", expected)
+        return self
+
+    def placed(self, where: Where) -> ForceElement:
+        """The element of the scene, with the time in which it acts."""
+        active = Active.model_construct(start=self.when, until=None) if self.when else self.active
+        return replace(self.build(where), active=active.build() if active else None)
 
     @abstractmethod
     def build(self, where: Where) -> ForceElement:

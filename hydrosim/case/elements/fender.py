@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -27,6 +27,7 @@ class Plane(Strict):
     point: of.Point
     normal: of.Direction
     body: StrictStr | None = None
+    corners: tuple[of.Point, ...] = ()
 
     @model_validator(mode="after")
     def _check_normal(self) -> Self:
@@ -35,12 +36,33 @@ class Plane(Strict):
         return self
 
 
+def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | None) -> None:
+    """Refuses a table that has not a force for each compression."""
+    if compression and force and len(compression) != len(force):
+        found = f"{len(compression)} values in compression and {len(force)} in force"
+        raise problem(found, "a force for each compression")
+
+
+class Unloading(Strict):
+    """The way back along a normal curve, and the stiff line between."""
+
+    compression: of.Compressions
+    force: of.NormalForces
+    stiffness: of.Stiffness
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        check_lengths(self.compression, self.force)
+        return self
+
+
 class Normal(Strict):
-    """Normal force of a fender; ``total`` values are shared by the points."""
+    """Normal force of a contact; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
     compression: of.Compressions | None = None
     force: of.NormalForces | None = None
+    unloading: Unloading | None = None
     prescribed: NormalOverTime | None = None
     damping: of.Damping = 0.0
     total: StrictBool = False
@@ -53,16 +75,17 @@ class Normal(Strict):
             raise problem(" and ".join(given) or "no curve", expected)
         if self.prescribed and self.damping:
             raise problem("prescribed and damping", "one of them")
-        if self.compression and self.force and len(self.compression) != len(self.force):
-            found = f"{len(self.compression)} values in compression and {len(self.force)} in force"
-            raise problem(found, "a force for each compression")
+        if self.unloading and (self.prescribed or self.damping):
+            found = f"unloading and {'prescribed' if self.prescribed else 'damping'}"
+            raise problem(found, "one of them", "the loop takes energy, and needs a curve")
         if self.force and not self.force[-1]:
             raise problem("no force at any compression", "one that rises")
+        check_lengths(self.compression, self.force)
         return self
 
-    def build(self, count: int, where: Where) -> forces.NormalCurve | forces.PrescribedNormal:
+    def build(self, count: int, where: Where) -> forces.Normal:
         """The normal force of each of ``count`` points."""
-        from hydrosim.forces import NormalCurve, PrescribedNormal
+        from hydrosim.forces import NormalCurve, NormalLoop, PrescribedNormal
         from hydrosim.forces.signal import scaled
 
         share = 1.0 / count if self.total else 1.0
@@ -74,6 +97,9 @@ class Normal(Strict):
         else:
             table = np.array(self.compression), np.array(self.force)
         compression, force = table
+        if self.unloading is not None:
+            back = np.array(self.unloading.compression), share * np.array(self.unloading.force)
+            return NormalLoop(compression, share * force, *back, share * self.unloading.stiffness)
         return NormalCurve(compression, share * force, share * self.damping)
 
 
@@ -94,6 +120,13 @@ class Fender(Element):
     plane: Plane
     normal: Normal
     friction: Friction
+    group: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _check_corners(self) -> Self:
+        if self.plane.corners and self.normal.prescribed:
+            raise problem("plane.corners and normal.prescribed", "one of them")
+        return self
 
     @model_validator(mode="after")
     def _check_rate_free(self) -> Self:
@@ -121,4 +154,5 @@ class Fender(Element):
             plane=forces.Plane(**dict(self.plane)),
             normal=self.normal.build(count, where),
             friction=self.friction.build(count),
+            group=self.group,
         )

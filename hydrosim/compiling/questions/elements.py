@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Coulomb, Fender, FrictionSlope, LinearDamping, LinearMooring, StickSlip
+from hydrosim.forces import Contact, Coulomb, FrictionSlope, LinearDamping, LinearMooring, StickSlip
 
 ROUGHEST = 1.0
 
@@ -16,7 +16,7 @@ ROUGHEST = 1.0
 def friction(about: About) -> Iterator[Doubt]:
     """Coefficients above 1."""
     for name, fender in about.scene.forces.items():
-        law = fender.friction if isinstance(fender, Fender) else None
+        law = fender.friction if isinstance(fender, Contact) else None
         largest = 0.0
         if isinstance(law, FrictionSlope):
             largest = law.coefficient

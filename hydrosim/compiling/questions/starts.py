@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.forces import Fender, NormalCurve, Plane, Spring
+from hydrosim.forces import Contact, NormalCurve, Plane, Spring
 from hydrosim.forces.spring import stretch
 from hydrosim.scene import GivenComponents
 
@@ -71,7 +71,7 @@ def plane(about: About) -> Iterator[Doubt]:
     """Planes whose body is behind them."""
     for name, fender, deep in _fenders(about):
         here = _centre(about, about.index[fender.body])
-        behind = _inside(about, fender.plane, here)
+        behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
             usual = f"usual is that the normal points to the side of {fender.body}"
@@ -90,13 +90,14 @@ def lines(about: About) -> Iterator[Doubt]:
             yield Doubt(f"forces.{name}.length", found, f"usual is up to {STRETCHED:.0%} more")
 
 
-def _fenders(about: About) -> Iterator[tuple[str, Fender, np.ndarray]]:
+def _fenders(about: About) -> Iterator[tuple[str, Contact, np.ndarray]]:
     """Fenders with the compressions (n,) of their points at the start."""
     for name, fender in about.scene.forces.items():
-        if isinstance(fender, Fender):
+        if isinstance(fender, Contact):
             b = about.index[fender.body]
             places = [_place(about, b, point) for point in np.asarray(fender.points)]
-            deep = [_inside(about, fender.plane, place) for place in places]
+            pairs = zip(fender.planes(), places, strict=True)
+            deep = [_inside(about, plane, place) for plane, place in pairs]
             yield name, fender, np.array(deep)
 
 

@@ -1,11 +1,12 @@
-"""Fender: points of a body against a plane, with a normal curve and a friction law each.
+"""Contact points: points of a body against planes, with a normal curve and a friction law each.
 
     F = N n + f,   on the plane's body the opposite at the same place
 
 N: normal force along the plane's normal n (`normal`); f: friction in the plane (`laws`); both from
 compression, velocity and stretch (`geometry`). Every point has a mode (open, stick, slip), a
 segment of its curve, and stick-slip that goes with the load knows whether that rises. They change
-only at events (`transitions`).
+only at events (`transitions`). A fender is points against one plane, which may end at `edges`; a
+`landing` has a seat for each point and remembers how it was pressed (`loop`).
 
 State per point: stretch s (2,), or of slip without a node its heading; slip distance; energy lost
 in friction and where contact ends with something still stored, and of that energy the parts lost
@@ -16,25 +17,26 @@ as dissipation.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.forces import curve
-from hydrosim.forces.contact import coulomb, geometry, laws
+from hydrosim.forces.contact import coulomb, edges, geometry, laws, loop
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.law import Pressed
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
-from hydrosim.forces.contact.normal import FLAT, NormalCurve, PrescribedNormal
+from hydrosim.forces.contact.normal import FLAT, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.curve import SEGMENT as PIECE
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import SMALL, foot, turned
-from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT, STICK
+from hydrosim.forces.modes import MODE, OPEN, PASSED, RISING, SEGMENT, STICK
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -60,28 +62,57 @@ LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
 
 @dataclass(frozen=True)
 class Plane:
-    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``."""
+    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``; it
+    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any."""
 
     point: tuple[float, ...]
     normal: tuple[float, ...]
     body: str | None = None
+    corners: tuple[tuple[float, ...], ...] = ()
+
+    def by_its_foot(self, y: float) -> Plane:
+        """The same plane with the foot of the perpendicular from the origin as its point, as if the
+        plane at ``y`` [m] were y = 0; its corners in an order of their own."""
+        y = 0.0 if self.body else y
+        corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
+        return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
+
+    def image(self) -> Plane:
+        """The mirror image in the plane y = 0."""
+        corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
+        point, normal = turned(self.point), turned(self.normal)
+        return replace(self, point=point, normal=normal, corners=corners)
 
 
-@dataclass(frozen=True)
-class Fender(ForceElement):
-    """``points`` (n, 3) in the body frame; ``normal`` and ``friction`` hold for each of them."""
+def _sorted(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """Corners of a convex polygon in an order that does not depend on where it begins."""
+    fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
+    return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))
 
+
+Normal = NormalCurve | NormalLoop | PrescribedNormal
+
+
+class Contact(ForceElement):
+    """``points`` (n, 3) in the body frame against planes; ``normal`` and ``friction`` hold for each
+    of them. Contacts of one ``group`` are looked at together; it is the element's name if None.
+
+    If it ``remembers``, its points count closings and know their largest force (`loop`).
+    """
+
+    remembers: ClassVar[bool] = False
     points: np.ndarray
-    plane: Plane
-    normal: NormalCurve | PrescribedNormal
+    normal: Normal
     friction: Law
+    group: str | None
+
+    @abstractmethod
+    def planes(self) -> Sequence[Plane]:
+        """The plane of each point."""
 
     def may_give(self) -> bool:
         """A prescribed normal force pushes whatever moves."""
         return isinstance(self.normal, PrescribedNormal)
-
-    def others(self) -> Iterator[tuple[str, str | None]]:
-        yield "plane.body", self.plane.body
 
     def signals(self) -> Iterator[tuple[str, Signal]]:
         if isinstance(self.normal, PrescribedNormal):
@@ -90,17 +121,6 @@ class Fender(ForceElement):
     def unit_names(self, name: str) -> Sequence[str]:
         return [f"{name} {i}" for i in range(1, len(self.points) + 1)]
 
-    def parts(self, y: float) -> Sequence[ForceElement]:
-        """A fender for each point; planes by the foot of the perpendicular from the origin."""
-        point = foot(self.plane.point, self.plane.normal, 0.0 if self.plane.body else y)
-        level = replace(self.plane, point=point)
-        return [replace(self, points=point[None], plane=level) for point in self.points]
-
-    def image(self) -> ForceElement:
-        point, normal = turned(self.plane.point), turned(self.plane.normal)
-        plane = replace(self.plane, point=point, normal=normal)
-        return replace(self, points=self.points * MIRROR_SIGN[:3], plane=plane)
-
     def asymmetry(self) -> str | None:
         """Rigid friction beside the plane: how points share a load is then not defined without
         motions that lead aside."""
@@ -108,8 +128,15 @@ class Fender(ForceElement):
         return "has rigid friction beside the plane" if rigid else None
 
     def check(self, name: str) -> None:
-        """Slip without damping needs N' and constant coefficients."""
+        """Slip without damping needs N' and constant coefficients; see also `loop` and `edges`."""
         law, normal = self.friction, self.normal
+        try:
+            if isinstance(normal, NormalLoop):
+                loop.check(normal)
+            for plane in self.planes():
+                edges.of(plane)
+        except InputError as error:
+            raise InputError(f"forces.{name}.{error}") from None
         if not isinstance(law, StickSlip) or law.damping + law.slip_damping > 0.0:
             return
         damped = isinstance(normal, NormalCurve) and normal.damping > 0.0
@@ -122,6 +149,31 @@ class Fender(ForceElement):
             )
 
 
+@dataclass(frozen=True)
+class Fender(Contact):
+    """All points against one ``plane``."""
+
+    points: np.ndarray
+    plane: Plane
+    normal: Normal
+    friction: Law
+    group: str | None = field(default=None, kw_only=True)
+
+    def planes(self) -> Sequence[Plane]:
+        return [self.plane] * len(self.points)
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "plane.body", self.plane.body
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """A fender for each point; planes by the foot of the perpendicular from the origin."""
+        plane = self.plane.by_its_foot(y)
+        return [replace(self, points=point[None], plane=plane) for point in self.points]
+
+    def image(self) -> ForceElement:
+        return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.image())
+
+
 POINT = np.dtype(
     [
         *(("body", int), ("row", int), ("place", float, 3)),
@@ -130,44 +182,57 @@ POINT = np.dtype(
         *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
         *LAW,
         *(("reach", float), ("lag", float)),
+        *loop.LOOP,
+        *(("edge", int), ("edges", int)),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
 of its normal curve or the signal that prescribes its normal force, its friction law, the ``reach``
-[m] of its node under a usual load, and the ``lag`` [s] of explicit methods."""
+[m] of its node under a usual load, the ``lag`` [s] of explicit methods, the way back along its
+curve, and its plane's ``edges`` from ``edge`` on."""
 
 
 class Params(NamedTuple):
     """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
-    signals; the first of their states in y, and of their rows of modes."""
+    signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
+    of modes. States of the ``remembering`` points (`loop`) come after those of all points."""
 
     points: np.ndarray
     segments: np.ndarray
     pieces: np.ndarray
+    edges: np.ndarray
+    remembering: int
     state: int
     mode: int
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
-    """Constants of all contact points of the fenders among ``elements``, in their order."""
-    fenders = {name: e for name, e in elements.items() if isinstance(e, Fender)}
+    """Constants of all contact points among ``elements``, in their order."""
+    fenders = {name: e for name, e in elements.items() if isinstance(e, Contact)}
     normals = [e.normal for e in fenders.values()]
     signals, pieces = compile_signals([n.force for n in normals if isinstance(n, PrescribedNormal)])
-    rows, segments, first, following = [], [np.zeros(0, dtype=PIECE)], 0, iter(signals)
+    rows, segments, following = [], [np.zeros(0, dtype=PIECE)], iter(signals)
+    ends, remembering = [np.zeros((0, 3))], 0
     for name, e in fenders.items():
-        table = e.normal if isinstance(e.normal, NormalCurve) else FLAT
         signal = (False, 0.0, NOTHING)
         if isinstance(e.normal, PrescribedNormal):
             signal = _prescribed(next(following), pieces)
-        segments.append(curve.segments(table.compression, table.force))
-        last, steepest = first + segments[-1].size - 1, segments[-1]["slope"].max()
+        first = sum(map(len, segments))
+        segments.append(loop.segments(FLAT if isinstance(e.normal, PrescribedNormal) else e.normal))
+        curve_ = loop.pieces(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
         usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
-        shared = (first, last, steepest, table.damping, *signal, *law, *usual)
         place = (layout.body[e.body], layout.row[name])
-        rows += [(*place, p, *_plane(e.plane, layout), *shared) for p in e.points]
-        first = last + 1
-    return Params(np.array(rows, dtype=POINT), np.concatenate(segments), pieces, 0, 0)
+        keeps = e.remembers or isinstance(e.normal, NormalLoop)
+        for point, plane in zip(e.points, e.planes(), strict=True):
+            sides = edges.of(plane)
+            back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
+            each = (*curve_, *signal, *law, *usual, *back, sum(map(len, ends)), len(sides))
+            rows.append((*place, point, *_plane(plane, layout), *each))
+            ends.append(sides)
+            remembering += keeps
+    points, all_ends = np.array(rows, dtype=POINT), np.concatenate(ends)
+    return Params(points, np.concatenate(segments), pieces, all_ends, remembering, 0, 0)
 
 
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
@@ -176,14 +241,14 @@ def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.vo
 
 
 def _usual_load(
-    fender: Fender, signal: tuple[bool, float, np.void], pieces: np.ndarray, layout: Layout
+    fender: Contact, signal: tuple[bool, float, np.void], pieces: np.ndarray, layout: Layout
 ) -> float:
     """Normal force [N] on a point, the size of it: the largest that is prescribed, else the weight
     of a body or, if that is less, the end of the curve."""
     _, least, _ = signal
-    if not isinstance(fender.normal, NormalCurve):
+    if isinstance(fender.normal, PrescribedNormal):
         return least / LEAST_NORMAL
-    between = [fender.body, *([fender.plane.body] if fender.plane.body else [])]
+    between = [fender.body, *(name for _, name in fender.others() if name)]
     weights = [layout.weight[layout.body[name]] for name in between]
     return min(*weights, float(fender.normal.force[-1]))
 
@@ -198,6 +263,23 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
 def units(p: Params) -> np.ndarray:
     """The contact points: each has states and a row of modes."""
     return p.points
+
+
+def which_remember(p: Params) -> np.ndarray:
+    """Indices (r,) of the points that remember how they were pressed: each has states for it."""
+    return np.flatnonzero(p.points["memory"] != loop.NONE)
+
+
+def state_count(p: Params) -> int:
+    """Number of states in y."""
+    return STATES * p.points.size + loop.STATES * p.remembering
+
+
+def memories(p: Params, y: np.ndarray) -> np.ndarray:
+    """What the ``r`` points remember (..., r, loop.STATES), of y (..., ny)."""
+    first = p.state + STATES * p.points.size
+    own = y[..., first : p.state + state_count(p)]
+    return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
 
 
 def without_friction(p: Params) -> Params:
@@ -221,7 +303,8 @@ def forget(p: Params, y: np.ndarray) -> None:
 
 
 def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
-    """Whether each contact point's image is stretched as it is, and in the same mode."""
+    """Whether each contact point's image is stretched as it is, in the same mode and on the same
+    line of its loop."""
     points, n = p.points, p.points.size
     s = y[p.state :][: STATES * n].reshape(-1, STATES)[:, :2, None]
     stretch = s[:, 0] * points["tangent1"] + s[:, 1] * points["tangent2"]
@@ -230,7 +313,10 @@ def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
     whose = np.stack([points["body"], points["plane_body"], mode], 1)
     apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
     close = apart <= SMALL * np.abs(here).max(axis=(0, 2), initial=0.0)
-    images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2)
+    start = np.zeros(n)
+    start[which_remember(p)] = memories(p, y)[:, loop.SET]
+    alike = np.abs(start[:, None] - start) <= SMALL * np.abs(start).max(initial=0.0)
+    images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2) & alike
     return bool(np.all(images.any(axis=1)))
 
 
@@ -238,7 +324,10 @@ def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every point into its row of ``wrench``, dissipation along the normal into ``rate``,
     the rates of stretch, slip distance and energy lost in friction into ``dy``. The reactions of
-    rigid friction are not among them: see `add_reactions`."""
+    rigid friction are not among them: see `add_reactions`. What points remember changes at events.
+    """
+    first = p.state + STATES * p.points.size
+    clear(dy[first : first + loop.STATES * p.remembering])
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
         x, dx = y[k : k + STATES], dy[k : k + STATES]
@@ -249,7 +338,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             _relax((x[0], x[1]), point, dx)
             continue
         c = geometry.touch(point, bodies, motion)
-        load = pressure(i, t, modes, c, p)
+        load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, (x[0], x[1]), point)
         dx[0], dx[1] = f.stretch_rate
         dx[SLIP_DISTANCE], dx[DISSIPATED] = f.slip_speed, f.dissipation
@@ -269,22 +358,31 @@ def _relax(s, point, dx):
 
 
 @kernel
-def pressure(i, t, modes, contact, p):
+def pressure(i, t, y, modes, contact, p):
     """Normal force of point ``i``, zero when open; not cut at zero, so that it is smooth across the
     event that ends the contact."""
-    mode = modes[p.mode + i]
+    mode, point = modes[p.mode + i], p.points[i]
     if mode[MODE] == OPEN:
         return Pressed(0.0, 0.0, 0.0, False)
-    return pressed(t, p.points[i], p.segments[mode[SEGMENT]], mode[RISING], contact, p)
+    start = y[memory(point, p) + loop.SET] if mode[SEGMENT] == point.line else 0.0
+    return pressed(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
 
 
 @kernel
-def pressed(t, point, piece, rising, contact, p):
-    """Normal force of a point in contact, on a piece of its curve or prescribed."""
+def memory(point, p):
+    """The first entry in y of what a point remembers, if it does."""
+    return p.state + STATES * p.points.size + loop.STATES * point.memory
+
+
+@kernel
+def pressed(t, point, piece, start, rising, contact, p):
+    """Normal force of a point in contact: prescribed, or that of a piece of its curve which begins
+    at ``start``."""
     if point.prescribed:
         N = value(t, point.signal, p.pieces)
         return Pressed(N, N, rate(t, point.signal, p.pieces), rising != 0)
-    elastic, damping = curve.curve_force(piece, contact.compression), point.normal_damping
+    damping = point.normal_damping
+    elastic = curve.curve_force(piece, contact.compression - start)
     return Pressed(
         elastic + damping * contact.rate, elastic, piece.slope * contact.rate, rising != 0
     )
@@ -311,17 +409,30 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
 
 
 @kernel
-def stored_along_normal(i, modes, contact, p):
-    """Energy in the normal curve of point ``i``, in contact."""
-    return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], contact.compression)
+def stored_along_normal(i, t, y, modes, contact, p):
+    """Energy in the normal curve of point ``i``, in contact: what it gives back."""
+    point, x = p.points[i], contact.compression
+    if point.line != loop.NONE:
+        return loop.recoverable(pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments)
+    return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
 
 @kernel
-def left_behind(i, contact, p):
+def lost_in_loop(i, y, modes, contact, p):
+    """Energy that the loop of point ``i`` has taken for good."""
+    point, mode = p.points[i], modes[p.mode + i]
+    lost = y[memory(point, p) + loop.LOSS]
+    if mode[MODE] != OPEN:
+        lost += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
+    return lost
+
+
+@kernel
+def left_behind(i, modes, contact, p):
     """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
     the curve was free: what is not lost yet of what is booked as lost."""
-    point = p.points[i]
-    if point.prescribed or contact.compression <= 0.0:
+    point, mode = p.points[i], modes[p.mode + i]
+    if point.prescribed or contact.compression <= 0.0 or mode[RISING] >= PASSED:
         return 0.0
     segment = curve.find_segment(point.first, point.last, p.segments, contact.compression)
     return curve.stored_energy(p.segments[segment], contact.compression)
@@ -333,7 +444,7 @@ def stored_in_plane(i, t, y, modes, contact, p):
     k, point = p.state + STATES * i, p.points[i]
     if not point.node:
         return 0.0
-    load, s = pressure(i, t, modes, contact, p), (y[k], y[k + 1])
+    load, s = pressure(i, t, y, modes, contact, p), (y[k], y[k + 1])
     return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
 
@@ -344,9 +455,9 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         contact, row = geometry.touch(p.points[i], bodies, motion), p.points[i].row
         stored[row] += stored_in_plane(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
-            stored[row] += stored_along_normal(i, modes, contact, p)
+            stored[row] += stored_along_normal(i, t, y, modes, contact, p)
         else:
-            stored[row] += left_behind(i, contact, p)
+            stored[row] += left_behind(i, modes, contact, p)
 
 
 @kernel
@@ -357,13 +468,15 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
         x, row = y[k : k + STATES], out[OBSERVED * i : OBSERVED * (i + 1)]
         c, s = geometry.touch(point, bodies, motion), (x[0], x[1])
-        load = pressure(i, t, modes, c, p)
+        load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
         row[LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
         if mode == OPEN:
-            row[LOST] -= left_behind(i, c, p)
+            row[LOST] -= left_behind(i, modes, c, p)
+        if point.memory != loop.NONE:
+            row[LOST] += lost_in_loop(i, y, modes, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)
         row[COMPRESSION], row[NORMAL_FORCE] = c.compression, load.N
         for j in range(3):

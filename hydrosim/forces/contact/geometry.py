@@ -27,7 +27,7 @@ centre of gravity, or of the earth (body -1)."""
 
 
 class Touch(NamedTuple):
-    """State of one contact point; vectors are tuples in the earth frame."""
+    """State of one contact point; vectors are tuples in the earth frame, ``offset`` is u1."""
 
     place: tuple[float, float, float]
     arm: tuple[float, float, float]
@@ -38,6 +38,7 @@ class Touch(NamedTuple):
     compression: float
     rate: float
     velocity: tuple[float, float]
+    offset: tuple[float, float]
 
 
 @kernel
@@ -55,8 +56,9 @@ def touch(point, bodies, motion):
         if bodies.exact:
             R = motion.rotation[a]
             normal, t1, t2 = matvec(R, normal), matvec(R, t1), matvec(R, t2)
-    velocity = (dot(t1, v), dot(t2, v))
-    return Touch(p, arm, plane_arm, normal, t1, t2, -dot(normal, d), -dot(normal, v), velocity)
+    velocity, offset = (dot(t1, v), dot(t2, v)), (dot(t1, d), dot(t2, d))
+    depth, rate = -dot(normal, d), -dot(normal, v)
+    return Touch(p, arm, plane_arm, normal, t1, t2, depth, rate, velocity, offset)
 
 
 @kernel

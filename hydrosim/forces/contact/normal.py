@@ -33,5 +33,18 @@ class NormalCurve:
     damping: float = 0.0
 
 
+@dataclass(frozen=True)
+class NormalLoop:
+    """Per contact point: ``force`` (n,) [N] over ``compression`` (n,) [m] as it is pressed, less of
+    it over ``unloading_compression`` (m,) as it lets go, all from 0 and not falling, and the
+    ``stiffness`` [N/m] between, above all slopes of both, see `hydrosim.forces.contact.loop`."""
+
+    compression: np.ndarray
+    force: np.ndarray
+    unloading_compression: np.ndarray
+    unloading_force: np.ndarray
+    stiffness: float
+
+
 FLAT = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
 """The curve of a point whose normal force is prescribed: no corners, nothing stored."""

@@ -8,21 +8,24 @@ A mode holds while its margins are positive:
                                                            an N which touches zero lets go once
     friction  of the friction law                          in contact
     segment   distance to the nearer corner of the curve   in contact
-    rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load
+    rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load,
+              or delta' where the curve has a loop         and on the branches of a loop
 
-What follows a mode that has ended is the friction law's own affair (`laws`).
+Where a plane ends, the distance inside its nearest edge belongs to the margin of contact. What
+follows a mode that has ended is the affair of the curve (`loop`) and of the friction law (`laws`).
 """
 
 from __future__ import annotations
 
 from hydrosim.forces import curve
-from hydrosim.forces.contact import geometry, laws
+from hydrosim.forces.contact import edges, geometry, laws, loop
 from hydrosim.forces.contact.fender import (
     DISSIPATED,
     SETTLED,
     SLIP_DISTANCE,
     STATES,
     left_behind,
+    memory,
     pressed,
     pressure,
     stored_along_normal,
@@ -30,11 +33,13 @@ from hydrosim.forces.contact.fender import (
 from hydrosim.forces.contact.law import AT_REST
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.modes import (
+    ABSENT,
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
     MODE,
     OPEN,
+    PASSED,
     RISING,
     RISING_MARGIN,
     SEGMENT,
@@ -62,27 +67,50 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
         c, k, mode = geometry.touch(point, bodies, motion), p.state + STATES * i, modes[row]
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == OPEN:
-            segment = _find_segment(point, c, p)
-            out[m + CONTACT_MARGIN] = -_contact_margin(t, OPEN, point, segment, c, p)
+            out[m + CONTACT_MARGIN] = _open_margin(t, mode, point, c, p)
             continue
-        load, s, v = pressure(i, t, modes, c, p), (y[k], y[k + 1]), c.velocity
+        load, s, v = pressure(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
         grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
-        out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], c.compression)
-        if point.reference > 0.0:
+        if mode[SEGMENT] == point.line:
+            start = y[memory(point, p) + loop.SET]
+            out[m + SEGMENT_MARGIN] = loop.inside_line(start, c.compression, point, p.segments)
+        else:
+            piece = p.segments[mode[SEGMENT]]
+            out[m + SEGMENT_MARGIN] = curve.inside_segment(piece, c.compression)
+        if point.line != loop.NONE and mode[SEGMENT] != point.line:
+            onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
+            out[m + RISING_MARGIN] = onward + point.leeway
+        elif point.reference > 0.0:
             lull = LULL * point.reference
             out[m + RISING_MARGIN] = (load.rate if load.rising else -load.rate) + lull
 
 
 @kernel
 def _contact_margin(t, mode, point, segment, contact, p):
-    """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact."""
-    N = pressed(t, point, p.segments[segment], 0, contact, p).N
-    if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
-        return N - (REGAINED * point.least if mode == OPEN else point.least)
-    return min(point.steepest * contact.compression, N)
+    """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact; of a
+    closed point also k times its distance from the edge."""
+    held = point.steepest * contact.compression
+    if point.line == loop.NONE:  # on a loop N is not negative
+        N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
+        if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
+            return N - (REGAINED * point.least if mode == OPEN else point.least)
+        held = min(held, N)
+    if mode != OPEN and point.edges > 0:
+        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
+    return held
+
+
+@kernel
+def _open_margin(t, mode, point, contact, p):
+    """Positive while an open point stays so; or is behind its plane, if it has passed the edge."""
+    if mode[RISING] == ABSENT:
+        return 1.0
+    if mode[RISING] == PASSED:
+        return point.steepest * contact.compression
+    return -_contact_margin(t, OPEN, point, _find_segment(point, contact, p), contact, p)
 
 
 @kernel
@@ -101,7 +129,7 @@ def find_headings(t, y, modes, motion, bodies, p, out):
         if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_heading(point)):
             continue
         c = geometry.touch(point, bodies, motion)
-        a = laws.heading(pressure(i, t, modes, c, p), c.velocity, (x[0], x[1]), point)
+        a = laws.heading(pressure(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point)
         size, kept, known = length(a), laws.keeps_heading(point), x[0] != 0.0 or x[1] != 0.0
         if kept and known and size <= AT_REST:
             out[i, 0], out[i, 1] = x[0], x[1]
@@ -118,15 +146,24 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     before or after, has reached zero. A node that relaxes in few steps of length ``step`` is
     settled only a while later."""
     c, mode, point = geometry.touch(p.points[i], bodies, motion), modes[p.mode + i], p.points[i]
-    if which == SEGMENT_MARGIN:
+    if which == SEGMENT_MARGIN and mode[SEGMENT] == point.line:
+        _leave_line(i, y, modes, c, p)
+    elif which == SEGMENT_MARGIN:
         k = mode[SEGMENT]
         mode[SEGMENT] = curve.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
-        _turn_over(i, t, y, modes, c, p)
+        if point.line != loop.NONE and mode[SEGMENT] != point.line:
+            _turn_back(i, t, y, modes, c, p)
+        if point.reference > 0.0:
+            _turn_over(i, t, y, modes, c, p)
     elif which == FRICTION_MARGIN and mode[MODE] == STICK:
         _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
         _grip(i, size, t, y, modes, c, p)
+    elif mode[MODE] == OPEN and mode[RISING] == PASSED:
+        mode[RISING] = 0
+    elif mode[MODE] == OPEN and edges.inside(point, c, p.edges) <= 0.0:
+        mode[RISING] = PASSED
     elif mode[MODE] == OPEN:
         _close(i, t, y, modes, c, p)
     else:
@@ -136,10 +173,30 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
 
 
 @kernel
+def _turn_back(i, t, y, modes, contact, p):
+    """The motion turns on a branch of a loop: the stiff line begins here."""
+    point, mode = p.points[i], modes[p.mode + i]
+    k, N = memory(point, p), pressure(i, t, y, modes, contact, p).elastic
+    y[k + loop.LOSS] += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
+    y[k + loop.SET] = loop.start_of_line(N, contact.compression, point, p.segments)
+    y[k + loop.LARGEST] = max(y[k + loop.LARGEST], N)
+    mode[SEGMENT] = point.line
+
+
+@kernel
+def _leave_line(i, y, modes, contact, p):
+    """A branch of a loop begins; what it has lost is counted from here."""
+    point, mode = p.points[i], modes[p.mode + i]
+    k, x = memory(point, p), contact.compression
+    mode[SEGMENT] = loop.after_line(y[k + loop.SET], x, point, p.segments)
+    y[k + loop.LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
+
+
+@kernel
 def _turn_over(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction stays."""
     k, mode = p.state + STATES * i, modes[p.mode + i]
-    load, x = pressure(i, t, modes, contact, p), y[k : k + STATES]
+    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
     x[0], x[1] = laws.turn_over(load, (x[0], x[1]), p.points[i])
     mode[RISING] = 1 - mode[RISING]
 
@@ -149,7 +206,7 @@ def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins."""
     k, reaction = p.state + STATES * i, (reactions[i, 0], reactions[i, 1])
     x = y[k : k + STATES]
-    load, v = pressure(i, t, modes, contact, p), contact.velocity
+    load, v = pressure(i, t, y, modes, contact, p), contact.velocity
     (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
     x[SLIP_DISTANCE] += jump
     x[DISSIPATED] += lost
@@ -160,7 +217,7 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 def _grip(i, size, t, y, modes, contact, p):
     """Slip ends."""
     k = p.state + STATES * i
-    load, x = pressure(i, t, modes, contact, p), y[k : k + STATES]
+    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
     mode, (x[0], x[1]) = laws.grip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
@@ -170,22 +227,33 @@ def _close(i, t, y, modes, contact, p):
     """Contact begins."""
     k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
     segment, x = _find_segment(point, contact, p), y[k : k + STATES]
-    load = pressed(t, point, p.segments[segment], 0, contact, p)
+    load = pressed(t, point, p.segments[segment], 0.0, 0, contact, p)
     mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
     mode[MODE], (x[0], x[1]) = laws.close(load, contact.velocity, (x[0], x[1]), point)
-    x[DISSIPATED] -= stored_along_normal(i, modes, contact, p)
+    x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
+    if point.memory != loop.NONE:
+        first = memory(point, p)
+        y[first + loop.LOSS] -= loop.lost_on(segment, contact.compression, point, p.segments)
+        y[first + loop.CLOSINGS] += 1.0
+        y[first + loop.SPEED], y[first + loop.LARGEST] = contact.rate, load.N
 
 
 @kernel
 def _open(i, t, y, modes, contact, p):
-    """Contact ends: what the normal curve still holds, because its damper pulled, is lost."""
+    """Contact ends: what the normal curve still holds, because its damper pulled or the plane has
+    ended, is lost."""
     k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
     x = y[k : k + STATES]
-    x[DISSIPATED] += stored_along_normal(i, modes, contact, p)
-    load = pressure(i, t, modes, contact, p)
+    x[DISSIPATED] += stored_along_normal(i, t, y, modes, contact, p)
+    load = pressure(i, t, y, modes, contact, p)
     (x[0], x[1]), lost = laws.release(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
-    mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
+    if point.memory != loop.NONE:
+        y[memory(point, p) + loop.LOSS] += loop.lost_on(
+            mode[SEGMENT], contact.compression, point, p.segments
+        )
+    mode[MODE], mode[SEGMENT] = OPEN, point.first
+    mode[RISING] = PASSED if edges.inside(point, contact, p.edges) <= 0.0 else 0
 
 
 @kernel
@@ -195,7 +263,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
             c = geometry.touch(point, bodies, motion)
-            held = point.static * pressure(i, t, modes, c, p).N
+            held = point.static * pressure(i, t, y, modes, c, p).N
             if length((reactions[i, 0], reactions[i, 1])) > held:
                 _break_away(i, t, y, modes, c, reactions, p)
                 return True
@@ -215,11 +283,52 @@ def settling(t, y, p):
 def settle(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
-        point, mode = p.points[i], modes[p.mode + i]
-        mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
-        c = geometry.touch(point, bodies, motion)
-        if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) > 0.0:
-            _close(i, t, y, modes, c, p)
-            y[p.state + STATES * i + DISSIPATED] = 0.0  # what is stored at the start was there
-        else:
-            y[p.state + STATES * i + DISSIPATED] = left_behind(i, c, p)  # and is lost bit by bit
+        come(i, t, y, modes, motion, bodies, p)
+        forgive(i, y, p)
+        c = geometry.touch(p.points[i], bodies, motion)
+        if modes[p.mode + i, MODE] == OPEN:  # what a damper has left behind is lost bit by bit
+            y[p.state + STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
+
+
+@kernel
+def come(i, t, y, modes, motion, bodies, p):
+    """Point ``i`` comes to be, wherever it is; on a loop at rest."""
+    point, mode = p.points[i], modes[p.mode + i]
+    mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
+    c = geometry.touch(point, bodies, motion)
+    if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) <= 0.0:
+        return
+    if edges.inside(point, c, p.edges) <= 0.0:
+        mode[RISING] = PASSED
+        return
+    _close(i, t, y, modes, c, p)
+    if point.line != loop.NONE:
+        _turn_back(i, t, y, modes, c, p)
+
+
+@kernel
+def forgive(i, y, p):
+    """What point ``i`` has lost so far, and how it closed, does not count."""
+    point = p.points[i]
+    y[p.state + STATES * i + DISSIPATED] = 0.0
+    if point.memory != loop.NONE:
+        k = memory(point, p)
+        y[k + loop.LOSS] = y[k + loop.CLOSINGS] = y[k + loop.SPEED] = 0.0
+
+
+@kernel
+def go(i, t, y, modes, motion, bodies, p):
+    """Point ``i`` is not there any more."""
+    if modes[p.mode + i, MODE] != OPEN:
+        _open(i, t, y, modes, geometry.touch(p.points[i], bodies, motion), p)
+    modes[p.mode + i, RISING] = ABSENT
+
+
+@kernel
+def note(t, y, modes, motion, bodies, p):
+    """Keep the largest normal force of every point in contact that remembers."""
+    for i in range(p.points.size if p.remembering > 0 else 0):
+        point = p.points[i]
+        if point.memory != loop.NONE and modes[p.mode + i, MODE] != OPEN:
+            contact, k = geometry.touch(point, bodies, motion), memory(point, p) + loop.LARGEST
+            y[k] = max(y[k], pressure(i, t, y, modes, contact, p).N)

@@ -1,0 +1,88 @@
+"""`active` of force elements in a case file: from when and until when they act."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self
+
+from pydantic import ConfigDict, Discriminator, Field, StrictStr, Tag, model_validator
+
+from hydrosim import scene
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import AnyQuantity, Scale, factor, problem
+from hydrosim.dofs import DOFS
+
+UNITS = {"fender_normal_force": "N", "spring_tension": "N", "fender_compression": "m"}
+"""Of channels; those of motions are in m or rad, with their speeds per second."""
+
+
+class Event(Strict):
+    """That a channel of the run has been above or below a value for so long."""
+
+    channel: StrictStr
+    above: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    below: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    lasting: of.Span = 0.0
+
+    @model_validator(mode="after")
+    def _check_value(self) -> Self:
+        given = self.given("above", "below")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no value", "either above or below")
+        unit, value = self._unit, self.above or self.below
+        if value is not None and value.unit is not None:
+            try:
+                factor(value.unit, unit)
+            except ValueError as error:
+                expected = f"a value in {unit}, which {self.channel} has"
+                raise problem(value.text, expected, str(error)) from None
+        return self
+
+    @property
+    def _unit(self) -> str:
+        """The unit of the channel."""
+        name, _, rest = self.channel.partition(".")
+        turns = rest.rpartition(".")[2] in DOFS[3:]
+        speed = "/s" if name in ("velocity", "speed") else ""
+        return UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
+
+    def build(self) -> scene.When:
+        """The condition of the scene."""
+        above, below = (None if x is None else x.value for x in (self.above, self.below))
+        return scene.When(0.0, self.channel, above, below, self.lasting)
+
+
+def _form(value: object) -> str:
+    return "event" if isinstance(value, dict | Event) else "time"
+
+
+Moment = Annotated[
+    Annotated[of.Instant, Tag("time")] | Annotated[Event, Tag("event")], Discriminator(_form)
+]
+
+
+class Active(Strict):
+    """The time in which an element acts; each end is a time or an event."""
+
+    model_config = ConfigDict(populate_by_name=True)
+    start: Moment | None = Field(default=None, alias="from")
+    until: Moment | None = None
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if not self.given("start", "until"):
+            raise problem("an empty mapping", "from, until, or both")
+        times = self.start, self.until
+        if all(isinstance(x, float) for x in times) and times[0] >= times[1]:  # type: ignore[operator]
+            raise problem(f"from {self.start:g} s until {self.until:g} s", "an end after the start")
+        return self
+
+    def build(self) -> scene.Active:
+        """The same of the scene."""
+        return scene.Active(*map(_when, (self.start, self.until)))
+
+
+def _when(moment: Any) -> scene.When | None:
+    if moment is None:
+        return None
+    return moment.build() if isinstance(moment, Event) else scene.When(float(moment))

@@ -1,0 +1,127 @@
+"""`landing` in a case file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, StrictStr, model_validator
+
+from hydrosim.case.elements.element import Element, Where
+from hydrosim.case.elements.fender import Normal, check_lengths
+from hydrosim.case.elements.friction import Friction, Frictionless
+from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import Keys
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import problem
+
+if TYPE_CHECKING:
+    from hydrosim import forces
+
+
+class Seats(Strict):
+    """Where points come down, in the earth frame or that of a body; they carry along ``axis``."""
+
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    axis: of.Direction = (0.0, 0.0, 1.0)
+    body: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _check_axis(self) -> Self:
+        if not any(self.axis):
+            raise problem("the axis [0, 0, 0]", "a direction", "point it from seat to point")
+        return self
+
+
+class Wall(Strict):
+    """The wall around each seat: a cylinder, or a cone of an ``angle`` to its axis."""
+
+    gap: of.LineLength
+    stiffness: of.Stiffness | None = None
+    compression: of.Compressions | None = None
+    force: of.NormalForces | None = None
+    angle: of.Angle = 0.0
+    depth: of.LineLength | None = None
+
+    @model_validator(mode="after")
+    def _check_wall(self) -> Self:
+        given = self.given("stiffness", "compression", "force")
+        if given not in (["stiffness"], ["compression", "force"]):
+            raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
+        if not 0.0 <= self.angle < 0.5 * np.pi:
+            found = f"an angle of {np.degrees(self.angle):g} deg"
+            raise problem(found, "0 (a cylinder) to less than 90 deg")
+        check_lengths(self.compression, self.force)
+        return self
+
+    def build(self) -> forces.Wall:
+        """The same of the scene."""
+        from hydrosim.forces import Wall as Built  # loads numba
+
+        compression, force = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
+        if self.compression is not None and self.force is not None:
+            compression, force = np.array(self.compression), np.array(self.force)
+        wall = Built(self.gap, compression, force, float(np.tan(self.angle)))
+        return wall if self.depth is None else replace(wall, depth=self.depth)
+
+
+class Landing(Element):
+    """Points of a body, each on a seat of its own."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "landing",
+        "body": "barge",
+        "points": [["1 m", "0.5 m", "-1 m"], ["-0.8 m", "-0.6 m", "-1.1 m"]],
+        "on": {"body": "topside", "points": [["1 m", "0.5 m", "0.9 m"], ["-0.8 m", "-0.6 m", 1]]},
+        "normal": {
+            "compression": [0, "10 cm", "20 cm"],
+            "force": [0, "20 kN", "60 kN"],
+            "unloading": {
+                "compression": [0, "10 cm", "20 cm"],
+                "force": [0, "5 kN", "60 kN"],
+                "stiffness": "2000 kN/m",
+            },
+        },
+        "wall": {"gap": "5 cm", "stiffness": "50 kN/m", "angle": "20 deg", "depth": "15 cm"},
+        "group": "legs",
+    }
+
+    type: Literal["landing"]
+    points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    on: Seats
+    normal: Normal
+    friction: Friction = Frictionless(law="none")
+    wall: Wall | None = None
+    group: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _check_seats(self) -> Self:
+        if len(self.points) != len(self.on.points):
+            found = f"{len(self.points)} points and {len(self.on.points)} seats in on.points"
+            raise problem(found, "a seat for each point")
+        if self.normal.prescribed or self.normal.damping:
+            found = "normal.prescribed" if self.normal.prescribed else "normal.damping"
+            expected = "a curve, and unloading for what it loses"
+            raise problem(found, expected, "a fender has them")
+        return self
+
+    def others(self) -> Iterator[tuple[Keys, str | None, str]]:
+        yield ("on", "body"), self.on.body, "seats without body are fixed to the earth"
+
+    def build(self, where: Where) -> forces.Landing:
+        from hydrosim import forces  # loads numba
+
+        count = len(self.points)
+        return forces.Landing(
+            self.body,
+            points=np.array(self.points),
+            seats=np.array(self.on.points),
+            normal=self.normal.build(count, where),
+            friction=self.friction.build(count),
+            axis=self.on.axis,
+            on=self.on.body,
+            wall=self.wall.build() if self.wall else None,
+            group=self.group,
+        )

@@ -1,0 +1,61 @@
+"""A start at rest under the loads of the start: contacts, lines and buoyancy carry what they must.
+
+The place is that of `hydrosim.linear.equilibrium`, without waves and without friction, near where
+the scene has its bodies; contacts begin there with nothing stretched.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces import without_friction
+from hydrosim.forces.contact.geometry import touch
+from hydrosim.forces.modes import MODE, OPEN
+from hydrosim.linear.equilibrium import ENOUGH, equilibrium
+from hydrosim.results.names import coordinate_names, fender_names
+from hydrosim.rigid import place_bodies
+from hydrosim.scene import Scene
+from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.state import State
+
+PROMISE = "found at_rest"
+
+
+def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
+    """The states (ny,) at rest near ``state``, without those of contacts.
+
+    Raises InputError where there is no such place, with what nothing carries.
+    """
+    weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
+    smooth = model._replace(elements=without_friction(model.elements))
+    try:
+        rest = equilibrium(smooth, state, 0.0, weight)
+    except InputError as error:
+        raise InputError(f"initial: {PROMISE}; {error}") from None
+    if np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
+        worst = int(np.abs(rest.drift).argmax())
+        name, load = coordinate_names(scene)[worst], rest.drift[worst]
+        unit = "N" if name.split()[0] in ("surge", "sway", "heave") else "N m"
+        raise InputError(
+            f"initial: {PROMISE}, and nothing carries {load:.4g} {unit} in {name}"
+            f"{_nearest(scene, model, rest.state)}; expected supports, lines or buoyancy that do."
+        )
+    return rest.state.y
+
+
+def _nearest(scene: Scene, model: Model, state: State) -> str:
+    """Which open contact is nearest, in words, for a body that hovers over it."""
+    fenders, motion, n = model.elements.fenders, new_work(model).motion, model.bodies.active.size
+    place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
+    gaps = {
+        name: -touch(point, model.bodies, motion).compression
+        for name, point, mode in zip(
+            fender_names(scene), fenders.points, state.modes[fenders.mode :], strict=False
+        )
+        if mode[MODE] == OPEN
+    }
+    if not gaps:
+        return ""
+    name = min(gaps, key=gaps.__getitem__)
+    return f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: begin nearer to it)"

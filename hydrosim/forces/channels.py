@@ -1,0 +1,103 @@
+"""What a condition may look at: channels by the names that they have in the result of a run.
+
+position.BODY.DOF, velocity.BODY.DOF    of the centre of gravity; angles
+speed.BODY                              horizontal, of the centre of gravity
+fender_normal_force.NAME                of a contact point, or the sum over those of an element
+fender_compression.POINT                of a contact point
+spring_tension.NAME                     of a spring
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import hypot
+
+import numpy as np
+
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.forces import spring
+from hydrosim.forces.contact import geometry
+from hydrosim.forces.contact.fender import Contact, pressure
+from hydrosim.forces.spring import Spring
+from hydrosim.jit.kernels import kernel
+from hydrosim.scene import ForceElement
+
+POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION = range(6)
+KINDS = {
+    "position": POSITION,
+    "velocity": VELOCITY,
+    "speed": SPEED,
+    "fender_normal_force": NORMAL_FORCE,
+    "fender_compression": COMPRESSION,
+    "spring_tension": TENSION,
+}
+CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
+"""A channel: its kind and the entries, points or springs from ``first`` to before ``end``."""
+
+
+def compile_channel(
+    name: str, elements: Mapping[str, ForceElement], body: Mapping[str, int]
+) -> tuple[int, int, int]:
+    """Values of `CHANNEL`; InputError where there is no such channel."""
+    kind, _, of = name.partition(".")
+    known = _known(kind, elements, body)
+    if of not in known:
+        there = ", ".join(known) or "nothing in this scene"
+        expected = f"one of {', '.join(KINDS)}" if kind not in KINDS else f"{kind}. and {there}"
+        raise InputError(f"channel: found {name}; expected {expected}.")
+    return KINDS[kind], *known[of]
+
+
+def _known(
+    kind: str, elements: Mapping[str, ForceElement], body: Mapping[str, int]
+) -> dict[str, tuple[int, int]]:
+    """What a channel of a kind may be of, with its entries."""
+    if kind in ("position", "velocity"):
+        pairs = (
+            (f"{name}.{dof}", 6 * b + j) for name, b in body.items() for j, dof in enumerate(DOFS)
+        )
+        return {name: (k, k + 1) for name, k in pairs}
+    if kind == "speed":
+        return {name: (6 * b, 6 * b + 2) for name, b in body.items()}
+    units = unit_ranges(elements, Spring if kind == "spring_tension" else Contact)
+    each = {
+        unit: (k, k + 1)
+        for name, (first, _) in units.items()
+        for k, unit in enumerate(elements[name].unit_names(name), first)
+    }
+    return each | (units if kind == "fender_normal_force" else {}) if kind in KINDS else {}
+
+
+def unit_ranges(
+    elements: Mapping[str, ForceElement], kind: type[ForceElement]
+) -> dict[str, tuple[int, int]]:
+    """Of each element of a kind its units among all of the kind, from and to before."""
+    found, first = {}, 0
+    for name, element in elements.items():
+        if isinstance(element, kind):
+            end = first + len(element.unit_names(name))
+            found[name], first = (first, end), end
+    return found
+
+
+@kernel
+def channel_value(channel, t, y, modes, motion, bodies, fenders, springs):
+    """What a channel is now."""
+    k = channel.first
+    if channel.kind == POSITION:
+        return motion.coordinates[k]
+    if channel.kind == VELOCITY:
+        return motion.velocity[k]
+    if channel.kind == SPEED:
+        return hypot(motion.velocity[k], motion.velocity[k + 1])
+    if channel.kind == TENSION:
+        line, mode = springs.lines[k], modes[springs.mode + k]
+        return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
+    if channel.kind == COMPRESSION:
+        return geometry.touch(fenders.points[k], bodies, motion).compression
+    total = 0.0
+    for i in range(k, channel.end):
+        contact = geometry.touch(fenders.points[i], bodies, motion)
+        total += pressure(i, t, y, modes, contact, fenders).N
+    return total

@@ -1,0 +1,63 @@
+"""Where a plane ends: at the edges of a convex polygon in it.
+
+An edge is a row (a, b, c): the place u1 of a point's foot in the plane, along its tangents, is
+a u1 + b u2 + c from it, positive inside. A point over the edge is open; one that has passed behind
+the plane beyond it, or gone over it while it was pressed, comes into contact again only once it has
+come out to the free side.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces.contact.geometry import tangents
+from hydrosim.jit.kernels import kernel
+
+if TYPE_CHECKING:
+    from hydrosim.forces.contact.fender import Plane
+
+FLAT = 1e-6  # of the polygon's size: its corners are so near to the plane
+CONVEX = 1e-9  # of its size: a corner so far inside is on the edge
+
+
+def of(plane: Plane) -> np.ndarray:
+    """The edges (n, 3) of a plane, none if it has none.
+
+    Raises InputError where its corners are not those of a convex polygon in it.
+    """
+    if not plane.corners:
+        return np.zeros((0, 3))
+    normal = np.array(plane.normal, float) / np.linalg.norm(plane.normal)
+    apart = np.subtract(plane.corners, plane.point)
+    size, u = np.ptp(apart, axis=0).max(), apart @ np.array(tangents(normal)).T
+    if np.abs(apart @ normal).max() > FLAT * size:
+        off = np.abs(apart @ normal).max()
+        text = f"found one {off:.3g} m off the plane; expected all in it"
+        raise InputError(f"plane.corners: {text}.")
+    about = u - u.mean(axis=0)
+    u = u[np.argsort(np.arctan2(about[:, 1], about[:, 0]))]
+    along = np.roll(u, -1, axis=0) - u
+    inward = np.stack([-along[:, 1], along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
+    sides = np.column_stack([inward, -np.sum(inward * u, axis=1)])
+    inside = u @ inward.T + sides[:, 2]
+    corner = np.eye(len(u), dtype=bool) | np.roll(np.eye(len(u), dtype=bool), 1, axis=0)
+    if len(u) < 3 or not np.all(inside[~corner] > CONVEX * size):
+        raise InputError(
+            "plane.corners: found no convex polygon; expected three corners or more that turn"
+            " one way (several fenders make up any other shape)."
+        )
+    return sides
+
+
+@kernel
+def inside(point, contact, ends):
+    """Distance of a point's foot from the nearest edge of its plane, negative beyond."""
+    nearest = inf
+    for k in range(point.edge, point.edge + point.edges):
+        u = contact.offset
+        nearest = min(nearest, ends[k, 0] * u[0] + ends[k, 1] * u[1] + ends[k, 2])
+    return nearest

@@ -1,0 +1,201 @@
+"""Guide: the wall around a seat, a cone or a cylinder, that holds a landing's pin sideways.
+
+    e = r - gap + s delta,   F_across = -f(e) u1 / r,   F_along the axis = s f(e)   while e > 0
+
+r = |u1|: distance of the pin from the axis; delta: its compression, negative above the seat; gap:
+clearance around a seated pin; s: tangent of the angle between wall and axis, 0 of a cylinder;
+f: straight lines through a table. The wall has no friction: what it stores, the integral of f over
+e, is a potential of place. It reaches up to the mouth at delta = -depth. A pin that leaves pressed
+loses what is stored; one that comes down outside the mouth is beside the wall until it has come in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.forces import curve
+from hydrosim.forces.channels import unit_ranges
+from hydrosim.forces.contact import geometry
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    RISING_MARGIN,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.rigid.vectors import length
+from hydrosim.scene import ForceElement
+
+AWAY, FREE, PRESSED, BESIDE = range(4)
+NAMES = ("away", "free", "pressed", "beside")
+FORCE, CLEARANCE, OBSERVED = range(3)  # see `observe`
+ENDLESS = 1e6  # m: a wall without a mouth
+INSIDE = 1.0  # m from the mouth: as far as its margin counts
+
+
+@dataclass(frozen=True)
+class Wall:
+    """``gap`` [m] around a seated pin; ``compression`` (n,) [m] and ``force`` (n,) [N] of the wall,
+    from 0; ``slope`` of a cone; ``depth`` [m] from the mouth to the seat."""
+
+    gap: float
+    compression: np.ndarray
+    force: np.ndarray
+    slope: float = 0.0
+    depth: float = ENDLESS
+
+
+PIN = np.dtype(
+    [
+        *(("point", int), ("row", int), ("gap", float), ("slope", float), ("depth", float)),
+        *(("first", int), ("last", int)),
+    ]
+)
+"""A pin: which contact point it is, the row of its element, its wall."""
+
+
+class Params(NamedTuple):
+    """``pins`` (n,) of `PIN`, the ``segments`` of their curves; the first of their rows of modes,
+    and of the integrals of losses in y, row by row."""
+
+    pins: np.ndarray
+    segments: np.ndarray
+    mode: int
+    losses: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the guides of all landings among ``elements``, in their order."""
+    rows, segments = [], [np.zeros(0, dtype=curve.SEGMENT)]
+    for name, (begin, end) in unit_ranges(elements, Contact).items():
+        wall = getattr(elements[name], "wall", None)
+        if wall is None:
+            continue
+        first = sum(map(len, segments))
+        segments.append(curve.segments(wall.compression, wall.force))
+        own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
+        rows += [(i, layout.row[name], *own) for i in range(begin, end)]
+    return Params(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
+
+
+def units(p: Params) -> np.ndarray:
+    """The pins: each has a row of modes."""
+    return p.pins
+
+
+@kernel
+def pressed_by(pin, contact):
+    """e of a pin, and its distance r from the axis."""
+    r = length(contact.offset)
+    return r - pin.gap + pin.slope * contact.compression, r
+
+
+@kernel
+def wall_force(i, e, modes, p):
+    """f(e) of pin ``i`` while it is pressed; zero else."""
+    mode = modes[p.mode + i]
+    return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PRESSED else 0.0
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, elements, wrench):
+    """Force of every wall into its row of ``wrench``; it dissipates nothing."""
+    p = elements.guides
+    for i in range(p.pins.size):
+        if modes[p.mode + i, MODE] == PRESSED:
+            pin = p.pins[i]
+            point = elements.fenders.points[pin.point]
+            c = geometry.touch(point, bodies, motion)
+            e, r = pressed_by(pin, c)
+            f = wall_force(i, e, modes, p)
+            share = f / r if r > 0.0 else 0.0
+            across = (-share * c.offset[0], -share * c.offset[1])
+            geometry.press(point, c, pin.slope * f, across, wrench[pin.row])
+
+
+@kernel
+def add_energy(modes, motion, bodies, elements, stored):
+    """Energy stored in every wall, into its row of ``stored``."""
+    p = elements.guides
+    for i in range(p.pins.size):
+        stored[p.pins[i].row] += _stored(i, modes, motion, bodies, elements)
+
+
+@kernel
+def _stored(i, modes, motion, bodies, elements):
+    p = elements.guides
+    if modes[p.mode + i, MODE] != PRESSED:
+        return 0.0
+    c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+    return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
+
+
+@kernel
+def observe(modes, motion, bodies, elements, out):
+    """Rows of `OBSERVED` of all pins one after the other in ``out``: f and -e."""
+    p = elements.guides
+    for i in range(p.pins.size):
+        c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+        e, _ = pressed_by(p.pins[i], c)
+        out[OBSERVED * i + FORCE] = wall_force(i, e, modes, p)
+        out[OBSERVED * i + CLEARANCE] = -e
+
+
+@kernel
+def margins(modes, motion, bodies, elements, out):
+    """Margins of all pins into ``out``: of contact e or its opposite, of the mouth the depth below
+    it or its opposite, of the segment the distance to its nearer corner."""
+    p = elements.guides
+    for i in range(p.pins.size):
+        pin, mode, m = p.pins[i], modes[p.mode + i], MARGINS * (p.mode + i)
+        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        e, _ = pressed_by(pin, c)
+        within = min(c.compression + pin.depth, INSIDE)
+        out[m + CONTACT_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + FRICTION_MARGIN] = 1.0
+        out[m + RISING_MARGIN] = -within if mode[MODE] == AWAY else within
+        if mode[MODE] != AWAY:
+            out[m + CONTACT_MARGIN] = -e if mode[MODE] == FREE else e
+        if mode[MODE] == PRESSED and mode[SEGMENT] < pin.last:
+            out[m + SEGMENT_MARGIN] = p.segments[mode[SEGMENT]].upper - e
+        if mode[MODE] == PRESSED and mode[SEGMENT] > pin.first:
+            below = e - p.segments[mode[SEGMENT]].lower
+            out[m + SEGMENT_MARGIN] = min(out[m + SEGMENT_MARGIN], below)
+
+
+@root
+def switch(i, which, y, modes, motion, bodies, elements):
+    """Put pin ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    p = elements.guides
+    pin, mode = p.pins[i], modes[p.mode + i]
+    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    e, _ = pressed_by(pin, c)
+    if which == SEGMENT_MARGIN:
+        mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
+    elif which == CONTACT_MARGIN:
+        mode[MODE], mode[SEGMENT] = PRESSED if mode[MODE] == FREE else FREE, pin.first
+    elif mode[MODE] == AWAY:
+        mode[MODE] = BESIDE if e > 0.0 else FREE
+    else:
+        y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
+        mode[MODE], mode[SEGMENT] = AWAY, pin.first
+
+
+@root
+def settle(modes, motion, bodies, elements):
+    """Modes of all pins for a start."""
+    p = elements.guides
+    for i in range(p.pins.size):
+        pin, mode = p.pins[i], modes[p.mode + i]
+        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        e, _ = pressed_by(pin, c)
+        mode[MODE] = AWAY if c.compression <= -pin.depth else PRESSED if e > 0.0 else FREE
+        mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)

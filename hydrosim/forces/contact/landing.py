@@ -1,0 +1,62 @@
+"""Landing: points of a body that come down on seats, on the earth or on another body.
+
+A contact point whose plane goes through its seat, across the ``axis`` along which the seat carries.
+It pushes only; it may carry along a loop (`loop`), be guided sideways (`guide`), and has the
+friction of any contact. Legs of a
+topside on its substructure, leg mating units and deck support units are landings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from hydrosim.dofs import MIRROR_SIGN
+from hydrosim.errors import InputError
+from hydrosim.forces.contact.fender import Contact, Normal, Plane
+from hydrosim.forces.contact.guide import Wall
+from hydrosim.forces.contact.laws import Law
+from hydrosim.forces.mirroring import turned
+from hydrosim.scene import ForceElement
+
+
+@dataclass(frozen=True)
+class Landing(Contact):
+    """``points`` (n, 3) in the body frame, each on its own of the ``seats`` (n, 3), which carry
+    along ``axis`` (towards the point), both in the earth frame or that of ``on``, a body. A
+    ``wall`` around each seat holds its point sideways."""
+
+    remembers: ClassVar[bool] = True
+    points: np.ndarray
+    seats: np.ndarray
+    normal: Normal
+    friction: Law
+    axis: tuple[float, ...] = (0.0, 0.0, 1.0)
+    on: str | None = None
+    wall: Wall | None = None
+    group: str | None = field(default=None, kw_only=True)
+
+    def check(self, name: str) -> None:
+        """Its wall is always there."""
+        super().check(name)
+        if self.wall is not None and self.active is not None:
+            raise InputError(f"forces.{name}: found wall and active; expected one of them.")
+
+    def planes(self) -> Sequence[Plane]:
+        return [Plane(tuple(seat), self.axis, self.on) for seat in self.seats]
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        yield "on.body", self.on
+
+    def parts(self, y: float) -> Sequence[ForceElement]:
+        """A landing for each point."""
+        seats = self.seats - np.array([0.0, 0.0 if self.on else y, 0.0])
+        pairs = zip(self.points, seats, strict=True)
+        return [replace(self, points=point[None], seats=seat[None]) for point, seat in pairs]
+
+    def image(self) -> ForceElement:
+        points, seats = self.points * MIRROR_SIGN[:3], self.seats * MIRROR_SIGN[:3]
+        return replace(self, points=points, seats=seats, axis=turned(self.axis))

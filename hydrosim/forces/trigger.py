@@ -1,0 +1,202 @@
+"""Triggers: when elements begin to act, and when they end.
+
+A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
+that a channel has been above or below a value for so long (`hydrosim.forces.channels`); both are
+events. What has begun or ended does not do so again.
+
+A contact that begins is in contact at once where it is pressed, with its friction unloaded, a line
+is as taut as it is long; what they store then comes from outside, and is booked as a negative loss.
+What an element has stored as it ends is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces import spring
+from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
+from hydrosim.forces.contact import transitions
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
+from hydrosim.forces.spring import Spring
+from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.scene import ForceElement, When
+
+STATE_NAMES = ("since",)
+"""Of each trigger: the time at which its channel has last come to where it is waited for [s]."""
+BEFORE, DURING, AFTER = range(3)
+"""Modes of a trigger; the column `RISING` is 1 while its channel is where it is waited for."""
+CONDITION = np.dtype(
+    [
+        *(("time", float), ("watches", bool), ("channel", CHANNEL)),
+        *(("sign", float), ("value", float), ("lasting", float)),
+    ]
+)
+TRIGGER = np.dtype(
+    [
+        *(("row", int), ("start", CONDITION), ("end", CONDITION)),
+        *(("point", int), ("points", int), ("line", int), ("lines", int)),
+    ]
+)
+"""A trigger: the row of forces of its element, both conditions, and the contact points and springs
+that are its own, ``points`` from ``point`` on."""
+
+
+class Params(NamedTuple):
+    """The triggers ``each`` (n,) of `TRIGGER`; the first of their states in y and of their rows of
+    modes, and of the integrals of losses in y, row by row."""
+
+    each: np.ndarray
+    state: int
+    mode: int
+    losses: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the triggers of ``elements``, in their order."""
+    points, lines = (unit_ranges(elements, kind) for kind in (Contact, Spring))
+    rows: list[Any] = []
+    for name, element in elements.items():
+        if element.active is None:
+            continue
+        try:
+            starts = _condition(element.active.start or When(time=-inf), elements, layout)
+            ends = _condition(element.active.until or When(time=inf), elements, layout)
+        except InputError as error:
+            raise InputError(f"forces.{name}.active: {error}") from None
+        own = [(a, b - a) for a, b in (of.get(name, (0, 0)) for of in (points, lines))]
+        rows.append((layout.row[name], starts, ends, *own[0], *own[1]))
+    return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
+
+
+def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
+    if when.channel is None:
+        return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
+    channel = compile_channel(when.channel, elements, layout.body)
+    above = when.above is not None
+    value = when.above if when.above is not None else when.below
+    return 0.0, True, channel, 1.0 if above else -1.0, value, when.lasting
+
+
+def units(p: Params) -> np.ndarray:
+    """The triggers: each has a state and a row of modes."""
+    return p.each
+
+
+def state_count(p: Params) -> int:
+    """Number of states in y."""
+    return len(STATE_NAMES) * len(p.each)
+
+
+@kernel
+def beyond(condition, t, y, modes, motion, bodies, elements):
+    """How far a condition is beyond its time or value."""
+    if not condition.watches:
+        return t - condition.time
+    found = channel_value(
+        *(condition.channel, t, y, modes, motion, bodies),
+        *(elements.fenders, elements.springs),
+    )
+    return condition.sign * (found - condition.value)
+
+
+@kernel
+def margins(t, y, modes, motion, bodies, elements, out):
+    """Margins of all triggers into ``out``: how far they are from what they wait for, or, if they
+    are there, from leaving it, and the time that it has to last."""
+    p = elements.triggers
+    for j in range(p.each.size):
+        mode, m = modes[p.mode + j], MARGINS * (p.mode + j)
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] == AFTER:
+            continue
+        condition = p.each[j].start if mode[MODE] == BEFORE else p.each[j].end
+        if not condition.watches and condition.time == inf:
+            continue
+        ahead = beyond(condition, t, y, modes, motion, bodies, elements)
+        out[m + CONTACT_MARGIN] = ahead if mode[RISING] == 1 else -ahead
+        if mode[RISING] == 1:
+            out[m + FRICTION_MARGIN] = y[p.state + j] + condition.lasting - t
+
+
+@root
+def switch(j, which, t, y, modes, motion, bodies, elements):
+    """A margin of trigger ``j`` has reached zero."""
+    p = elements.triggers
+    mode, trigger = modes[p.mode + j], p.each[j]
+    condition = trigger.start if mode[MODE] == BEFORE else trigger.end
+    if which == CONTACT_MARGIN and mode[RISING] == 1:
+        mode[RISING] = 0
+    elif which == CONTACT_MARGIN and condition.lasting > 0.0:
+        mode[RISING], y[p.state + j] = 1, t
+    else:
+        mode[MODE], mode[RISING] = mode[MODE] + 1, 0
+        act(j, t, y, modes, motion, bodies, elements)
+
+
+@kernel
+def act(j, t, y, modes, motion, bodies, elements):
+    """Bring the contacts and lines of trigger ``j`` in, or take them out."""
+    trigger, fenders, springs = elements.triggers.each[j], elements.fenders, elements.springs
+    now = modes[elements.triggers.mode + j, MODE] == DURING
+    for i in range(trigger.point, trigger.point + trigger.points):
+        if now:
+            transitions.come(i, t, y, modes, motion, bodies, fenders)
+        else:
+            transitions.go(i, t, y, modes, motion, bodies, fenders)
+    for i in range(trigger.line, trigger.line + trigger.lines):
+        if now:
+            spring.settle_line(i, modes, motion, bodies, springs)
+        else:
+            spring.take_out(i, modes, springs)
+
+
+@root
+def settle(t, y, modes, motion, bodies, elements):
+    """Modes of all triggers for a start; contacts and lines that are not there are taken out."""
+    p = elements.triggers
+    for j in range(p.each.size):
+        mode = modes[p.mode + j]
+        mode[MODE], mode[RISING] = BEFORE, 0
+        for stage in range(AFTER):
+            condition = p.each[j].start if stage == BEFORE else p.each[j].end
+            there = beyond(condition, t, y, modes, motion, bodies, elements) >= 0.0
+            if mode[MODE] == stage and there and condition.lasting == 0.0:
+                mode[MODE] = stage + 1
+            elif mode[MODE] == stage and there:
+                mode[RISING], y[p.state + j] = 1, t
+        if mode[MODE] != DURING:
+            act(j, t, y, modes, motion, bodies, elements)
+            for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
+                transitions.forgive(i, y, elements.fenders)
+
+
+@kernel
+def is_on(j, modes, p):
+    """Whether trigger ``j`` acts."""
+    return modes[p.mode + j, MODE] == DURING
+
+
+@kernel
+def silence(modes, p, wrench, rate):
+    """Clear the rows of forces, and of work or dissipation, of elements that do not act."""
+    for j in range(p.each.size):
+        if not is_on(j, modes, p):
+            clear(wrench[p.each[j].row])
+            rate[p.each[j].row] = 0.0
+
+
+@kernel
+def forget_stored(modes, p, stored):
+    """Clear what is stored in elements that do not act and have no modes of their own."""
+    for j in range(p.each.size):
+        trigger = p.each[j]
+        if not is_on(j, modes, p) and trigger.points + trigger.lines == 0:
+            stored[trigger.row] = 0.0

@@ -1,0 +1,83 @@
+"""Named points of bodies over time, and clearances between them, by the motions of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.rigid import new_motion, place_bodies
+from hydrosim.scene import Clearance, Scene
+from hydrosim.stepping.dynamics import Model
+
+Frames = tuple[np.ndarray, np.ndarray]
+"""Places of the centres of gravity (nt, nb, 3), and rotations (nt, nb, 3, 3)."""
+
+
+def point_names(scene: Scene) -> list[str]:
+    """All named points, "bow of barge"."""
+    return [f"{name} of {body.name}" for body in scene.bodies for name in body.points]
+
+
+def point_positions(scene: Scene, frames: Frames) -> np.ndarray:
+    """Places (nt, np, 3) of all named points in the earth frame [m]."""
+    each = [
+        _place(b, point, frames)
+        for b, body in enumerate(scene.bodies)
+        for point in body.points.values()
+    ]
+    return np.stack(each, axis=1)
+
+
+def clearances(scene: Scene, frames: Frames) -> np.ndarray:
+    """Clearances (nt, nc) [m]: distances between two points, or of a point from a plane, negative
+    behind that."""
+    return np.stack([_clearance(scene, c, frames) for c in scene.clearances.values()], axis=1)
+
+
+def check_points(scene: Scene) -> None:
+    """Raises InputError where a clearance is of a point that there is not."""
+    known, bodies = point_names(scene), [body.name for body in scene.bodies]
+    for name, c in scene.clearances.items():
+        for key, point in (("of", c.of), ("to", c.to)):
+            if point is not None and point not in known:
+                there = ", ".join(known) or "none in this scene (bodies.NAME.points)"
+                text = f"found {point}; expected one of the named points: {there}"
+                raise InputError(f"output.clearances.{name}.{key}: {text}.")
+        if c.body is not None and c.body not in bodies:
+            expected = f"expected a body of this scene: {', '.join(bodies)}"
+            raise InputError(f"output.clearances.{name}.plane.body: found {c.body}; {expected}.")
+
+
+def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
+    """Where the bodies are at ``coordinates`` (nt, 6 nb)."""
+    bodies, motion = model.bodies, new_motion(model.bodies)
+    count, still = len(bodies.each), np.zeros(bodies.active.size)
+    rotation = np.zeros((len(coordinates), count, 3, 3))
+    for k, q in enumerate(coordinates):
+        place_bodies(q[bodies.active], still, bodies, motion)
+        rotation[k] = motion.rotation
+    place = coordinates.reshape(len(coordinates), count, 6)[:, :, :3] + bodies.each["origin"]
+    return place, rotation
+
+
+def _place(b: int, point: tuple[float, ...], frames: Frames) -> np.ndarray:
+    place, rotation = frames
+    return np.asarray(place[:, b] + rotation[:, b] @ np.asarray(point, float))
+
+
+def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
+    index = {body.name: b for b, body in enumerate(scene.bodies)}
+
+    def named(name: str) -> np.ndarray:
+        point, _, body = name.partition(" of ")
+        return _place(index[body], scene.bodies[index[body]].points[point], frames)
+
+    here = named(c.of)
+    if c.to is not None:
+        return np.asarray(np.linalg.norm(here - named(c.to), axis=1))
+    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
+    if c.body is None:
+        return np.asarray((here - np.array(c.place, float)) @ normal)
+    b = index[c.body]
+    turned = frames[1][:, b] @ normal
+    return np.asarray(np.sum((here - _place(b, c.place, frames)) * turned, axis=1))

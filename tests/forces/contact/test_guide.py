@@ -1,0 +1,113 @@
+"""Guides: pins in cylinders and cones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dry_scenes import block, moving, observed_orders, scene, steady, with_step
+from scipy.integrate import solve_ivp
+
+import hydrosim as hs
+from hydrosim.errors import InputError
+from hydrosim.forces import Frictionless, Landing, NormalCurve, Wall
+from hydrosim.forces.contact.guide import AWAY, BESIDE, FREE, PRESSED
+from hydrosim.scene import Active, Scene, Start, When
+
+MASS, K, G = 1e3, 2e5, 9.81
+GAP = 0.1
+TABLE = np.array([0.0, 1.0]), np.array([0.0, K])
+SEAT = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e5]))
+
+
+def pin(wall: Wall, position: dict[str, float], velocity: dict[str, float]) -> Scene:
+    """A pin that falls into a guide."""
+    dofs = ("surge", "sway", "heave")
+    body = block(MASS, dofs, position=moving(**position), velocity=moving(**velocity))
+    leg = Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), SEAT, Frictionless(), wall=wall)
+    forces = {"leg": leg, "weight": steady(heave=-MASS * G)}
+    return scene(body, forces, 2.0, 0.05, step=0.005)
+
+
+def exact(times: np.ndarray, z: list[float], slope: float) -> np.ndarray:
+    """Places (nt, 3) of the same pin, whose events DOP853 finds by ever smaller steps."""
+
+    def rates(t: float, z: np.ndarray) -> np.ndarray:
+        r, delta = np.hypot(z[0], z[1]), -z[2]
+        f = K * max(r - GAP + slope * delta, 0.0)
+        across = f / r if r > 0.0 else 0.0
+        up = slope * f + 4e5 * max(delta, 0.0) - MASS * G
+        return np.array([*z[3:], -across * z[0] / MASS, -across * z[1] / MASS, up / MASS])
+
+    found = solve_ivp(
+        rates, (0.0, times[-1]), z, "DOP853", times, rtol=1e-12, atol=1e-14, max_step=1e-3
+    )
+    return found.y[:3].T
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.4])
+def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope):
+    start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
+    wall = Wall(GAP, *TABLE, slope)
+    steps = np.array([0.01, 0.005, 0.0025])
+    runs = [hs.simulate(with_step(pin(wall, *start), step)) for step in steps]
+    expected = exact(runs[0].time.values, [0.02, 0.0, 0.3, 0.9, 0.5, 0.0], slope)
+    errors = [np.abs(run.position.values[:, 0, :3] - expected).max() for run in runs]
+    assert np.all(observed_orders(steps, np.array(errors)) > 3.5)
+    assert errors[-1] < 1e-6
+    assert runs[-1].attrs["energy_residual_relative"] < 1e-6
+    assert {FREE, PRESSED} <= {*np.unique(runs[-1].guide_mode.values)}
+    assert runs[-1].guide_clearance.values.min() < -1e-3
+
+
+def test_a_pin_at_rest_in_a_cone_is_carried_by_its_seat_and_its_wall():
+    """Pushed aside: f = P / 1 across, s f along the axis, the seat has the rest."""
+    s, P = 0.5, 2e3
+    wall = Wall(GAP, *TABLE, s)
+    base = pin(wall, {"surge": 0.1, "heave": -0.02}, {})
+    forces = {**base.forces, "push": steady(surge=P)}
+    run = hs.simulate(replace(base, forces=forces, at_rest=True))
+    assert run.guide_force.values == pytest.approx(P, rel=1e-9)
+    assert run.fender_normal_force.values == pytest.approx(MASS * G - s * P, rel=1e-9)
+
+
+def test_a_pin_that_is_pulled_out_pressed_loses_what_the_wall_stored():
+    wall = Wall(GAP, *TABLE, 0.0, 0.2)
+    start = {"surge": 0.05, "heave": 0.1}, {"surge": 2.0, "heave": 2.5}
+    run = hs.simulate(with_step(replace(pin(wall, *start), duration=0.4), 5e-4))
+    mode = run.guide_mode.values[:, 0]
+    assert mode[0] == FREE
+    assert mode[-1] == AWAY
+    at = (2.5 - np.sqrt(2.5**2 - 2 * G * 0.1)) / G  # it passes the mouth
+    w, touch = np.sqrt(K / MASS), 0.05 / 2.0
+    stored = 0.5 * MASS * 2.0**2 * np.sin(w * (at - touch)) ** 2
+    assert run.energy_dissipated_leg.values[-1] == pytest.approx(stored, rel=1e-6)
+    assert run.attrs["energy_residual_relative"] < 1e-6
+
+
+def test_a_pin_that_comes_down_beside_the_mouth_is_not_taken_in():
+    wall = Wall(GAP, *TABLE, 0.0, 0.2)
+    beside = pin(wall, {"surge": 0.3, "heave": 0.4}, {})
+    run = hs.simulate(replace(beside, duration=0.5))
+    assert run.guide_mode.values[-1, 0] == BESIDE
+    assert not run.guide_force.values.any()
+
+
+def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
+    start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
+    whole = replace(pin(Wall(GAP, *TABLE, 0.4), *start), output_states=True)
+    run = hs.simulate(whole)
+    times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PRESSED)]
+    for time in times[[0, len(times) // 2]]:
+        rest = replace(whole, initial=Start(run, float(time)), duration=2.0 - float(time))
+        again = hs.simulate(rest)
+        assert np.array_equal(again.position.values[-1], run.position.values[-1])
+        assert again.guide_force.values[-1] == run.guide_force.values[-1]
+
+
+def test_a_wall_that_comes_and_goes_is_refused():
+    base = pin(Wall(GAP, *TABLE), {"heave": 0.3}, {})
+    leg = replace(base.forces["leg"], active=Active(When(1.0)))
+    with pytest.raises(InputError, match="found wall and active"):
+        hs.compile_scene(replace(base, forces={**base.forces, "leg": leg}))

@@ -1,0 +1,403 @@
+"""Landings: loops of loading and unloading, what is lost in them, where a weight may rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from dry_scenes import block, heave, moving, observed_orders, scene, steady, with_step
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import hydrosim as hs
+from hydrosim.errors import InputError
+from hydrosim.forces import (
+    AppliedForce,
+    Coulomb,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    Harmonic,
+    Landing,
+    LinearDamping,
+    LinearMooring,
+    NormalCurve,
+    NormalLoop,
+    Plane,
+    StickSlip,
+)
+from hydrosim.forces.contact import fender
+from hydrosim.forces.contact.loop import SET
+from hydrosim.forces.modes import OPEN
+from hydrosim.scene import ForceElement, Method, Scene, Start, Symmetry
+
+X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)
+LOOP = NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
+MASS, WEIGHT = 1e3, 9810.0
+
+
+def leg(normal: NormalCurve | NormalLoop = LOOP, **changes: object) -> Landing:
+    return replace(
+        Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), normal, Frictionless()), **changes
+    )
+
+
+def dropped(duration: float = 3.0, step: float = 0.005, **forces: ForceElement) -> Scene:
+    """A block that falls on a landing from 0.3 m."""
+    body = block(MASS, ("heave",), position=moving(heave=0.3))
+    forces = {"leg": leg(), "weight": steady(heave=-WEIGHT), **forces}
+    return scene(body, forces, duration, 0.05, step=step)
+
+
+class Exact:
+    """A mass on a landing, piece by piece between events, to 1e-13."""
+
+    def __init__(self, force: object = lambda t: -WEIGHT) -> None:
+        self.force, self.mode, self.start = force, "open", 0.0
+
+    def N(self, x: float) -> float:
+        """On straight lines that go on beyond their ends, so that each piece is smooth."""
+        line = {
+            "open": (0.0, 0.0, 0.0),
+            "load 1": (0.0, 0.0, 2e5),
+            "load 2": (0.1, 2e4, 4e5),
+            "back 1": (0.0, 0.0, 5e4),
+            "back 2": (0.1, 5e3, 5.5e5),
+            "between": (self.start, 0.0, 2e6),
+        }[self.mode]
+        return line[1] + line[2] * (x - line[0])
+
+    def ends(self) -> list[tuple[object, str]]:
+        """What ends the mode, as functions that fall through zero, and what follows."""
+        ends = {
+            "open": [(lambda t, z: z[0], "load 1")],
+            "load 1": [(lambda t, z: 0.1 + z[0], "load 2"), (lambda t, z: -z[1], "between")],
+            "load 2": [(lambda t, z: -z[1], "between")],
+            "back 2": [(lambda t, z: -0.1 - z[0], "back 1"), (lambda t, z: z[1], "between")],
+            "back 1": [(lambda t, z: -z[0], "open"), (lambda t, z: z[1], "between")],
+        }
+        if self.mode != "between":
+            return ends[self.mode]
+        above, below = (
+            [(2e6 * self.start + f - k * at) / (2e6 - k) for at, f, k in pieces]
+            for pieces in (
+                [(0.0, 0.0, 2e5), (0.1, 2e4, 4e5)],
+                [(0.0, 0.0, 5e4), (0.1, 5e3, 5.5e5)],
+            )
+        )
+        up = (above[0], "load 1") if above[0] < 0.1 else (above[1], "load 2")
+        down = (below[0], "back 1") if below[0] < 0.1 else (below[1], "back 2")
+        return [
+            (lambda t, z: up[0] + z[0], up[1]),
+            (lambda t, z: -z[0] - down[0], down[1]),
+        ]
+
+    def at(self, times: np.ndarray, z: list[float]) -> np.ndarray:
+        """Heave at the ``times``, from the place and the velocity ``z``."""
+        t, out, self.events = 0.0, np.zeros(times.size), 0
+        while t < times[-1]:
+            ends = self.ends()
+            events = [partial(lambda f, t, z: f(t, z), f) for f, _ in ends]
+            for event in events:
+                event.terminal, event.direction = True, -1
+
+            def rates(t: float, z: np.ndarray) -> list[float]:
+                return [z[1], (self.N(-z[0]) + self.force(t)) / MASS]
+
+            found = solve_ivp(
+                rates, (t, times[-1]), z, "DOP853", None, True, events, rtol=1e-13, atol=1e-15
+            )
+            inside = (times >= t) & (times <= found.t[-1])
+            if inside.any():
+                out[inside] = found.sol(times[inside])[0]
+            t, z = float(found.t[-1]), found.y[:, -1].copy()
+            if found.status == 1:
+                which = next(k for k, hits in enumerate(found.t_events) if hits.size)
+                x, now, after = -z[0], self.mode, ends[which][1]
+                if after == "between":
+                    self.start = x - self.N(x) / 2e6
+                    z[1] = 0.0
+                self.mode, self.events = after, self.events + 1
+                assert now != after
+        return out
+
+
+def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4():
+    times = np.arange(0.0, 3.0001, 0.05)
+    exact = Exact()
+    expected, steps = exact.at(times, [0.3, 0.0]), np.array([0.01, 0.005, 0.0025])
+    runs = [hs.simulate(with_step(dropped(), step)) for step in steps]
+    errors = np.array([np.abs(heave(run) - expected).max() for run in runs])
+    assert np.all(observed_orders(steps, errors) > 3.8)
+    assert {run.attrs["solver_events"] for run in runs} == {exact.events}
+    fine = hs.simulate(with_step(dropped(), 5e-4))
+    assert np.abs(heave(fine) - expected).max() < 1e-9
+    assert fine.attrs["energy_residual_relative"] < 1e-9
+
+
+@pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.DOPRI5, Method.ESDIRK4])
+def test_every_method_finds_the_same(method):
+    times = np.arange(0.0, 3.0001, 0.05)
+    expected = Exact().at(times, [0.3, 0.0])
+    run = hs.simulate(with_step(dropped(), 1e-3, method=method))
+    assert np.abs(heave(run) - expected).max() < (1e-4 if "rk2 heun".find(method) >= 0 else 1e-6)
+
+
+def test_the_loss_is_the_area_of_the_loop():
+    """One fall to the turning point and back: between loading and unloading, by the corners."""
+    run = hs.simulate(dropped(0.6, 1e-3))
+    deepest = run.fender_compression.values.max()
+    lost = run.fender_dissipated.values[-1, 0]
+    fall = WEIGHT * 0.3 + WEIGHT * -heave(run)
+    assert run.fender_mode.values[-1, 0] == OPEN
+    assert lost > 0.3 * fall.max()
+    top = float(-solve_top(run))
+    assert top == pytest.approx(deepest, rel=1e-2)
+    assert lost == pytest.approx(area(top), rel=1e-9)
+
+
+def solve_top(run: object) -> float:
+    """The lowest point, where the fall is what the loading branch has taken, by Newton's method."""
+    x = 0.1
+    for _ in range(50):
+        taken = 1e3 + 2e4 * (x - 0.1) + 2e5 * (x - 0.1) ** 2
+        x -= (taken - WEIGHT * (0.3 + x)) / (2e4 + 4e5 * (x - 0.1) - WEIGHT)
+    return -x
+
+
+def area(top: float) -> float:
+    """Of the loop that turns at ``top``, in its second piece, by the shoelace formula."""
+    high = 2e4 + 4e5 * (top - 0.1)
+    start = top - high / 2e6
+    low = (2e6 * start + 5e3 - 5.5e5 * 0.1) / (2e6 - 5.5e5)
+    corners = np.array(
+        [(0, 0), (0.1, 2e4), (top, high), (low, 2e6 * (low - start)), (0.1, 5e3)], float
+    )
+    x, N = corners.T
+    return 0.5 * abs(float(x @ np.roll(N, -1) - N @ np.roll(x, -1)))
+
+
+LAWS = {
+    "none": Frictionless(),
+    "stick-slip": StickSlip(0.3, 0.2, 1e6, 2e3),
+    "rate-free": StickSlip(0.3, 0.2, 1e6, 0.0),
+    "coulomb": Coulomb(0.3, 0.2),
+    "slope": FrictionSlope(0.25, 1e5),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_of_friction_acts_on_a_landing_and_the_ledger_closes(law):
+    """A block that comes down obliquely, bounces, slides and comes to rest."""
+    body = block(MASS, ("surge", "heave"), position=moving(heave=0.1), velocity=moving(surge=0.5))
+    forces = {"leg": leg(friction=LAWS[law]), "weight": steady(heave=-WEIGHT)}
+    rough = scene(body, forces, 4.0, 0.02, step=1e-3)
+    run = hs.simulate(rough)
+    assert run.attrs["energy_residual_relative"] < 1e-6
+    assert np.all(np.diff(run.fender_dissipated.values[:, 0]) > -1e-9)
+    moved = run.position.values[-1, 0, 0]
+    assert moved > 0.0
+    if law != "none":
+        place = run.position.values[:, 0, 0]  # without dampers a node rings about where it sticks
+        assert abs(place[-50:].mean() - place[-100:-50].mean()) < 2e-3
+        force, N = run.fender_friction.values[:, 0, 0], run.fender_normal_force.values[:, 0]
+        assert np.all(np.abs(force) <= (0.3 * N + 2e3) * (1 + 1e-9))
+
+
+def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts():
+    """A damped oscillator that is driven against an elastic landing: period one, stable; each piece
+    is linear and known, and so are the times of its events, by Newton's method."""
+    m, k, c, kc, F, w, gap = 1e3, 4e4, 400.0, 4e6, 4e3, 7.5, 0.02
+    force = {"heave": Harmonic(-F, 2 * np.pi / w, phase=0.5 * np.pi)}
+    seat = np.array([[0.0, 0.0, -gap]])
+    forces = {
+        "leg": leg(NormalCurve(np.array([0.0, 1.0]), np.array([0.0, kc])), seats=seat),
+        "spring": LinearMooring("block", k * np.eye(6), c * np.eye(6)),
+        "drive": AppliedForce("block", (0.0, 0.0, 0.0), force),
+    }
+    period = 2 * np.pi / w
+    duration = 101 * period
+    driven = scene(block(m, ("heave",)), forces, duration, period / 20, step=period / 2000)
+    run = hs.simulate(driven)
+    closings = run.fender_closings.values[-1, 0]
+    assert closings >= 100
+
+    # z = (x, x', cos wt, sin wt, 1): each piece is z' = A z
+    def matrix(stiff: float) -> np.ndarray:
+        A = np.zeros((5, 5))
+        A[0, 1] = 1.0
+        A[1] = [-(k + stiff) / m, -c / m, -F / m, 0.0, -stiff * gap / m]
+        A[2, 3], A[3, 2] = -w, w
+        return A
+
+    open_, closed = matrix(0.0), matrix(kc)
+    z, t, times = np.array([0.0, 0.0, 1.0, 0.0, 1.0]), 0.0, run.time.values
+    expected, hits, k_out, touching = np.zeros(times.size), 0, 0, False
+    dt = period / 400
+    while k_out < times.size:
+        A = closed if touching else open_
+        after = expm(A * dt) @ z
+        inside = (after[0] + gap < 0) != touching
+        h = dt
+        if inside:
+            h = dt * (z[0] + gap) / (z[0] - after[0])
+            for _ in range(30):
+                at = expm(A * h) @ z
+                h -= (at[0] + gap) / at[1]
+        while k_out < times.size and times[k_out] <= t + h + 1e-12:
+            expected[k_out] = (expm(A * (times[k_out] - t)) @ z)[0]
+            k_out += 1
+        z, t = expm(A * h) @ z, t + h
+        if inside:
+            touching, hits = not touching, hits + 1
+    assert (hits + 1) // 2 == closings
+    late = expected[-400:].reshape(-1, 20)  # periodic, stable: e^-14 of the transient is left
+    assert np.ptp(late, axis=0).max() < 1e-5 * np.ptp(late)
+    assert np.abs(heave(run) - expected).max() < 1e-9
+
+
+def pushed(amplitude: float, **changes: object) -> Scene:
+    """A block that rests on a landing under its weight and is pushed up and down."""
+    force = {"heave": Harmonic(amplitude, 2.0)}
+    forces = {
+        "leg": leg(),
+        "weight": steady(heave=-WEIGHT),
+        "push": AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "damping": LinearDamping("block", 5e3 * np.eye(6)),
+    }
+    body = block(MASS, ("heave",), position=moving(heave=-WEIGHT / 2e5))
+    return scene(body, forces, 60.0, 0.05, step=0.005, **changes)
+
+
+def test_a_weight_at_rest_makes_no_events():
+    run = hs.simulate(pushed(0.0))
+    assert run.attrs["solver_events"] == 0
+    assert np.ptp(heave(run)) < 1e-13
+    assert run.fender_normal_force.values == pytest.approx(WEIGHT, rel=1e-10)
+
+
+def test_a_weight_on_a_landing_in_waves_smaller_than_the_loop_makes_no_events_for_long():
+    """The first push down finds how far; from then on every place is on the stiff line."""
+    run = hs.simulate(pushed(2e3))
+    early = hs.simulate(replace(pushed(2e3), duration=4.0))
+    assert run.attrs["solver_events"] == early.attrs["solver_events"] <= 4
+    late = run.sel(time=slice(40.0, None))
+    force, x = late.fender_normal_force.values[:, 0], late.fender_compression.values[:, 0]
+    slope, _ = np.polyfit(x, force, 1)
+    assert slope == pytest.approx(2e6, rel=1e-6)
+    assert np.ptp(late.fender_dissipated.values) == 0.0
+
+
+def test_a_restart_in_the_midst_of_a_loop_is_the_run_to_the_bit(tmp_path):
+    whole = replace(dropped(2.0), output_states=True)
+    run = hs.simulate(whole)
+    for time in (0.35, 0.4, 1.0, 1.3):  # as it is pressed, between, in the air, between
+        rest = replace(whole, initial=Start(run, time), duration=2.0 - time)
+        again, there = hs.simulate(rest), run.sel(time=slice(time - 1e-9, None))
+        assert heave(again)[-1] == heave(there)[-1]
+        for name in ("fender_normal_force", "fender_dissipated", "fender_closings"):
+            assert np.array_equal(again[name].values[-1], there[name].values[-1])
+
+
+def two_legs(y: tuple[float, float], **position: float) -> Scene:
+    """A body that may roll, on a leg at each side."""
+    body = block(
+        MASS, ("sway", "heave", "roll"), inertia=MASS * np.eye(3), position=moving(**position)
+    )
+    places = np.array([[0.0, y[0], 0.0], [0.0, y[1], 0.0]])
+    legs = leg(points=places, seats=places)
+    forces = {"legs": legs, "weight": steady(heave=-WEIGHT), "sway": LinearMooring("block", SWAY)}
+    return scene(body, forces, 2.0, 0.05, step=0.005)
+
+
+SWAY = np.diag([0.0, 1e4, 0.0, 1e4, 0.0, 0.0])
+
+
+def test_symmetry_sees_legs_and_what_they_remember():
+    """In its plane, the body comes down as in all its degrees of freedom; where one leg is pressed
+    deeper at the start it is not in its plane."""
+    scenes = two_legs((2.0, -2.0), heave=0.1), two_legs((2.0, -1.9), heave=0.1)
+    fell, beside = (hs.simulate(scene) for scene in scenes)
+    free = hs.simulate(with_step(scenes[0], 0.005, symmetry=Symmetry.IGNORE))
+    assert "zero_by_symmetry" in fell.attrs
+    assert "zero_by_symmetry" not in beside.attrs
+    assert np.abs(fell.position.values - free.position.values).max() < 1e-12
+    model, state = hs.compile_scene(two_legs((2.0, -2.0), heave=-0.05))
+    fenders = model.elements.fenders
+    assert fender.is_mirrored(fenders, state.y, state.modes)
+    fender.memories(fenders, state.y)[0, SET] += 1e-3
+    assert not fender.is_mirrored(fenders, state.y, state.modes)
+
+
+DECK = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
+
+
+def sliding(step: float = 0.001, **velocity: float) -> Scene:
+    """A block that slides over a deck to its edge, pressed by its weight, and falls."""
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
+    law = StickSlip(0.1, 0.05, 1e6, 2e3)
+    foot = Fender("block", np.zeros((1, 3)), Plane((0, 0, 0), (0, 0, 1), None, DECK), curve, law)
+    forces = {"deck": foot, "weight": steady(heave=-WEIGHT)}
+    start = moving(heave=-WEIGHT / 1e6)
+    body = block(MASS, ("surge", "sway", "heave"), position=start, velocity=moving(**velocity))
+    return scene(body, forces, 1.6, 0.02, step=step)
+
+
+def test_a_block_leaves_a_deck_at_its_edge_and_what_was_stored_is_booked():
+    run = hs.simulate(sliding(surge=1.5, sway=0.4))
+    speed, g = np.hypot(1.5, 0.4), 9.81
+    path = speed / 1.5  # the edge is where x = 1
+    left = run.time.values[np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)[0]]
+    slow = 0.05 * g
+    reached = (speed - np.sqrt(speed**2 - 2 * slow * path)) / slow
+    assert left == pytest.approx(reached, abs=0.03)
+    assert run.attrs["energy_residual_relative"] < 1e-6
+    stored = 0.5 * WEIGHT**2 / 1e6
+    lost = run.fender_dissipated.values[:, 0]
+    over = int(np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)[0])
+    assert lost[over] - lost[over - 1] > stored
+    assert (
+        run.fender_normal_force.values[over:].max() == 0.0
+    )  # it falls past the deck, and stays out
+
+
+def test_what_comes_up_beside_a_deck_does_not_touch_it():
+    """Thrown up from below, beside the edge, in over it and down: it lands."""
+    body = block(
+        MASS,
+        ("surge", "heave"),
+        position=moving(surge=1.5, heave=-0.5),
+        velocity=moving(surge=-0.8, heave=5.0),
+    )
+    below = sliding()
+    up = hs.simulate(replace(below, bodies=(body,)))
+    first = int(np.flatnonzero(up.fender_mode.values[:, 0] != OPEN)[0])
+    assert up.time.values[first] == pytest.approx(0.9, abs=0.03)  # h + 5 t - g t^2 / 2 = 0, falling
+    assert up.attrs["energy_residual_relative"] < 1e-5
+    under = replace(body, velocity=moving(surge=-0.8, heave=0.0))
+    passed = hs.simulate(replace(below, bodies=(under,)))
+    assert passed.fender_normal_force.values.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("element", "found"),
+    [
+        (leg(replace(LOOP, unloading_force=np.array([0.0, 2.1e4, 6e4]))), "no more: the loop"),
+        (leg(replace(LOOP, stiffness=4e5)), "found 400000 N/m, and slopes up to 550000"),
+        (
+            Fender(
+                "block",
+                np.zeros((1, 3)),
+                Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (0.0, 0.0, 0.0))),
+                NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
+                Frictionless(),
+            ),
+            "no convex polygon",
+        ),
+    ],
+)
+def test_what_is_no_loop_and_no_polygon_is_refused(element, found):
+    with pytest.raises(InputError, match=found):
+        hs.simulate(dropped(leg=element))

@@ -1,0 +1,170 @@
+"""A weight that goes from legs to pads and back: stages, points and clearances, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import block, moving, scene, table
+
+import hydrosim as hs
+from hydrosim.commands.summary import lines
+from hydrosim.errors import InputError
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    Landing,
+    NormalCurve,
+    Plane,
+    linear_mooring,
+)
+from hydrosim.plot.pictures import PICTURES
+from hydrosim.results.stages import PARTS, STAGES, stages
+from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Weight
+
+MASS, WEIGHT = 1e5, 9.81e5
+K = 1e7  # N/m of each: legs together, pads together
+CORNERS = np.array([[x, y, -2.0] for x in (-5.0, 5.0) for y in (-4.0, 4.0)])
+LINE = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, K / 4]))
+
+
+def removal(rate: float = 1e3, lift: float = 3.0) -> Scene:
+    """A topside on four legs that a table lifts off, which a force presses up: slowly, by ``lift``
+    of its weight per thousand seconds."""
+    top = block(
+        MASS,
+        ("heave",),
+        "top",
+        weight=Weight.CARRIED,
+        points={"keel": (0.0, 0.0, -2.0)},
+        position=moving(heave=-WEIGHT / K),
+    )
+    barge = block(2e5, ("heave",), "barge", location=(0.0, 0.0), position=moving(heave=-0.5))
+    barge = replace(barge, points={"deck": (0.0, 0.0, -2.0)})
+    stiff, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    stiff[2, 2], damping[2, 2] = 2e6, 2e6
+    push = table([0.0, 1000.0], [np.zeros(6), moving(heave=lift * WEIGHT)])
+    forces = {
+        "leg": Landing("top", CORNERS, CORNERS, LINE, Frictionless(), group="legs"),
+        "pad": Fender(
+            "barge", CORNERS, Plane((0, 0, -2.0), (0, 0, -1), "top"), LINE, Frictionless()
+        ),
+        "water": linear_mooring.LinearMooring("barge", stiff, damping),
+        "sink": AppliedForce("barge", (0.0, 0.0, 0.0), table([0.0], [moving(heave=-1e6)])),
+        "lift": AppliedForce("barge", (0.0, 0.0, 0.0), push),
+    }
+    run = scene((top, barge), forces, 1000.0, 1.0, step=0.05)
+    return replace(run, clearances={"gap": Clearance("keel of top", "deck of barge")})
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return hs.simulate(removal())
+
+
+def test_quasi_static_times_of_the_stages(run):
+    """Slow: barge at -0.5 m + L / k until it touches at -W / K, then W moves by the springs."""
+    found = xr.Dataset(stages(run))
+    pads = found.stage_time.sel(contact_group="pad")
+    legs = found.stage_time.sel(contact_group="legs")
+    rate = 3.0 * WEIGHT / 1000.0  # N/s
+    touch = (0.5 - WEIGHT / K) * 2e6 / rate
+    assert float(pads.sel(stage="first contact")) == pytest.approx(touch, abs=3.0)
+    # in contact: top rests on K (legs) and K (pads) on the barge on 2e6 N/m
+    series = 1.0 / (1.0 / K + 1.0 / (2e6))  # what the barge's heave meets through the pads alone
+    assert series < K
+    for part in PARTS[:-1]:
+        # legs lose part W: top rises by part W / K; pads carry part W, so that the barge is
+        # part W / K above the top's rise, and the water has given back 2e6 of its rise
+        rise = part * WEIGHT / K + part * WEIGHT / K
+        at = touch + (part * WEIGHT + 2e6 * rise) / rate
+        assert float(pads.sel(stage=f"{part:.0%} transferred")) == pytest.approx(at, abs=5.0)
+        assert float(legs.sel(stage=f"{part:.0%} transferred")) == pytest.approx(at, abs=5.0)
+    off = touch + (WEIGHT + 2e6 * 2 * WEIGHT / K) / rate
+    assert float(legs.sel(stage="open")) == pytest.approx(off, abs=3.0)
+    assert [*found.stage.values] == [*STAGES]
+    assert float(found.end_clearance.sel(contact_group="legs")) > 0.1
+
+
+def test_loads_at_every_record_are_weight_and_inertia(run):
+    """F = m a of the topside, with the acceleration by central differences of its velocity."""
+    load = run.contact_load
+    total = load.sel(contact_group="legs") + load.sel(contact_group="pad")
+    v = run.velocity.sel(body="top", dof="heave").values
+    inertia = MASS * np.gradient(v, 1.0)
+    assert np.abs(total.values - WEIGHT - inertia)[2:-2].max() < 2e-3 * WEIGHT
+    force = sum(run[f"force_{name}"].sel(body="top", dof="heave") for name in ("leg", "pad"))
+    assert force.values == pytest.approx(total.values, rel=1e-12)
+
+
+def test_named_points_and_clearances(run):
+    top, barge = (run.position.sel(body=b, dof="heave").values for b in ("top", "barge"))
+    keel = run.point_position.sel(point="keel of top", axis="z").values
+    assert keel == pytest.approx(top - 2.0, abs=1e-12)
+    assert run.clearance.sel(gap="gap").values == pytest.approx(np.abs(top - barge), abs=1e-12)
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_points_of_a_body_that_turns(kinematics):
+    """Against the rotation matrix of z-y'-x'', and a plane that turns with another body."""
+    still = LinearScenes.STEP
+    angles = moving(surge=1.0, roll=0.2, pitch=-0.1, yaw=0.3)
+    ship = block(1.0, (), "ship", position=angles, points={"bow": (3.0, 1.0, -0.5)})
+    other = block(1.0, ("surge",), "other", position=moving(pitch=0.2))
+    plane = Clearance("bow of ship", None, (1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other")
+    solver = Solver(step=0.1, kinematics=kinematics, linear=still)
+    at = Scene("points", 0.2, (ship, other), solver=solver, output_step=0.1)
+    run = hs.simulate(replace(at, clearances={"over": plane}))
+    a, b, c = 0.2, -0.1, 0.3
+    Rx = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    Ry = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    Rz = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    little = np.eye(3) + np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
+    R = Rz @ Ry @ Rx if kinematics is Kinematics.EXACT else little
+    bow = [1.0, 0.0, 0.0] + R @ [3.0, 1.0, -0.5]
+    assert run.point_position.values[-1, 0] == pytest.approx(bow, abs=1e-12)
+    s = np.array([[np.cos(0.2), 0, np.sin(0.2)], [0, 1, 0], [-np.sin(0.2), 0, np.cos(0.2)]])
+    s = s if kinematics is Kinematics.EXACT else np.array([[1, 0, 0.2], [0, 1, 0], [-0.2, 0, 1]])
+    expected = (bow - s @ [1.0, 0.0, 0.5]) @ (s @ [0.0, 0.0, 1.0])
+    assert run.clearance.values[-1, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_clearance_of_nothing_is_refused():
+    bad = replace(removal(), clearances={"gap": Clearance("mast of top", "deck of barge")})
+    with pytest.raises(
+        InputError, match=r"clearances\.gap\.of: found mast of top; expected one of"
+    ):
+        hs.compile_scene(bad)
+
+
+def test_recontacts_their_number_force_and_speed():
+    """A topside that is thrown up off its legs and bounces on them without loss: v and v sqrt(m K)
+    each time, besides its weight."""
+    top = block(
+        MASS,
+        ("heave",),
+        "top",
+        weight=Weight.CARRIED,
+        position=moving(heave=-WEIGHT / K),
+        velocity=moving(heave=2.0),
+    )
+    legs = Landing("top", CORNERS, CORNERS, LINE, Frictionless())
+    run = hs.simulate(scene(top, {"legs": legs}, 3.0, 0.05, step=0.002))
+    found = xr.Dataset(stages(run)).sel(contact_group="legs")
+    y = WEIGHT / K
+    v = np.sqrt(4.0 + 9.81 * y - 2 * 9.81 * y)  # m v^2 / 2 + m g y - K y^2 / 2 = m 2^2 / 2
+    amplitude = np.sqrt(v**2 * MASS / K + y**2)
+    assert float(found.recontact_speed) == pytest.approx(v, rel=1e-6)
+    assert float(found.recontact_force) == pytest.approx(K * (amplitude + y) / 4, rel=1e-4)
+    cycle = 2 * v / 9.81 + 2 * (np.pi - np.arctan(v * np.sqrt(MASS / K) / y)) / np.sqrt(K / MASS)
+    assert float(found.recontacts) == 4 * np.ceil((3.0 - 2 * v / 9.81) / cycle)
+
+
+def test_the_summary_and_the_picture_tell_the_stages(run):
+    said = "\n".join(lines(run))
+    assert "legs: first contact 0.0 s" in said
+    assert "gap          clearance min" in said
+    assert len(PICTURES["_transfer"](run)) == 5
