@@ -23,6 +23,7 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands import db
+from hydrosim.commands.ballast import ballast
 from hydrosim.commands.case import case
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
@@ -47,6 +48,7 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 app.add_typer(db.app, name="db")
+app.command()(ballast)
 app.command()(case)
 app.command()(compare)
 app.command()(record)

@@ -46,7 +46,7 @@ def tanks_of(scene: Scene) -> Tanks:
         return no_tanks()
     each = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing(body)]
     index = {(b, tank.name): k for k, (b, tank) in enumerate(each)}
-    image = [index[b, _image(scene.bodies[b], tank)] for b, tank in each]
+    image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(each)]
     shapes = [_shape(tank, scene.bodies[b]) for b, tank in each]
     last = np.cumsum([len(shape) for shape in shapes]) - 1
     flows, rates = _flows(scene, index)

@@ -1,0 +1,143 @@
+"""`hydrosim ballast`: the loading condition of bodies with tanks, and plans of their pumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from hydrosim.commands.compiling import announced
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed
+from hydrosim.commands.terminal import show
+from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrosim.studies.ballasting import Plan
+    from hydrosim.studies.loading import Condition
+
+err = Console(stderr=True)
+ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def ballast(
+    case_file: CaseFile,
+    time: Annotated[str, typer.Option(help="Of the loading condition.")] = "0 s",
+    lift: Annotated[
+        str | None, typer.Option(help='Plan: weight to take out, "20000 tonne_force".')
+    ] = None,
+    rise: Annotated[str | None, typer.Option(help='Plan: how far to rise, "0.5 m".')] = None,
+    within: Annotated[str, typer.Option(help="Time for the plan.")] = "1 hour",
+    body: Annotated[str | None, typer.Option(help="The body of the plan.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="Picture.")
+    ] = None,
+    overwrite: Overwrite = False,
+    settings: Settings = [],  # noqa: B006  typer copies it
+) -> None:
+    """Loading condition of bodies with tanks, as tables and a picture; plans of their pumps."""
+    from hydrosim.case import load_case
+    from hydrosim.compiling.compile import compile_in_calm
+    from hydrosim.plot.loading import draw_loading
+    from hydrosim.studies.ballasting import plan
+    from hydrosim.studies.loading import conditions
+
+    case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"
+    page = placed(
+        *(output, name, "ballast", case_file),
+        inputs=case.inputs(),
+        overwrite=overwrite,
+        suffix=".png",
+    )
+    at = _read("--time", time, "time", "s", "1 hour")
+    scene = case.scene()
+    having = [each.name for each in scene.bodies if each.tanks]
+    if not having:
+        raise InputError(f"{case_file}: no body has tanks; expected some, see bodies.NAME.tanks.")
+    if body is not None and body not in having:
+        raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
+    with announced(err), err.status("loading condition"):
+        compiled = compile_in_calm(scene)
+        found = conditions(compiled, at)
+        lines = [table for each in found for table in tables(each, at)]
+        if lift is not None or rise is not None:
+            weight = _read("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
+            up = _read("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
+            span = _read("--within", within, "time", "s", "1 hour")
+            lines.append(_planned(plan(compiled, body or having[0], span, weight, up)))
+    draw_loading(found, at, page)
+    show(*lines, f"picture   {page.path}")
+
+
+def tables(found: Condition, time: float) -> Iterator[Table]:
+    """What a body weighs and how it floats; its tanks; its mass matrix."""
+    import numpy as np
+
+    loading, at = found.loading, found.position
+    yield _table(
+        f"{found.body.name} at {time:g} s",
+        ["", "mass [t]", "x [m]", "y [m]", "z [m]"],
+        [
+            [what, f"{x.mass / 1e3:.1f}", *(f"{c:.3f}" for c in x.centre)]
+            for what, x in (("lightship", found.lightship), ("with its tanks", loading))
+        ],
+    )
+    heel, trim = np.degrees(at[3:5])
+    heights = [f"{x:.3f}" if np.isfinite(x) else "" for x in (*found.metacentric, *found.loss)]
+    yield _table(
+        "At rest",
+        ["heave [m]", "heel [deg]", "trim [deg]", "GM [m]", "GM of trim [m]", "loss", "of trim"],
+        [[f"{at[2]:.4f}", f"{heel:.4f}", f"{trim:.4f}", *heights]],
+    )
+    yield _table(
+        "Tanks",
+        ["", "level [m]", "mass [t]", "filled"],
+        [
+            [t.tank.name, f"{t.level:.3f}", f"{t.mass / 1e3:.1f}", f"{t.filled:.1%}"]
+            for t in found.tanks
+        ],
+    )
+    matrix = loading._replace(centre=loading.centre - np.array(found.body.centre_of_gravity)).matrix
+    yield _table(
+        "Mass matrix about the body's origin [kg, kg m, kg m^2]",
+        ["", *ROWS],
+        [[dof, *map(_short, row)] for dof, row in zip(ROWS, matrix, strict=True)],
+    )
+
+
+def _planned(plan: Plan) -> Table:
+    from math import degrees
+
+    runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
+    rows = [[name, f"{3.6 * rate:.1f}", f"{mass / 1e3:.1f}"] for name, rate, mass in runs]
+    heave, heel, trim = plan.position[0, 2:5]
+    at = f"heave {heave:.4f} m, heel {degrees(heel):.1e} deg, trim {degrees(trim):.1e} deg"
+    title = f"Plan of {plan.within:g} s; at rest then: {at}"
+    return _table(title, ["pump", "rate [t/hour]", "mass [t]"], rows)
+
+
+def _short(value: float) -> str:
+    return f"{value:.4g}".replace("e+0", "e").replace("e+", "e")
+
+
+def _table(title: str, columns: list[str], rows: list[list[str]]) -> Table:
+    table = Table(title=title)
+    for k, name in enumerate(columns):
+        table.add_column(name, justify="right" if k else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _read(option: str, text: str | None, what: str, unit: str, example: str) -> float:
+    from pydantic_core import PydanticCustomError
+
+    from hydrosim.documents.units import Quantity
+
+    try:
+        return Quantity(what, unit, example).read(text)
+    except PydanticCustomError as error:
+        raise InputError(f"{option}: {error.message()}.") from None

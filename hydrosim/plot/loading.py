@@ -1,0 +1,67 @@
+"""The picture of a loading condition: tanks from the side and from above, and how full they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrosim.outputs import Output, save_picture
+from hydrosim.scene import Box
+from hydrosim.studies.loading import Condition, TankState
+
+FLUID, WALL = "#4c8fbd", "#444444"
+AXES = "xyz"
+
+
+def draw_loading(found: Sequence[Condition], time: float, output: Path | Output) -> None:
+    """A row for each body: x and z, x and y, y and z."""
+    figure = Figure(figsize=(14.0, 3.6 * len(found)), layout="constrained")
+    rows = figure.subplots(len(found), 3, squeeze=False)
+    for condition, row in zip(found, rows, strict=True):
+        for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
+            _draw(condition, i, j, axis)
+        row[0].set_title(f"{condition.body.name} at {time:g} s")
+    rows[0, 0].legend(frameon=False, fontsize="small")
+    save_picture(figure, output, dpi=100)
+
+
+def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
+    for state in found.tanks:
+        _draw_tank(state, i, j, axis)
+    for loading, marker, label in (
+        (found.lightship, "x", "lightship"),
+        (found.loading, "o", "with its tanks"),
+    ):
+        axis.plot(loading.centre[i], loading.centre[j], marker, color="#c0392b", label=label)
+    axis.set_xlabel(f"{AXES[i]} [m]")
+    axis.set_ylabel(f"{AXES[j]} [m]")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.grid(alpha=0.3)
+
+
+def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
+    """A box and the fluid in it, seen along an axis; of a table its centroid."""
+    shape = state.tank.shape
+    if not isinstance(shape, Box):
+        at = shape.centroid[int(np.searchsorted(shape.level, state.level) % len(shape.level))]
+        axis.plot(at[i], at[j], "s", color=FLUID)
+        _label(state, at[i], at[j], j, axis)
+        return
+    low, high = np.array(shape.low), np.array(shape.high)
+    size = high - low
+    filled = size[j] * (state.filled if j == 2 else 1.0)
+    axis.bar(low[i], filled, size[i], low[j], align="edge", color=FLUID, alpha=0.4)
+    axis.bar(low[i], size[j], size[i], low[j], align="edge", fill=False, edgecolor=WALL)
+    x, y = (0.5 * (low + high))[[i, j]]
+    _label(state, x, y, j, axis)
+
+
+def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
+    """Name and filling, where tanks do not stand behind each other: from above."""
+    if j == 1:
+        text = f"{state.tank.name}\n{state.filled:.0%}"
+        axis.annotate(text, (x, y), ha="center", va="center", fontsize=7)

@@ -1,0 +1,60 @@
+"""`hydrosim ballast` from the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import Command, command
+
+ROOT = Path(__file__).parents[2]
+CASE = f"""
+title: tanks
+duration: 1 hour
+environment: {{water_depth: infinite}}
+bodies:
+  barge:
+    hydrodynamics: {ROOT / "hydro_db" / "h851.nc"}
+    mass: 1.56758e8 kg
+    centre_of_gravity: [0 m, 0 m, -4.9 m]
+    radii_of_gyration: [22.05 m, 67.6 m, 68.9 m]
+    tanks:
+      fore: {{box: [[10 m, -28 m, -12 m], [70 m, 28 m, 2 m]], level: 9 m}}
+      aft: {{box: [[-70 m, -28 m, -12 m], [-10 m, 28 m, 2 m]], level: 9 m}}
+    pumps:
+      fore: {{source: fore, target: sea, rate: 12000 tonne/hour}}
+      aft: {{source: aft, target: sea, rate: 12000 tonne/hour}}
+"""
+
+
+@pytest.fixture
+def ballast(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """The command on the case, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.yaml").write_text(CASE)
+    return command(monkeypatch, capsys, "ballast", "case.yaml")
+
+
+def test_a_loading_condition_is_told_and_drawn(ballast: Command) -> None:
+    done = ballast("--time", "30 min", "--lift", "20000 tonne_force")
+    assert done.code == 0
+    assert "144758.0" in done.out  # t: 156,758 less twice 6000
+    assert "9796.3" in done.out  # with the other 20,000 t, about the centre of flotation
+    assert "10203.7" in done.out
+    assert Path("case_ballast.png").stat().st_size > 1e4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--lift", "30000 tonne_force"], "% of this can be pumped on level keel"),
+        (["--lift", "3 m"], "--lift: found"),
+        (["--body", "topside"], "--body: found topside; expected one of barge"),
+        (["--set", "bodies.barge.pumps.fore.source=hold"], "there is no tank hold"),
+    ],
+)
+def test_what_is_wrong_is_told(ballast: Command, arguments: list[str], said: str) -> None:
+    done = ballast(*arguments)
+    assert (done.code, said in done.err) == (2, True)
