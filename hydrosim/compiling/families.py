@@ -130,7 +130,10 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
     low, high = corners[..., 2].min(), corners[..., 2].max()
     key = f"bodies.{body.name}.hydrodynamics: {db.source} for a draught of {draught:g} m"
     if not low < 0.0 < high:
-        raise InputError(f"{key}: the hull is then from {low:.4g} to {high:.4g} m above the water.")
+        raise InputError(
+            f"{key}: the hull is then from {low:.4g} to {high:.4g} m above the water; expected some"
+            " of it below and some above. Mend the draught, or the hull."
+        )
     own = integrals(immersed(corners))
     if db.volume is not None and abs(db.volume[0] - own.volume) > VOLUME * own.volume:
         raise InputError(

@@ -222,6 +222,24 @@ def test_waves_follow_the_slow_place_of_a_family() -> None:
     assert_allclose(found.position, alone.position, rtol=0, atol=1e-9)
 
 
+def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
+    """At the draught of one, with a heading at rest, a yaw and a place of its own."""
+    forces = WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.MEAN, position=Place.MEAN)
+    one, both = (
+        barge(
+            *(source, 4.4),
+            dofs=("surge", "sway", "roll", "yaw"),
+            wave_forces=forces,
+            heading=0.6,
+            location=(30.0, -20.0),
+            position=moving(yaw=0.2, roll=0.05),
+        )
+        for source in (FILES[4.4], FAMILY)
+    )
+    alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
+    assert_allclose(found.position, alone.position, rtol=0, atol=1e-12)
+
+
 def test_a_family_in_its_plane_is_what_it_is_in_all_degrees_of_freedom() -> None:
     ahead = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0)),))
     body = barge(FAMILY, 4.4, 0.2, wave_forces=WaveForces(headings=Place.MEAN, position=Place.MEAN))
@@ -245,6 +263,9 @@ REFUSED = {
     "expected two others": {"hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))},
     r"for a draught of 3.8 m: found a displaced volume of 4320 m\^3; expected .* 4560 m\^3": {
         "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.8, FILES[3.6])))
+    },
+    "the hull is then from -9.6 to -1.6 m above the water; expected some of it below": {
+        "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(9.6, FILES[3.6])))
     },
     "radiation: found convolution, .* expected state_space": {"radiation": ConvolutionRadiation()},
 }
