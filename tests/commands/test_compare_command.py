@@ -153,7 +153,7 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
     ("arguments", "message"),
     [
         (("compare", "none.nc", "test.csv"), "none.nc: there is no such file; expected the result"),
-        (("compare", "run.nc", "none.csv"), "none.csv: cannot be read: No such file"),
+        (("compare", "run.nc", "none.csv"), "none.csv: there is no such file"),
         (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: cannot be read"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=-1"), "--tolerance: found '-1'"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
