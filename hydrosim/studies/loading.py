@@ -23,6 +23,7 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
 from hydrosim.scene import Body, Tank
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.state import State
 
 
 class TankState(NamedTuple):
@@ -61,6 +62,13 @@ def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     """Volumes (nt,) [m^3] in the tanks that change, at a time [s], before any of them runs over."""
     p = compiled.model.elements.tanks
     return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
+
+
+def pumped(compiled: Compiled, time: float) -> State:
+    """The state of the start with what is in the tanks at a time [s]."""
+    state, p = compiled.first_state(), compiled.model.elements.tanks
+    state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
+    return state
 
 
 def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:

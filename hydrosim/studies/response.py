@@ -33,6 +33,7 @@ from hydrosim.results.names import fender_names
 from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
+from hydrosim.studies.loading import pumped
 from hydrosim.waves import Components, WaveBody, first_order
 from hydrosim.waves.dispersion import wavenumber
 
@@ -120,7 +121,9 @@ def responder(
     """
     compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
     scene, model = compiled.scene, compiled.model
-    about = compiled.state if state is None else _of_model(model, state)
+    about = pumped(compiled, time)
+    if state is not None:
+        about = _of_model(model, state, about)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, fender_names(scene))
     linear, n = linearise(model, about, time=time), model.bodies.active.size
@@ -150,8 +153,10 @@ def compile_for_linear(
     return compile_in_calm(replace(calm, bodies=dry))
 
 
-def _of_model(model: Model, state: State) -> State:
-    """The place and contacts of a state at rest, for a model with other memory."""
-    y, n = np.zeros(model.size), model.bodies.active.size
-    y[:n] = state.y[:n]
+def _of_model(model: Model, state: State, start: State) -> State:
+    """The place and contacts of a state at rest, for a model with other memory, with what is in the
+    tanks at the ``start``."""
+    y, n, tanks = np.zeros(model.size), model.bodies.active.size, model.elements.tanks
+    held = slice(tanks.state, tanks.state + tanks.each.size)
+    y[:n], y[held] = state.y[:n], start.y[held]
     return state._replace(y=y)

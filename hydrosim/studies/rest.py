@@ -13,6 +13,7 @@ from hydrosim.forces import without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
 from hydrosim.stepping.dynamics import Model
+from hydrosim.studies.loading import pumped
 from hydrosim.studies.response import Radiation, compile_for_linear
 from hydrosim.waves import following_model, sea, wave_loads_model
 
@@ -36,7 +37,7 @@ def at_rest(
         elements=without_friction(calm.model.elements), following=following_model((), ())
     )
     weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
-    rest = equilibrium(model, calm.state, time, weight)
+    rest = equilibrium(model, pumped(calm, time), time, weight)
     if mean_drift:
         model = _in_mean_drift(model, calm, time)
         rest = equilibrium(model, rest.state, time, weight, rest.held)

@@ -15,9 +15,10 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
-from hydrosim.scene import Box, FreeSurface, Pump, Tank, Weight
+from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
 from hydrosim.studies.ballasting import plan
 from hydrosim.studies.loading import conditions
+from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
 G, DENSITY, LEVEL = 9.81, 1025.0, 9.0
 LOW, HIGH = -12.0, 2.0
@@ -147,3 +148,24 @@ def test_a_plan_that_cannot_be_met_says_what_limits_it() -> None:
         plan(compiled, "barge", 36000.0, 70e6 * G)
     with pytest.raises(InputError, match="cannot do any of this"):
         plan(compiled, "barge", 3600.0, -1e6)
+
+
+def test_periods_are_those_of_the_mass_at_the_time() -> None:
+    """Of heave: at the end of pumping that of the barge that has this mass from the start."""
+    table = TankTable(
+        np.array([0.0, 20.0]),
+        np.array([0.0, 4e4]),
+        np.tile(scene_of("base").bodies[0].centre_of_gravity, (2, 1)),
+        np.zeros((2, 3)),
+    )
+    tank = Tank("hold", table, 19.0, DENSITY, FreeSurface.FROZEN)
+    pump = Pump("out", 2e7 / 3600, "hold", None, stop=3600.0)
+    base = barge()
+    scene = with_body(base, tanks=(tank,), pumps=(pump,))
+    lighter = with_body(base, tanks=(), mass=base.bodies[0].mass - 2e7)
+    periods = [
+        linear_analysis(each, Wanted(time)).natural_period.sel(mode="barge heave").item()
+        for each, time in ((scene, 3600.0), (lighter, 0.0), (scene, 0.0))
+    ]
+    assert periods[0] == pytest.approx(periods[1], rel=1e-6)
+    assert periods[2] > periods[0] * 1.01
