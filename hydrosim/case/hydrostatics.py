@@ -47,15 +47,16 @@ class RecipeHull(Strict):
 
 
 def _form(value: object) -> str:
+    """Its tag; no key may be called so, for messages take what is a key for one."""
     if isinstance(value, dict):
-        return "recipe" if "recipe" in value else "mesh"
+        return "of a recipe" if "recipe" in value else "of a mesh"
     return MATRIX
 
 
 Hydrostatics = Annotated[
     Annotated[Literal["matrix"], Tag(MATRIX)]
-    | Annotated[MeshHull, Tag("mesh")]
-    | Annotated[RecipeHull, Tag("recipe")],
+    | Annotated[MeshHull, Tag("of a mesh")]
+    | Annotated[RecipeHull, Tag("of a recipe")],
     Discriminator(_form),
 ]
 

@@ -297,11 +297,11 @@ class Start(Strict):
 
 
 def _begins(value: object) -> str:
-    return "at_rest" if isinstance(value, str) else "run"
+    return "at_rest" if isinstance(value, str) else "of a run"
 
 
 Begin = Annotated[
-    Annotated[Literal["at_rest"], Tag("at_rest")] | Annotated[Start, Tag("run")],
+    Annotated[Literal["at_rest"], Tag("at_rest")] | Annotated[Start, Tag("of a run")],
     Discriminator(_begins),
 ]
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.results.output import unpack
+from hydrosim.scene import ADAPTIVE
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
@@ -26,6 +27,7 @@ PARTED = 1e4  # times: a step's error of 1e-7 of the motions is then 1e-3
 LOST, LITTLE = 1e-4, 30.0
 """What the part of the energy that is lost may grow to, and times never told.
 (Of 60 random scenes that agree with a finer run it was 2e-5 at most, of 4 others 2e-4 to 2e-3.)"""
+SLACK = 100.0  # tolerances: adaptive methods take other steps for a twin, whose errors differ
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
 GROWING = 5.0  # times: what is not so far away after `FIRST` comes no farther
 FIRST, MOST, AT_ONCE = 60_000, 1_000_000, 5_000  # evaluations of a twin's equation
@@ -40,6 +42,9 @@ def parted(compiled: Compiled, run: Run, lost: float) -> Iterator[str]:
     twin = _twin(compiled, run, places)
     time, apart = _apart(run, twin)
     limit = min(PARTED, max(LOST / lost, LITTLE)) if lost > 0.0 else PARTED
+    solver = compiled.scene.solver
+    if solver.method in ADAPTIVE:
+        limit = max(limit, SLACK * solver.tolerance.position / NEARBY)
     far = np.flatnonzero(apart.max(axis=1) > limit)
     if far.size:
         worst = apart[far[0] :].max(axis=0)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 import hydrosim as hs
 from hydrosim.forces import Frictionless, StickSlip
-from hydrosim.scene import Scene
+from hydrosim.scene import Method, Scene, Tolerance
 
 LEGS = [(x, y, -0.5) for x in (-1.0, 1.0) for y in (-0.7, 0.7)]
 NEARBY, WARNED = 1e-9, "cannot be foretold"
@@ -64,6 +64,14 @@ def test_a_block_that_comes_to_rest_is_known() -> None:
     run = hs.simulate(bouncing(LEGS, damping=3e3, **start))
     assert run.attrs["solver_events"] > 20
     assert not warnings(run)
+
+
+def test_other_steps_are_no_parting() -> None:
+    """An adaptive method takes other steps for a twin, and with a large tolerance other motions."""
+    calm = bouncing(LEGS, damping=3e3, roll=0.1, pitch=0.07)
+    loose = Tolerance(relative=1e-4, position=1e-4)
+    solver = replace(calm.solver, method=Method.DOPRI5, tolerance=loose)
+    assert not warnings(hs.simulate(replace(calm, solver=solver)))
 
 
 def test_what_slides_and_sticks_is_known() -> None:
