@@ -569,7 +569,7 @@ def test_missing_files_are_named(made_up, tmp_path):
     (tmp_path / "x.1").unlink()
     with pytest.raises(InputError, match=r"x\.1: no such file"):
         read(tmp_path / "x.hst")
-    with pytest.raises(InputError, match=r"y: no such file"):
+    with pytest.raises(InputError, match=r"y: there is no such file"):
         read(tmp_path / "y")
 
 
