@@ -88,7 +88,7 @@ def tables(found: Condition, time: float) -> Iterator[Table]:
     heel, trim = np.degrees(at[3:5])
     heights = [f"{x:.3f}" if np.isfinite(x) else "" for x in (*found.metacentric, *found.loss)]
     yield _table(
-        "At rest",
+        "At rest; GM with all that holds it, lines and contacts too",
         ["heave [m]", "heel [deg]", "trim [deg]", "GM [m]", "GM of trim [m]", "loss", "of trim"],
         [[f"{at[2]:.4f}", f"{heel:.4f}", f"{trim:.4f}", *heights]],
     )
