@@ -513,7 +513,6 @@ class Body:
     mass: float
     inertia: np.ndarray
     hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Family | Coefficients | None = None
-    hydrostatics: Hull | None = None
     centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
     location: tuple[float, ...] = (0.0, 0.0)
     heading: float = 0.0
@@ -524,6 +523,7 @@ class Body:
     velocity: tuple[float, ...] = (0.0,) * 6
     radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
     wave_forces: WaveForces = field(default_factory=WaveForces)
+    hydrostatics: Hull | None = None
     points: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     weight: Weight = Weight.BALANCED
     tanks: tuple[Tank, ...] = ()
