@@ -26,7 +26,7 @@ NEARBY = 1e-9  # m
 PARTED = 1e4  # times: a step's error of 1e-7 of the motions is then 1e-3
 LOST, LITTLE = 1e-4, 30.0
 """What the part of the energy that is lost may grow to, and times never told.
-(Of 60 random scenes that agree with a finer run it was 2e-5 at most, of 4 others 2e-4 to 2e-3.)"""
+(Of 38 random scenes that agree with a finer run it was 2e-5 at most, of 4 others 2e-4 to 2e-3.)"""
 SLACK = 100.0  # tolerances: adaptive methods take other steps for a twin, whose errors differ
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
 GROWING = 5.0  # times: what is not so far away after `FIRST` comes no farther
