@@ -1,12 +1,28 @@
-"""The channels of a run, ``VARIABLE.SELECTION.SELECTION``, and which of them are asked for."""
+"""The channels of a run, ``VARIABLE.SELECTION.SELECTION``, and which of them are asked for.
+
+What is recorded over time is a channel, see `hydrosim.documents.series`: "position.barge.surge",
+"fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation". Others follow from that:
+
+speed.BODY                              horizontal, of the centre of gravity
+fender_normal_force.GROUP               sum over the contact points of a group, "interface"
+point_velocity.POINT.AXIS               of a named point, "bow of barge"
+point_acceleration.POINT.AXIS           the same, in a run that records accelerations
+relative_position.POINT to POINT.AXIS   of the first point from the second, in the earth frame
+relative_velocity.POINT to POINT.AXIS
+utilisation.UNIT                        force of a contact point or line over its capacity
+
+`series` gives values and unit of any of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
+from itertools import permutations, product
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from hydrosim.documents.nodes import joined, suggestion
@@ -16,6 +32,9 @@ from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))
 USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*")
+TO = " to "  # between two points
+CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
+"""Units that may have a capacity, `fender_capacity` and so on, and what is held against it."""
 
 
 class Channel(NamedTuple):
@@ -26,8 +45,36 @@ class Channel(NamedTuple):
 
 
 def channels(run: xr.Dataset) -> list[Channel]:
-    """All channels of a run."""
+    """All channels that are recorded of a run."""
     return [Channel(name, select(RUN, run, name)[1]) for name in columns_of(run)]
+
+
+def names(run: xr.Dataset) -> list[str]:
+    """The names of all channels of a run, of those too that follow from what is recorded."""
+    derived = (f"{kind}.{of}" for kind, each in KINDS.items() for of in each.names(run))
+    return [*columns_of(run), *derived]
+
+
+def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
+    """Values (nt,) and unit of the channel ``name`` of a run; InputError if it has none, with the
+    names that it has."""
+    kind, _, of = name.partition(".")
+    if kind in KINDS and of in KINDS[kind].names(run):
+        return KINDS[kind].values(run, of), KINDS[kind].unit
+    if name in columns_of(run):
+        return select(RUN, run, name)
+    raise InputError(unknown(run, name))
+
+
+def unknown(run: xr.Dataset, name: str) -> str:
+    """In words: that a run has no channel ``name``, and which it has."""
+    kind, known = name.partition(".")[0], names(run)
+    alike = [each for each in known if each.partition(".")[0] == kind]
+    kinds = list(dict.fromkeys(each.partition(".")[0] for each in known))
+    if kind in NEEDS and not alike:
+        return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
+    text = f"found {name}; expected a channel of the run: {', '.join(alike or kinds)}"
+    return joined(text, suggestion(name, known))
 
 
 def usual(run: xr.Dataset) -> list[str]:
@@ -49,3 +96,124 @@ def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[s
 
 def _fits(name: str, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in patterns)
+
+
+class Kind(NamedTuple):
+    """Channels that follow from others: which there are in a run, by what comes after the kind,
+    the values (nt,) of one, and the unit of all."""
+
+    names: Callable[[xr.Dataset], Iterable[str]]
+    values: Callable[[xr.Dataset, str], np.ndarray]
+    unit: str
+
+
+def _labels(run: xr.Dataset, dim: str) -> list[str]:
+    return [str(label) for label in run[dim].values] if dim in run.coords else []
+
+
+def _speed(run: xr.Dataset, body: str) -> np.ndarray:
+    v = run.velocity.sel(body=body)
+    return np.hypot(v.sel(dof="surge").values, v.sel(dof="sway").values)
+
+
+def _groups(run: xr.Dataset) -> list[str]:
+    return _labels(run, "contact_group")
+
+
+def _group_force(run: xr.Dataset, group: str) -> np.ndarray:
+    own = run.fender_normal_force.sel(fender=run.fender_group == group)
+    return np.asarray(own.transpose("time", "fender").values.sum(axis=1))
+
+
+def _points(run: xr.Dataset) -> Iterator[str]:
+    """ "bow of barge.x", ..."""
+    return (".".join(each) for each in product(_labels(run, "point"), _labels(run, "axis")))
+
+
+def _moving_points(run: xr.Dataset) -> Iterator[str]:
+    return _points(run) if "acceleration" in run else iter(())
+
+
+def _pairs(run: xr.Dataset) -> Iterator[str]:
+    """ "bow of barge to foot of topside.x", ..."""
+    pairs = (TO.join(pair) for pair in permutations(_labels(run, "point"), 2))
+    return (".".join(each) for each in product(pairs, _labels(run, "axis")))
+
+
+def _place(run: xr.Dataset, point: str) -> np.ndarray:
+    return np.asarray(run.point_position.sel(point=point).transpose("time", "axis").values)
+
+
+def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The lever (nt, 3) of a point about the centre of gravity of its body; velocities and, where
+    recorded, accelerations (nt, 6) of that."""
+    body = point.rpartition(" of ")[2]
+    moves = {
+        name: run[name].sel(body=body).transpose("time", "dof").values
+        for name in ("velocity", "acceleration")
+        if name in run
+    }
+    centre = run.position.sel(body=body).transpose("time", "dof").values[:, :3]
+    return _place(run, point) - centre - run.reference_position.sel(body=body).values, moves
+
+
+def _velocity(run: xr.Dataset, point: str) -> np.ndarray:
+    """v + omega x r."""
+    r, moves = _arm(run, point)
+    v = moves["velocity"]
+    return np.asarray(v[:, :3] + np.cross(v[:, 3:], r))
+
+
+def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
+    """a + alpha x r + omega x (omega x r)."""
+    r, moves = _arm(run, point)
+    a, omega = moves["acceleration"], moves["velocity"][:, 3:]
+    return np.asarray(a[:, :3] + np.cross(a[:, 3:], r) + np.cross(omega, np.cross(omega, r)))
+
+
+def _along(of: Callable[[xr.Dataset, str], np.ndarray]) -> Callable[[xr.Dataset, str], np.ndarray]:
+    """One axis of what is known of a point, or of the first of two less that of the second."""
+
+    def values(run: xr.Dataset, name: str) -> np.ndarray:
+        points, _, axis = name.rpartition(".")
+        first, *second = (of(run, point) for point in points.split(TO))
+        difference = first - second[0] if second else first
+        return np.asarray(difference[:, _labels(run, "axis").index(axis)])
+
+    return values
+
+
+def _capable(run: xr.Dataset) -> Iterator[str]:
+    for dim in CAPABLE:
+        if f"{dim}_capacity" in run.coords:
+            known = np.isfinite(run[f"{dim}_capacity"].values)
+            yield from np.array(_labels(run, dim))[known].tolist()
+
+
+def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
+    dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
+    force, capacity = (run[name].sel({dim: unit}) for name in (CAPABLE[dim], f"{dim}_capacity"))
+    return np.asarray(force.values / float(capacity))
+
+
+KINDS = {
+    "speed": Kind(lambda run: _labels(run, "body"), _speed, "m/s"),
+    "fender_normal_force": Kind(_groups, _group_force, "N"),
+    "point_velocity": Kind(_points, _along(_velocity), "m/s"),
+    "point_acceleration": Kind(_moving_points, _along(_acceleration), "m/s^2"),
+    "relative_position": Kind(_pairs, _along(_place), "m"),
+    "relative_velocity": Kind(_pairs, _along(_velocity), "m/s"),
+    "utilisation": Kind(_capable, _utilisation, "1"),
+}
+NEEDS = {
+    "acceleration": "output: {accelerations: true} in the case",
+    "clearance": "output: {clearances: ...} in the case",
+    "point_position": "named points of bodies in the case (bodies.NAME.points)",
+    "point_velocity": "named points of bodies in the case (bodies.NAME.points)",
+    "point_acceleration": "output: {accelerations: true} and named points of bodies in the case",
+    "relative_position": "two named points of bodies in the case (bodies.NAME.points)",
+    "relative_velocity": "two named points of bodies in the case (bodies.NAME.points)",
+    "utilisation": "a capacity of a fender, landing or spring in the case",
+    "impulse": "output: {impulses: true} in the case",
+}
+"""What a case must say for a run to have channels of a kind."""

@@ -1,0 +1,114 @@
+"""Channels by name: those that follow from what is recorded, against a motion in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.results.channels import KINDS, names, series
+
+TIME = np.linspace(0.0, 20.0, 81)
+OMEGA, ARM, DRIFT = 0.3, 7.0, 0.2
+
+
+def turning() -> xr.Dataset:
+    """A body that drifts along x and turns about z, with a point at its bow on a circle; and a
+    still one; two contact points that press, one of them with a capacity."""
+    angle, none = OMEGA * TIME, 0.0 * TIME
+    position = np.zeros((TIME.size, 2, 6))
+    position[:, 0, 0], position[:, 0, 5] = DRIFT * TIME, angle
+    velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
+    velocity[:, 0, 0], velocity[:, 0, 5] = DRIFT, OMEGA
+    origin = np.array([[10.0, 20.0, 1.0], [0.0, 0.0, 5.0]])
+    bow = origin[0] + np.stack([DRIFT * TIME + ARM * np.cos(angle), ARM * np.sin(angle), none], 1)
+    foot = np.broadcast_to(origin[1], bow.shape)
+    motion, point = ("time", "body", "dof"), ("time", "point", "axis")
+    press = np.stack([1e3 + TIME, 2e3 - TIME], axis=1)
+    return xr.Dataset(
+        {
+            "position": (motion, position, {"units": "m or rad"}),
+            "velocity": (motion, velocity, {"units": "m/s or rad/s"}),
+            "acceleration": (motion, acceleration, {"units": "m/s^2 or rad/s^2"}),
+            "reference_position": (("body", "axis"), origin),
+            "point_position": (point, np.stack([bow, foot], axis=1), {"units": "m"}),
+            "fender_normal_force": (("time", "fender"), press, {"units": "N"}),
+        },
+        coords={
+            "time": TIME,
+            "body": ["barge", "topside"],
+            "dof": list(DOFS),
+            "axis": ["x", "y", "z"],
+            "point": ["bow of barge", "foot of topside"],
+            "fender": ["pad 1", "pad 2"],
+            "contact_group": ["pad"],
+            "fender_group": ("fender", ["pad", "pad"]),
+            "fender_capacity": ("fender", [4e3, np.nan]),
+        },
+    )
+
+
+def test_a_point_on_a_circle() -> None:
+    """Velocity and acceleration of uniform rotation; relative motion to a point at rest."""
+    run, angle = turning(), OMEGA * TIME
+    speed, pull = ARM * OMEGA, ARM * OMEGA**2
+    expected = {
+        "point_velocity.bow of barge.x": DRIFT - speed * np.sin(angle),
+        "point_velocity.bow of barge.y": speed * np.cos(angle),
+        "point_acceleration.bow of barge.x": -pull * np.cos(angle),
+        "point_acceleration.bow of barge.y": -pull * np.sin(angle),
+        "relative_position.bow of barge to foot of topside.y": 20.0 + ARM * np.sin(angle),
+        "relative_position.foot of topside to bow of barge.z": 4.0 + 0.0 * angle,
+        "relative_velocity.foot of topside to bow of barge.x": speed * np.sin(angle) - DRIFT,
+        "speed.barge": DRIFT + 0.0 * angle,
+    }
+    for name, values in expected.items():
+        np.testing.assert_allclose(series(run, name)[0], values, atol=1e-13, err_msg=name)
+
+
+def test_sums_of_groups_and_utilisation() -> None:
+    values, unit = series(turning(), "fender_normal_force.pad")
+    assert unit == "N"
+    np.testing.assert_allclose(values, 3e3)
+    values, unit = series(turning(), "utilisation.pad 1")
+    assert unit == "1"
+    np.testing.assert_allclose(values, (1e3 + TIME) / 4e3)
+    assert "utilisation.pad 2" not in names(turning())
+
+
+def test_every_name_has_a_series_of_one_unit() -> None:
+    run = turning()
+    known = names(run)
+    assert len(known) == len(set(known))
+    assert {name.partition(".")[0] for name in known} >= set(KINDS)
+    for name in known:
+        values, unit = series(run, name)
+        assert values.shape == TIME.shape
+        assert unit
+        assert " or " not in unit
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("position.barge.surg", 'did you mean "position.barge.surge"'),
+        ("positoin.barge.surge", 'did you mean "position.barge.surge"'),
+        ("point_velocity.stern of barge.x", "point_velocity.bow of barge.x"),
+        ("clearance.gap", "they need output: {clearances: ...}"),
+        ("utilisation.pad 2", "utilisation.pad 1"),
+        ("nothing", "expected a channel of the run: position, velocity"),
+    ],
+)
+def test_unknown_channels_are_told(name: str, said: str) -> None:
+    with pytest.raises(InputError, match="found ") as error:
+        series(turning(), name)
+    assert said in str(error.value)
+
+
+def test_what_accelerations_need_is_said() -> None:
+    run = turning().drop_vars("acceleration")
+    assert not [name for name in names(run) if "acceleration" in name]
+    with pytest.raises(InputError, match="accelerations: true"):
+        series(run, "point_acceleration.bow of barge.z")
