@@ -422,6 +422,19 @@ class TankTable:
     surface: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class TankMesh:
+    """A tank inside the triangles ``corners`` (nt, 3, 3) [m], normals outward, of a closed mesh;
+    ``permeability`` as of a box; ``source`` says where it is from."""
+
+    corners: np.ndarray
+    permeability: float = 1.0
+    source: str = "a mesh"
+
+
+TankShape = Box | TankTable | TankMesh
+
+
 class FreeSurface(StrEnum):
     """Of the fluid in a tank: level at all times, or fixed to the tank."""
 
@@ -444,7 +457,7 @@ class Tank:
     ``level`` above the bottom [m] is that at the start."""
 
     name: str
-    shape: Box | TankTable
+    shape: TankShape
     level: float
     density: float = 1025.0
     surface: FreeSurface = FreeSurface.QUASI_STATIC

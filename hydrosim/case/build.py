@@ -76,7 +76,9 @@ def _environment(water: schema.Environment, path: Path) -> scene.Environment:
 
 
 def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
-    tanks = tuple(tank.build(key) for key, tank in body.tanks.items())
+    tanks = tuple(
+        tank.build(key, f"bodies.{name}.tanks.{key}", folder) for key, tank in body.tanks.items()
+    )
     mass, centre, inertia = _mass(body, tanks)
     return scene.Body(
         name=name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, StrictStr, Tag
 
@@ -12,6 +12,9 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MATRIX = "matrix"
 Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
@@ -32,6 +35,12 @@ class MeshHull(Strict):
 
         return read_hull(folder / self.mesh, self.scale, self.waterline)
 
+    def triangles(self, folder: Path) -> np.ndarray:
+        """Those of a closed mesh that need not be in the water, (nt, 3, 3)."""
+        from hydrosim.database.hull import read_closed
+
+        return read_closed(folder / self.mesh, self.scale, self.waterline)
+
 
 class RecipeHull(Strict):
     """The hull that the ``recipe`` of the database describes, ``depth`` from keel to deck."""
@@ -44,6 +53,10 @@ class RecipeHull(Strict):
         from hydrosim.database.build.closed import hull_of_recipe
 
         return hull_of_recipe(folder / self.recipe, body, self.depth)
+
+    def triangles(self, folder: Path) -> np.ndarray:
+        """Those of the hull of its first body, (nt, 3, 3)."""
+        return self.read(folder, 1).corners
 
 
 def _form(value: object) -> str:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim import scene
+from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull, Scale
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
+from hydrosim.errors import InputError
 from hydrosim.scene import FreeSurface
 
 SEA = "sea"
@@ -83,10 +86,16 @@ class Plan(Strict):
 
 
 class Tank(Strict):
-    """A tank: a ``box`` between two corners, or a ``table``, in the database's frame."""
+    """A tank: a ``box`` between two corners, a ``table``, a closed ``mesh`` in a file, or the hull
+    of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
     box: tuple[of.Point, of.Point] | None = None
     table: TankTable | None = None
+    mesh: StrictStr | None = None
+    scale: Scale | None = None
+    waterline: of.Length | None = None
+    recipe: StrictStr | None = None
+    depth: Depth | None = None
     permeability: Part = 1.0
     density: of.Density = 1025.0
     level: Level = 0.0
@@ -95,29 +104,45 @@ class Tank(Strict):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        given = self.given("box", "table")
+        given = self.given("box", "table", "mesh", "recipe")
         if len(given) != 1:
-            raise problem(" and ".join(given) or "neither", "one of box, table")
+            found = " and ".join(given) or "none of them"
+            raise problem(found, "one of box, table, mesh, recipe")
+        for key, owner in (("scale", "mesh"), ("waterline", "mesh"), ("depth", "recipe")):
+            if self.given(key) and given[0] != owner:
+                raise problem(f"{key} of a {given[0]}", f"it of a {owner}")
         if self.table is not None and self.permeability != 1.0:
             raise problem("permeability of a table", "volumes of fluid in it, and no permeability")
         if self.box is not None and not np.all(np.subtract(*self.box)):
             raise problem(f"the corners {self.box[0]} and {self.box[1]}", "a box of three sizes")
         return self
 
-    def build(self, name: str) -> scene.Tank:
-        """As a scene has it."""
+    def build(self, name: str, key: str, folder: Path) -> scene.Tank:
+        """As a scene has it; ``key`` is that of the tank in a case in ``folder``. Raises InputError
+        for a mesh that cannot be read or is open."""
+        try:
+            shape = self._shape(folder)
+        except InputError as error:
+            raise InputError(f"{key}: {error}") from None
         return scene.Tank(
             name,
-            self._shape(),
+            shape,
             self.level,
             self.density,
             self.free_surface,
             scene.Plan(np.array(self.plan.time), np.array(self.plan.level)) if self.plan else None,
         )
 
-    def _shape(self) -> scene.Box | scene.TankTable:
+    def _shape(self, folder: Path) -> scene.TankShape:
         if self.table is not None:
             return self.table.build()
+        if self.mesh is not None:
+            given = {key: getattr(self, key) for key in self.given("scale", "waterline")}
+            corners = MeshHull(mesh=self.mesh, **given).triangles(folder)
+            return scene.TankMesh(corners, self.permeability, str(folder / self.mesh))
+        if self.recipe is not None:
+            corners = RecipeHull(recipe=self.recipe, depth=self.depth).triangles(folder)
+            return scene.TankMesh(corners, self.permeability, str(folder / self.recipe))
         low, high = np.sort(np.array(self.box), axis=0)
         return scene.Box(tuple(low.tolist()), tuple(high.tolist()), self.permeability)
 

@@ -11,16 +11,8 @@ from hydrosim.errors import InputError
 from hydrosim.forces.ballast.flows import FLOW, RATE, SEA
 from hydrosim.forces.ballast.loading import at_start, symmetric
 from hydrosim.forces.ballast.mirror import images
-from hydrosim.forces.ballast.shapes import (
-    FIRST,
-    SECOND,
-    SURFACE,
-    at,
-    capacity,
-    height,
-    pieces,
-    volume_at,
-)
+from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE, at
+from hydrosim.forces.ballast.shapes import capacity, height, pieces, volume_at
 from hydrosim.forces.ballast.tanks import (
     REST,
     TANK,

@@ -24,32 +24,43 @@ def read_hull(path: Path, scale: float = 1.0, waterline: float = 0.0) -> Hull:
     """The closed hull in a mesh file of any format that meshio reads; coordinates are multiplied
     with ``scale``, and the still water is ``waterline`` [m] above z = 0 after that. Raises
     `InputError` where it cannot be read, is open, or is not in the water."""
-    corners = _read(path) * scale - [0.0, 0.0, waterline]
-    return closed(corners, str(path))
+    return closed(_read(path) * scale - [0.0, 0.0, waterline], str(path))
+
+
+def read_closed(path: Path, scale: float = 1.0, waterline: float = 0.0) -> Triangles:
+    """The triangles of any closed mesh file, as `read_hull` reads it."""
+    return outward(_read(path) * scale - [0.0, 0.0, waterline], str(path))
 
 
 def closed(corners: Triangles, source: str) -> Hull:
-    """A hull with its normals outward. Its area vectors are zero in sum, and its volume by x, y and
-    z is the same three times, if it has no holes and its panels agree on their inner side; raises
-    `InputError` if not, or if no part of it is in the water, or none above."""
-    area = areas(corners)
-    volumes = np.sum(area * corners.mean(axis=1), axis=0)
-    open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
-    if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
-        found = ", ".join(f"{volume:.6g}" for volume in volumes)
-        raise InputError(
-            f"{source}: found an open hull: its area vectors leave {open_by:.1e} of its area, its"
-            f" volumes by x, y and z are {found} m^3; expected nothing and the same three times,"
-            " deck included, with all normals outward. Close the mesh; a mesh of the wetted hull"
-            " alone does not say what is above the water."
-        )
+    """A hull with its normals outward. Raises `InputError` if it is open, or if no part of it is in
+    the water, or none above."""
+    found = outward(corners, source)
     low, high = corners[..., 2].min(), corners[..., 2].max()
     if not low < 0.0 < high:
         raise InputError(
             f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water; expected"
             " some of it below and some above. Mend waterline, scale or depth."
         )
-    return Hull(corners if volumes[2] > 0 else corners[:, ::-1], source)
+    return Hull(found, source)
+
+
+def outward(corners: Triangles, source: str) -> Triangles:
+    """A closed mesh with its normals outward. Its area vectors are zero in sum, and its volume by
+    x, y and z is the same three times, if it has no holes and its panels agree on their inner side;
+    raises `InputError` if not."""
+    area = areas(corners)
+    volumes = np.sum(area * corners.mean(axis=1), axis=0)
+    open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
+    if open_by > CLOSED or np.ptp(volumes) > CLOSED * np.abs(volumes).max():
+        found = ", ".join(f"{volume:.6g}" for volume in volumes)
+        raise InputError(
+            f"{source}: found an open mesh: its area vectors leave {open_by:.1e} of its area, its"
+            f" volumes by x, y and z are {found} m^3; expected nothing and the same three times,"
+            " deck or lid included, with all normals outward. Close the mesh; one that ends at the"
+            " waterline does not say what is above it."
+        )
+    return corners if volumes[2] > 0 else corners[:, ::-1]
 
 
 def integrals(corners: Triangles) -> Hydrostatics:

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from hydrosim.database.hull import immersed
 from hydrosim.outputs import Output, save_picture
-from hydrosim.scene import Box
+from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.loading import Condition, TankState
 
 FLUID, WALL = "#4c8fbd", "#444444"
@@ -44,9 +46,12 @@ def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
 
 
 def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
-    """A box and the fluid in it, seen along an axis; of a table its centroid."""
+    """A box or a mesh and the fluid in it, seen along an axis; of a table its centroid."""
     shape = state.tank.shape
-    if not isinstance(shape, Box):
+    if isinstance(shape, TankMesh):
+        _draw_mesh(shape.corners, state, i, j, axis)
+        return
+    if isinstance(shape, TankTable):
         at = shape.centroid[int(np.searchsorted(shape.level, state.level) % len(shape.level))]
         axis.plot(at[i], at[j], "s", color=FLUID)
         _label(state, at[i], at[j], j, axis)
@@ -57,6 +62,18 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
     axis.bar(low[i], filled, size[i], low[j], align="edge", color=FLUID, alpha=0.4)
     axis.bar(low[i], size[j], size[i], low[j], align="edge", fill=False, edgecolor=WALL)
     x, y = (0.5 * (low + high))[[i, j]]
+    _label(state, x, y, j, axis)
+
+
+def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes) -> None:
+    surface = np.array([0.0, 0.0, corners[..., 2].min() + state.level])
+    fluid = immersed(corners - surface) + surface
+    for triangles, face, edge in ((fluid, FLUID, "none"), (corners, "none", WALL)):
+        seen = list(triangles[..., [i, j]])
+        shown = PolyCollection(seen, facecolor=face, edgecolor=edge, lw=0.3)
+        axis.add_collection(shown)
+    axis.autoscale_view()
+    x, y = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))[[i, j]]
     _label(state, x, y, j, axis)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
-from hydrosim.forces.ballast.shapes import FIRST
+from hydrosim.forces.ballast.pieces import FIRST
 from hydrosim.forces.ballast.tanks import Tanks, flow_names, quantity, tank_names
 from hydrosim.scene import Pump
 from hydrosim.studies.loading import Afloat, afloat, volumes_at

@@ -15,7 +15,8 @@ import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.forces.ballast.loading import Loading, at_start, loaded
-from hydrosim.forces.ballast.shapes import LEVEL, at, capacity, pieces
+from hydrosim.forces.ballast.pieces import LEVEL, at
+from hydrosim.forces.ballast.shapes import capacity, pieces
 from hydrosim.forces.ballast.tanks import changing
 from hydrosim.forces.ballast.timeline import follow
 from hydrosim.linear.equilibrium import equilibrium

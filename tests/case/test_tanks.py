@@ -11,9 +11,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
+from hydrosim.database.build.barge import box
+from hydrosim.database.build.closed import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.scene import Scene, Weight
 
+DATABASES = Path(__file__).parents[2] / "hydro_db"
 BARGE = """
 title: tanks
 duration: 1 hour
@@ -96,6 +99,49 @@ def test_a_case_with_pumps_runs(load: Load) -> None:
     assert float(run.tank_level.sel(tank="peak of barge")[-1]) == pytest.approx(
         1.0 + 10.0 * (3600 - begun) / 40e3, rel=1e-6
     )
+
+
+OUT = "out: {source: wing, target: sea, rate: 1}"
+
+
+def write(path: Path, corners: np.ndarray) -> None:
+    """Triangles (n, 3, 3) as a mesh file."""
+    cells = [("triangle", np.arange(corners.size // 3).reshape(-1, 3))]
+    pytest.importorskip("meshio").write_points_cells(path, corners.reshape(-1, 3), cells)
+
+
+def test_a_tank_may_be_a_mesh_or_the_hull_of_a_recipe(load: Load, tmp_path: Path) -> None:
+    """A box as a mesh in millimetres above its bottom, and from the recipe of a box."""
+    corners = barge_with_deck(box(100.0, 20.0, 5.0), 8.0) + np.array([0.0, 0.0, 5.0])
+    write(tmp_path / "tank.ply", corners * 1e3)
+    own = "density: 1000, level: 2 m, permeability: 98 %}\n"
+    forms = (
+        "box: [[-50, -10, -5], [50, 10, 3]]",
+        "mesh: tank.ply, scale: 0.001, waterline: 5 m",
+        f"recipe: {DATABASES / 'box.yaml'}, depth: 8 m",
+    )
+    boxed, *others = (load(tanks=f"wing: {{{form}, {own}", pumps=OUT).bodies[0] for form in forms)
+    for body in others:
+        assert body.mass == pytest.approx(boxed.mass, rel=1e-6)
+        assert_allclose(body.inertia, boxed.inertia, rtol=1e-6, atol=1.0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("mesh: open.ply", r"tanks\.wing: .*open\.ply: found an open mesh.*Close the mesh"),
+        ("mesh: none.ply", r"tanks\.wing: .*none\.ply: no such file"),
+        ("mesh: open.ply, depth: 3 m", r"found depth of a mesh; expected it of a recipe"),
+        ("level: 1 m", r"found none of them; expected one of box, table, mesh, recipe"),
+    ],
+)
+def test_a_mesh_that_is_no_tank_is_refused(
+    load: Load, tmp_path: Path, keys: str, said: str
+) -> None:
+    corners = barge_with_deck(box(100.0, 20.0, 5.0), 8.0)
+    write(tmp_path / "open.ply", corners[corners[..., 2].min(axis=1) < 2.9])
+    with pytest.raises(InputError, match=said):
+        load(tanks=f"wing: {{{keys}}}\n", pumps=OUT)
 
 
 @pytest.mark.parametrize(

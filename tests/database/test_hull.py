@@ -41,7 +41,7 @@ def test_normals_that_point_inwards_are_turned() -> None:
 
 def test_open_meshes_are_refused(tmp_path: Path) -> None:
     upper = FACES[..., 2].min(axis=1) > 3.9
-    with pytest.raises(InputError, match=r"hull.stl: found an open hull.*Close the mesh"):
+    with pytest.raises(InputError, match=r"hull.stl: found an open mesh.*Close the mesh"):
         read_hull(write(tmp_path / "hull.stl", FACES[~upper]))
     turned = FACES.copy()
     turned[0] = turned[0, ::-1]

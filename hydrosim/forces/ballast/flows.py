@@ -11,7 +11,7 @@ sea, u: the current. Between tanks the fluid goes straight, with the momentum re
 
     p = q (r_2 - r_1),   l = q r_1 x r_2   (about the origin),
 
-q: mass per time; r: centroids of the surfaces, S'(V) of `shapes`. So the force of the flow is
+q: mass per time; r: centroids of the surfaces, S'(V) of `pieces`. So the force of the flow is
 
     F = -M'_in (v - u) - M'_between v - p' - (0, v x p),
 
@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.forces.ballast.shapes import FIRST, SECOND, SURFACE
+from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE
 from hydrosim.forces.modes import MARGINS, MODE, SEGMENT
 from hydrosim.forces.weight import upright
 from hydrosim.jit.kernels import kernel, root

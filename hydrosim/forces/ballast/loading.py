@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.ballast.shapes import FIRST, PAIRS, SECOND, SURFACE, at, pieces, volume_at
+from hydrosim.forces.ballast.pieces import FIRST, PAIRS, SECOND, SURFACE, at
+from hydrosim.forces.ballast.shapes import pieces, volume_at
 from hydrosim.scene import FreeSurface, Tank
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from hydrosim.forces.ballast.shapes import capacity, pieces
 from hydrosim.forces.mirroring import SMALL
-from hydrosim.scene import Body, Box, LevelReached, Plan, Pump, Tank, TankTable
+from hydrosim.scene import Body, Box, LevelReached, Plan, Pump, Tank, TankMesh, TankShape, TankTable
 
 
 def images(body: Body) -> tuple[list[int | None], list[int | None]]:
@@ -36,6 +37,9 @@ def _image(tank: Tank, y: float) -> Tank:
         centroid = shape.centroid * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
         image = replace(shape, centroid=centroid, surface=shape.surface * [1.0, -1.0, 1.0])
         return replace(tank, shape=image)
+    if isinstance(shape, TankMesh):
+        corners = shape.corners[:, ::-1] * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
+        return replace(tank, shape=replace(shape, corners=corners))
     low, high = list(shape.low), list(shape.high)
     low[1], high[1] = 2.0 * y - high[1], 2.0 * y - low[1]
     return replace(tank, shape=replace(shape, low=tuple(low), high=tuple(high)))
@@ -51,13 +55,26 @@ def _alike(a: Tank, b: Tank) -> bool:
     return same and _same_shape(a.shape, b.shape) and _same_plan(a.plan, b.plan)
 
 
-def _same_shape(a: Box | TankTable, b: Box | TankTable) -> bool:
+def _same_shape(a: TankShape, b: TankShape) -> bool:
     if isinstance(a, Box) and isinstance(b, Box):
         return _near((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
     if isinstance(a, TankTable) and isinstance(b, TankTable):
         names = ("level", "volume", "centroid", "surface")
         return all(_near(getattr(a, name), getattr(b, name)) for name in names)
+    if isinstance(a, TankMesh) and isinstance(b, TankMesh):
+        return _same_contents(a, b)
     return False
+
+
+def _same_contents(a: TankMesh, b: TankMesh) -> bool:
+    """Whether two meshes hold the same, whatever their triangles, at every level."""
+    if not _near(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
+        return False
+    x, y = (pieces(mesh, np.zeros(3)) for mesh in (a, b))
+    volume, size = capacity(a), np.abs(a.corners).max()
+    unit = np.repeat([volume * size, volume * size**2, size, volume * size], [3, 6, 1, 3])
+    apart = (x["c"][..., 0] - y["c"][..., 0]) / unit if x.shape == y.shape else np.ones(1)
+    return bool(np.abs(apart).max() <= SMALL)
 
 
 def _same_plan(a: Plan | None, b: Plan | None) -> bool:

@@ -1,75 +1,69 @@
-"""What a tank holds, over the volume V of the fluid in it.
-
-    S(V) = int r dV,   P(V) = int r r^T dV,   level h(V),   J(V) of the free surface
-
-in the body frame, as cubics in V on pieces. What is added or taken lies at the surface, about its
-centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body. A box is exact; of a
-table S is a cubic spline through V times the centroids, h and J are monotone between the rows
-(Fritsch & Carlson 1980), and P follows from these by quadrature.
-"""
+"""Shapes of tanks, boxes, tables and meshes: what they hold, as `pieces`."""
 
 from __future__ import annotations
 
-from functools import singledispatch
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from hydrosim.scene import Box, TankTable
-
-FIRST, SECOND, LEVEL, SURFACE, ALL = 0, 3, 9, 10, 13
-"""Where S (3), P (xx, yy, zz, xy, xz, yz), h and J (xx, xy, yy) begin; their number."""
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-PIECE = np.dtype([("start", float), ("c", float, (ALL, 4))])
-"""Coefficients of 1, x, x^2, x^3, x = V - start."""
-PARTS = 8  # pieces between two rows of a table
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+from hydrosim.forces.ballast.mesh import capacity_of_mesh, pieces_of_mesh
+from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at
+from hydrosim.forces.ballast.table import level_of_table, pieces_of_table
+from hydrosim.scene import Box, TankMesh, TankShape, TankTable
 
 
-@singledispatch
-def pieces(shape: Box | TankTable, origin: np.ndarray) -> np.ndarray:
+def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
     """The pieces (n,) of `PIECE` of a shape, about ``origin`` (3,) [m] of the body's frame."""
-    raise TypeError(shape)
+    match shape:
+        case TankTable():
+            return pieces_of_table(shape, origin)
+        case TankMesh():
+            return pieces_of_mesh(shape, origin)
+    return _of_box(shape, origin)
 
 
-def capacity(shape: Box | TankTable) -> float:
+def capacity(shape: TankShape) -> float:
     """Volume of the fluid in a full tank [m^3]."""
-    if isinstance(shape, TankTable):
-        return float(shape.volume[-1])
+    match shape:
+        case TankTable():
+            return float(shape.volume[-1])
+        case TankMesh():
+            return capacity_of_mesh(shape)
     return float(shape.permeability * np.prod(np.subtract(shape.high, shape.low)))
 
 
-def at(table: np.ndarray, volume: float) -> np.ndarray:
-    """All quantities (13,) of the pieces of a tank at a volume [m^3]."""
-    piece = table[max(int(np.searchsorted(table["start"], volume, side="right")) - 1, 0)]
-    return np.asarray(piece["c"] @ (volume - piece["start"]) ** np.arange(4))
-
-
-def volume_at(shape: Box | TankTable, level: float) -> float:
+def volume_at(shape: TankShape, level: float) -> float:
     """Volume of the fluid [m^3] up to a level above the tank's bottom [m]."""
-    if isinstance(shape, TankTable):
-        return _root(lambda v: float(_level(shape)(v)) - level, capacity(shape))
+    match shape:
+        case TankTable():
+            curve = level_of_table(shape)
+            return _root(lambda v: float(curve(v)) - level, capacity(shape))
+        case TankMesh():
+            own = pieces_of_mesh(shape, np.zeros(3))
+            return _root(lambda v: float(at(own, v)[LEVEL]) - level, capacity(shape))
     return capacity(shape) * level / (shape.high[2] - shape.low[2])
 
 
-def height(shape: Box | TankTable) -> float:
+def height(shape: TankShape) -> float:
     """Level of a full tank [m]."""
-    if isinstance(shape, TankTable):
-        return float(shape.level[-1])
+    match shape:
+        case TankTable():
+            return float(shape.level[-1])
+        case TankMesh():
+            return float(np.ptp(shape.corners[..., 2]))
     return shape.high[2] - shape.low[2]
 
 
 def _root(f: Any, end: float) -> float:
-    from scipy.optimize import brentq  # slow to load, and few scenes have a table
+    from scipy.optimize import brentq  # slow to load, and few scenes have such a tank
 
     if f(0.0) >= 0.0 or f(end) <= 0.0:
         return 0.0 if f(0.0) >= 0.0 else end
     return float(brentq(f, 0.0, end, xtol=1e-14 * end, rtol=1e-14))
 
 
-@pieces.register
-def _(shape: Box, origin: np.ndarray) -> np.ndarray:
+def _of_box(shape: Box, origin: np.ndarray) -> np.ndarray:
+    """A box is one piece, and exact."""
     low, high = np.subtract(shape.low, origin), np.subtract(shape.high, origin)
     size, middle, bottom = high - low, 0.5 * (high + low), low[2]
     rise = 1.0 / (shape.permeability * size[0] * size[1])  # dh/dV
@@ -84,55 +78,3 @@ def _(shape: Box, origin: np.ndarray) -> np.ndarray:
     c[LEVEL, 1] = rise
     c[SURFACE, 0], c[SURFACE + 2, 0] = size[:2] ** 2 / (12.0 * rise)
     return np.array([(0.0, c)], dtype=PIECE)
-
-
-@pieces.register
-def _(shape: TankTable, origin: np.ndarray) -> np.ndarray:
-    from scipy.interpolate import CubicSpline
-
-    volume = np.asarray(shape.volume, float)
-    first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
-    level, surface = _level(shape), _monotone(volume, np.asarray(shape.surface, float))
-    starts = np.concatenate([_within(a, b) for a, b in pairwise(volume)])
-    ends = np.append(starts[1:], volume[-1])
-    found = np.zeros(starts.size, dtype=PIECE)
-    found["start"] = starts
-    for k in range(4):
-        order = float(max(1, k * (k - 1)))  # k!, up to 3
-        for i, curve in ((slice(0, 3), first), (LEVEL, level), (slice(SURFACE, ALL), surface)):
-            found["c"][:, i, k] = curve(starts, k) / order
-
-    def rate(v: np.ndarray) -> np.ndarray:
-        r, J = first(v, 1), surface(v) * level(v, 1)[:, None]
-        spread = np.stack([J[:, 0], J[:, 2], 0.0 * v, J[:, 1], 0.0 * v, 0.0 * v], axis=1)
-        return np.stack([r[:, i] * r[:, j] for i, j in PAIRS], axis=1) + spread
-
-    half = 0.5 * (ends - starts)
-    grown = sum(w * rate(starts + half * (1.0 + x)) for x, w in zip(NODES, WEIGHTS, strict=True))
-    grown = half[:, None] * grown
-    held = np.vstack([np.zeros(6), np.cumsum(grown, axis=0)[:-1]])
-    found["c"][:, SECOND:LEVEL] = _hermite(held, grown, rate(starts), rate(ends), 2.0 * half)
-    return found
-
-
-def _within(a: float, b: float) -> np.ndarray:
-    return np.linspace(a, b, PARTS, endpoint=False)
-
-
-def _level(shape: TankTable) -> Any:
-    return _monotone(np.asarray(shape.volume, float), np.asarray(shape.level, float))
-
-
-def _monotone(x: np.ndarray, y: np.ndarray) -> Any:
-    from scipy.interpolate import PchipInterpolator
-
-    return PchipInterpolator(x, y)
-
-
-def _hermite(
-    start: np.ndarray, gain: np.ndarray, slope: np.ndarray, last: np.ndarray, length: np.ndarray
-) -> np.ndarray:
-    """Coefficients (n, 6, 4) of cubics with these values and slopes at both ends."""
-    x = length[:, None]
-    bend = (3.0 * gain / x - 2.0 * slope - last) / x
-    return np.stack([start, slope, bend, (slope + last - 2.0 * gain / x) / x**2], axis=2)

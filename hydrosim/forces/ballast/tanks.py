@@ -1,6 +1,6 @@
 """Tanks whose contents change: mass, centre of gravity and inertia of their bodies over time.
 
-The states are the volumes of fluid V. With S, P, J of `shapes`, density d, and what else the body
+The states are the volumes of fluid V. With S, P, J of `pieces`, density d, and what else the body
 is,
 
     m = m_0 + sum d V,   m c = (m c)_0 + sum d S,   I = I_0 + sum d (tr P - P),   J = J_0 + sum d J
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces.ballast.flows import FLOW, RATE, find, value
-from hydrosim.forces.ballast.shapes import FIRST, LEVEL, PIECE, SECOND, SURFACE
+from hydrosim.forces.ballast.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.modes import MODE
 from hydrosim.jit.kernels import kernel, root
@@ -170,7 +170,7 @@ def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
 
 
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
-    """One of the quantities of `shapes` of tank ``k`` at volumes (n,)."""
+    """One of the quantities of `pieces` of tank ``k`` at volumes (n,)."""
     mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
     at = np.maximum(np.searchsorted(mine["start"], volume, side="right") - 1, 0)
     x = volume - mine["start"][at]

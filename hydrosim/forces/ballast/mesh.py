@@ -1,0 +1,165 @@
+"""A tank between plane triangles: what is in it up to each height, by slicing it.
+
+Between two heights of corners the area of a level section is a polynomial of the height of degree
+2, its first moments of degree 3, its second ones of degree 4. Five sections fix all of them, and a
+rule of Gauss with these five integrates them exactly. So S, P, level and J, and their slopes over
+V, are exact at the ends of all pieces. Between these go cubics, which are exact for upright walls.
+Where a section vanishes, at an edge or a corner, slopes over V are infinite: pieces there are
+short, and quadratic. A mesh with more than `MOST` heights is cut at as many even ones.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SURFACE, hermite
+from hydrosim.scene import TankMesh
+
+FEWEST, MOST = 64, 256  # pieces
+SAME = 1e-9  # of its height: what is as near is at one height
+POINT = 1e-9  # of the largest section: what is smaller has vanished
+STEEPEST = 3.0  # of a level over V, by its mean: what is steeper could fall in between
+NODES, WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(5))
+NODES += 0.5
+POWERS = np.linalg.inv(NODES[:, None] ** np.arange(5))
+ENDS = POWERS[0], POWERS.sum(axis=0)  # what a polynomial is at both ends, by its nodes
+RATES = POWERS[1], np.arange(5) @ POWERS  # and its derivatives
+
+
+def pieces_of_mesh(shape: TankMesh, origin: np.ndarray) -> np.ndarray:
+    """The pieces (n,) of `PIECE` of a mesh, about ``origin`` (3,) [m] of the body's frame. Raises
+    InputError where a level section of it has no area."""
+    return _pieces(shape, *np.asarray(origin, float).tolist())
+
+
+class _End(NamedTuple):
+    """One end of all pieces: whether the section is ``solid`` there (n,), the ``slope`` over V of
+    all quantities (n, 13), and the ``surface`` J (n, 3)."""
+
+    solid: np.ndarray
+    slope: np.ndarray
+    surface: np.ndarray
+
+
+@lru_cache(maxsize=64)
+def _pieces(shape: TankMesh, *origin: float) -> np.ndarray:
+    corners = shape.corners - np.array(origin)
+    heights = _heights(corners)
+    step = np.diff(heights)
+    z = heights[:-1, None] + step[:, None] * NODES
+    moments = shape.permeability * np.array([[_section(corners, h) for h in row] for row in z])
+    _check_room(moments[..., 0], z - heights[0], shape.source)
+    rates = _rates(moments, z)
+    first, last = (_end(e, moments, rates, step) for e in (0, 1))
+    volume = step * (moments[..., 0] @ WEIGHTS)
+    gain = np.zeros((step.size, ALL))
+    gain[:, :LEVEL] = step[:, None] * np.einsum("k,nkq->nq", WEIGHTS, rates)
+    gain[:, LEVEL], gain[:, SURFACE:] = step, last.surface - first.surface
+    start = np.cumsum(gain, axis=0) - gain
+    start[:, SURFACE:] = first.surface
+    found = np.zeros(step.size, dtype=PIECE)
+    found["start"] = np.cumsum(volume) - volume
+    found["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
+    return found
+
+
+def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
+    if area.min() <= 0.0:
+        raise InputError(
+            f"{source}: found no room {level[area <= 0.0][0]:.4g} m above the bottom of the tank;"
+            " expected one room. Give rooms above each other as tanks of their own."
+        )
+
+
+def _heights(corners: np.ndarray) -> np.ndarray:
+    """Heights (n + 1,) at which pieces end: those of corners, and more, closer to where the section
+    vanishes."""
+    z = np.unique(corners[..., 2])
+    z = z[np.diff(z, prepend=-np.inf) > SAME * np.ptp(z)]
+    if z.size > MOST:
+        z = np.linspace(z[0], z[-1], MOST + 1)
+    parts = -(-FEWEST // (z.size - 1))
+    area = [_section(corners, h)[0] for h in _near(z)]
+    point = np.array(area) < 1e-3 * max(area)
+    even = np.linspace(0.0, 1.0, parts + 1)
+    steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
+    each = [a + (b - a) * x[:-1] for a, b, x in zip(z, z[1:], steps, strict=False)]
+    return np.append(np.concatenate(each), z[-1])
+
+
+def _near(z: np.ndarray) -> np.ndarray:
+    """Heights just above and just below, in turn, of the ends of the parts between ``z``."""
+    inside = 1e-6 * np.diff(z)
+    return np.column_stack([z[:-1] + inside, z[1:] - inside]).ravel()
+
+
+def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
+    """Where 0 <= x <= 1 goes to, if points are to be dense at one or both ends."""
+    if below and above:
+        return np.sin(0.5 * np.pi * x) ** 2
+    return x**2 if below else 1.0 - (1.0 - x) ** 2 if above else x
+
+
+def _section(corners: np.ndarray, z: float) -> np.ndarray:
+    """Area and moments x, y, xx, xy, yy (6,) of the section at a height, by Green's theorem around
+    it: each triangle that it cuts gives the line from p to q."""
+    above = corners[..., 2] > z
+    cut = (above.sum(axis=1) % 3) > 0
+    of, above = corners[cut], above[cut]
+    up = above.sum(axis=1) == 1
+    lone = np.where(up, above.argmax(axis=1), above.argmin(axis=1))
+    a, b, c = (of[np.arange(lone.size), (lone + k) % 3] for k in range(3))
+    p, q = (a + (x - a) * ((z - a[:, 2]) / (x[:, 2] - a[:, 2]))[:, None] for x in (b, c))
+    (x, y, _), (u, v, _) = np.where(up[:, None], p, q).T, np.where(up[:, None], q, p).T
+    w = x * v - u * y
+    return np.array(
+        [
+            w.sum() / 2.0,
+            w @ (x + u) / 6.0,
+            w @ (y + v) / 6.0,
+            w @ (x * x + x * u + u * u) / 12.0,
+            w @ (2.0 * x * y + x * v + u * y + 2.0 * u * v) / 24.0,
+            w @ (y * y + y * v + v * v) / 12.0,
+        ]
+    )
+
+
+def _rates(moments: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """S and P (n, 5, 9) by the height."""
+    A, x, y, xx, xy, yy = np.moveaxis(moments, -1, 0)
+    return np.stack([x, y, A * z, xx, yy, A * z * z, xy, x * z, y * z], axis=-1)
+
+
+def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _End:
+    at, by = (np.einsum("k,nkq->qn", of[e], moments) for of in (ENDS, RATES))
+    by, solid = by / step, at[0] > POINT * at[0].max()
+    A = np.where(solid, at[0], 1.0)
+    slope = np.empty((step.size, ALL))
+    slope[:, :LEVEL] = np.einsum("k,nkq->nq", ENDS[e], rates)
+    slope[:, LEVEL] = 1.0
+    x, y = at[1] / A, at[2] / A
+    surface = np.stack([at[3] - at[1] * x, at[4] - at[1] * y, at[5] - at[2] * y], axis=1)
+    slope[:, SURFACE] = by[3] - 2.0 * x * by[1] + x * x * by[0]
+    slope[:, SURFACE + 1] = by[4] - x * by[2] - y * by[1] + x * y * by[0]
+    slope[:, SURFACE + 2] = by[5] - 2.0 * y * by[2] + y * y * by[0]
+    return _End(solid, slope / A[:, None], np.where(solid[:, None], surface, 0.0))
+
+
+def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes over V at both ends, those of a quadratic where the section vanishes."""
+    each = []
+    for end, other in ((first, last), (last, first)):
+        slope = np.where(end.solid[:, None], end.slope, 2.0 * mean - other.slope)
+        slope[:, LEVEL] = np.minimum(slope[:, LEVEL], STEEPEST * mean[:, LEVEL])
+        each.append(slope)
+    return each[0], each[1]
+
+
+def capacity_of_mesh(shape: TankMesh) -> float:
+    """Volume of the fluid in a full tank [m^3]."""
+    a, b, c = np.moveaxis(shape.corners - shape.corners.mean(axis=(0, 1)), 1, 0)
+    return float(shape.permeability * np.sum(a * np.cross(b, c)) / 6.0)

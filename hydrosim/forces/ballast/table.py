@@ -1,0 +1,62 @@
+"""A tank of which a table is known: smooth curves through its rows.
+
+S is a cubic spline through V times the centroids, level and J are monotone between the rows
+(Fritsch & Carlson 1980), and P follows from these by quadrature of S' S'^T + J / (dV/dh).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from hydrosim.forces.ballast.pieces import ALL, LEVEL, PAIRS, PIECE, SECOND, SURFACE, hermite
+from hydrosim.scene import TankTable
+
+PARTS = 8  # pieces between two rows of a table
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
+    """The pieces (n,) of `PIECE` of a table, about ``origin`` (3,) [m] of the body's frame."""
+    from scipy.interpolate import CubicSpline
+
+    volume = np.asarray(shape.volume, float)
+    first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
+    level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
+    starts = np.concatenate([_within(a, b) for a, b in pairwise(volume)])
+    ends = np.append(starts[1:], volume[-1])
+    found = np.zeros(starts.size, dtype=PIECE)
+    found["start"] = starts
+    for k in range(4):
+        order = float(max(1, k * (k - 1)))  # k!, up to 3
+        for i, curve in ((slice(0, 3), first), (LEVEL, level), (slice(SURFACE, ALL), surface)):
+            found["c"][:, i, k] = curve(starts, k) / order
+
+    def rate(v: np.ndarray) -> np.ndarray:
+        r, J = first(v, 1), surface(v) * level(v, 1)[:, None]
+        spread = np.stack([J[:, 0], J[:, 2], 0.0 * v, J[:, 1], 0.0 * v, 0.0 * v], axis=1)
+        return np.stack([r[:, i] * r[:, j] for i, j in PAIRS], axis=1) + spread
+
+    half = 0.5 * (ends - starts)
+    grown = sum(w * rate(starts + half * (1.0 + x)) for x, w in zip(NODES, WEIGHTS, strict=True))
+    grown = half[:, None] * grown
+    held = np.vstack([np.zeros(6), np.cumsum(grown, axis=0)[:-1]])
+    found["c"][:, SECOND:LEVEL] = hermite(held, grown, rate(starts), rate(ends), 2.0 * half)
+    return found
+
+
+def _within(a: float, b: float) -> np.ndarray:
+    return np.linspace(a, b, PARTS, endpoint=False)
+
+
+def level_of_table(shape: TankTable) -> Any:
+    """The level [m] as a function of the volume [m^3]."""
+    return _monotone(np.asarray(shape.volume, float), np.asarray(shape.level, float))
+
+
+def _monotone(x: np.ndarray, y: np.ndarray) -> Any:
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(x, y)
