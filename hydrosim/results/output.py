@@ -72,6 +72,11 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     # name: long_name, units, frame; a name that ends in "_" is of all that begin with it
     "position": ("displacement of the centre of gravity from rest; angles", "m or rad", EARTH),
     "velocity": ("velocity of the centre of gravity; angular velocity", "m/s or rad/s", EARTH),
+    "acceleration": (
+        "acceleration of the centre of gravity; angular acceleration",
+        "m/s^2 or rad/s^2",
+        EARTH,
+    ),
     "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
     "slow_draught": ("draught, slow, that the coefficients of a family are for", "m", "none"),
     "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
@@ -154,6 +159,8 @@ def to_dataset(
         "reference_position": (("body", "axis"), model.bodies.each["origin"]),
         "wave_elevation": (("time",), values["elevation"]),
     }
+    if record.accelerations.size:
+        data["acceleration"] = (MOTION, _by_body(record.accelerations[:count]))
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     data.update(_draughts(model, values["y"]))

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrosim.forces import events, new_modes
 from hydrosim.jit.kernels import assign, root
+from hydrosim.rigid import accelerations
 from hydrosim.stepping.dynamics import Model, rhs, stored_energies
 from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Record
 from hydrosim.waves.loads import wave_loads
@@ -29,12 +30,13 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
     }
 
 
-def new_record(model: Model, clock: Clock) -> Record:
-    """Room for all output times, the first included."""
+def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Record:
+    """Room for all output times, the first included, with or without ``accelerations``."""
     nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
     width = sum(prod(shape) for shape in channels(model).values())
     modes = new_modes(model.elements)
-    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype))
+    rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
+    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
 
 
 @root
@@ -50,6 +52,9 @@ def keep(t, run):
     row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
     scratch.known[START_SLOPE] = 1
+    if run.record.accelerations.size > 0:
+        n, changes = model.bodies.active.size, run.record.accelerations[counters[RECORDS]]
+        accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[0] = t
     assign(row[3:], y)
     assign(row[at:], motion.coordinates)

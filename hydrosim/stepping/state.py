@@ -71,11 +71,12 @@ class Clock(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is kept at every output time: ``channels`` (nt, nc), see `record.channels`, and the
-    ``modes`` (nt, rows, 3) of elements."""
+    """What is kept at every output time: ``channels`` (nt, nc), see `record.channels`, the
+    ``modes`` (nt, rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none."""
 
     channels: np.ndarray
     modes: np.ndarray
+    accelerations: np.ndarray
 
 
 class Scratch(NamedTuple):

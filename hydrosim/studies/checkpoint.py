@@ -152,6 +152,7 @@ def _arrays(run: Run) -> Iterator[np.ndarray]:
     yield run.record.modes[:count]
     for part in (run.state, run.scratch, run.work):
         yield from (leaf for leaf in _leaves(part) if isinstance(leaf, np.ndarray))
+    yield run.record.accelerations[:count]
 
 
 def _leaves(tree: Any) -> Iterator[Any]:

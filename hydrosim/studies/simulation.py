@@ -123,7 +123,10 @@ def run_compiled(
 ) -> xr.Dataset:
     """`simulate` for a scene that is compiled and whose step limits are known."""
     scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
-    method, record = METHODS[scene.solver.method], new_record(compiled.model, clock)
+    method, record = (
+        METHODS[scene.solver.method],
+        new_record(model, clock, scene.output_acceleration),
+    )
     run = new_run(clock, model, method, compiled.first_state(), record)
     counters = run.counters
     exact = propagated(scene, model)  # in no time: it is not kept
