@@ -727,7 +727,7 @@ class Scene:
     ``at_rest``: the run begins at the place at rest near `Body.position`, under the loads of the
     start. ``initial`` is the state of another run to start from; ``output_states`` keeps the whole
     state at every output time, so that other runs can start from each, not only from the end;
-    ``output_acceleration`` records the accelerations of bodies.
+    ``output_accelerations`` records the accelerations of bodies.
     ``wave_probes`` are points x, y [m] by name where the elevation is wanted, ``clearances`` those
     that are recorded besides the named points of bodies. ``accept`` are the
     questions that are not asked of it.
@@ -747,4 +747,4 @@ class Scene:
     at_rest: bool = False
     accept: tuple[Question, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
-    output_acceleration: bool = False
+    output_accelerations: bool = False

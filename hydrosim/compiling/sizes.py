@@ -105,7 +105,7 @@ def _channels(scene: Scene) -> float:
     """Numbers in a record that are written."""
     motions, forces = 6 * len(scene.bodies), 4 + len(scene.forces)
     points = sum(len(element.unit_names(name)) for name, element in scene.forces.items())
-    rates = 2.0 + float(scene.output_acceleration)
+    rates = 2.0 + float(scene.output_accelerations)
     return 6.0 + rates * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)
 
 

@@ -125,7 +125,7 @@ def run_compiled(
     scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
     method, record = (
         METHODS[scene.solver.method],
-        new_record(model, clock, scene.output_acceleration),
+        new_record(model, clock, scene.output_accelerations),
     )
     run = new_run(clock, model, method, compiled.first_state(), record)
     counters = run.counters

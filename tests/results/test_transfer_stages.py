@@ -92,7 +92,7 @@ def test_quasi_static_times_of_the_stages(run):
 def test_loads_at_every_record_are_weight_and_inertia():
     """Barge and supports carry m (g + a), to rounding, also where they are thrown about; that a is
     the rate of the velocity the next test sees to."""
-    run = hs.simulate(replace(removal(lift=200.0), duration=20.0, output_acceleration=True))
+    run = hs.simulate(replace(removal(lift=200.0), duration=20.0, output_accelerations=True))
     load = run.contact_load
     total = load.sel(contact_group="legs") + load.sel(contact_group="pad")
     a = run.acceleration.sel(body="top", dof="heave").values
@@ -111,7 +111,7 @@ def test_accelerations_are_the_rates_of_velocities():
     missed = []
     for step in (0.02, 0.01):
         tumbling = scene(block(1e3, velocity=spin), {"line": line}, 4.0, step)
-        run = hs.simulate(replace(tumbling, output_acceleration=True))
+        run = hs.simulate(replace(tumbling, output_accelerations=True))
         a, v = run.acceleration.values[:, 0], run.velocity.values[:, 0]
         assert np.ptp(a, axis=0).min() > 0.1
         gained = step / 3.0 * (a[:-2:2] + 4.0 * a[1::2] + a[2::2])
