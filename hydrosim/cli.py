@@ -165,19 +165,26 @@ def converge(
 
 @app.command()
 def plot(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to put them.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw motions, forces, contact and energies of a run as PNG."""
+    """Draw motions, forces, contact and energies of a run, or the figures of a study, as PNG."""
+    from hydrosim.commands.study import draw_runs
     from hydrosim.plot import draw, open_run
+    from hydrosim.results.runs_file import open_runs
 
-    dataset = open_run(run_file)
     folder = run_file.parent if output is None else output
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
+    if (runs := open_runs(run_file)) is not None:
+        draw_runs(runs, folder, run_file, overwrite)
+        return
+    dataset = open_run(run_file)
     for picture in draw(dataset, folder, run_file.stem, run_file, overwrite):
         show(f"picture   {picture}")
 

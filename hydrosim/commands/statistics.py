@@ -15,7 +15,9 @@ SHORTEST = 0.1  # of the record: what extremes can be asked for
 
 
 def statistics(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+    ],
     start: Annotated[
         float, typer.Option("--from", metavar="SECONDS", help="Leave out what is before.")
     ] = 0.0,
@@ -29,11 +31,16 @@ def statistics(
     overwrite: Overwrite = False,
 ) -> None:
     """Means, periods, extremes with two kinds of intervals, spectra, crawl by phase."""
+    from hydrosim.commands.study import tables
     from hydrosim.errors import InputError
     from hydrosim.results.output import read, write
+    from hydrosim.results.runs_file import open_runs
     from hydrosim.results.sentences import lines
     from hydrosim.results.statistics import statistics as of_run
 
+    if (runs := open_runs(run_file)) is not None:
+        show(*tables(runs, run_file, output, overwrite))
+        return
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)

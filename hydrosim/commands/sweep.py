@@ -11,6 +11,7 @@ from rich.console import Console
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.study import draw_runs, tables
 from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
@@ -35,8 +36,9 @@ def sweep(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a sweep that was killed or interrupted.")
     ] = False,
+    plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
 ) -> None:
-    """Run a case with all combinations of parameters and seeds; write one netCDF file."""
+    """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
     from hydrosim.studies.reach import out_of_reach
     from hydrosim.studies.sweep import load_study
 
@@ -46,8 +48,12 @@ def sweep(
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
     with announced(err), _with_progress(study, result, workers, resume) as runs:
-        status = runs.status.values.tolist()
-        show(*_lines(runs, study.labels), f"result    {runs.encoding['source']}")
+        status, path = runs.status.values.tolist(), Path(runs.encoding["source"])
+        show(*_lines(runs, study), f"result    {path}")
+        if study.figures and "complete" in status:
+            show(*tables(runs, path, None, overwrite))
+            if plot_too:
+                draw_runs(runs, path.parent, path, overwrite)
     if {"interrupted", "not run"} & {*status}:
         raise typer.Exit(130)
     if "failed" in status:
@@ -77,7 +83,7 @@ def _with_progress(study: Study, result: Output, workers: int | None, resume: bo
         return run_study(study, result, workers, report, resume)
 
 
-def _lines(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:
+def _lines(runs: xr.Dataset, study: Study) -> list[str]:
     """How many runs came to which end, and why some failed; the largest deviations of all."""
     status = runs.status.values.tolist()
     counts = {name: status.count(name) for name in dict.fromkeys(status)}
@@ -87,7 +93,10 @@ def _lines(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str
     lines += [f"run {k}: {messages[k]}" for k in failed[:SHOWN]]
     if len(failed) > SHOWN:
         lines.append(f"and {len(failed) - SHOWN} more, see status_message")
-    return [*lines, *_extremes(runs, labels)] if "complete" in counts else lines
+    if "complete" not in counts or study.figures:
+        return lines
+    labels = {name: values.values.tolist() for name, values in study.labels.items()}
+    return [*lines, *_extremes(runs, labels)]
 
 
 def _extremes(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:

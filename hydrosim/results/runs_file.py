@@ -21,22 +21,37 @@ TEXTS = {
 }
 
 
+def open_runs(path: Path) -> xr.Dataset | None:
+    """The runs in a netCDF file of many; None if the file is none of these, whatever else it is."""
+    if not path.is_file():
+        return None
+    try:
+        runs = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+    except (OSError, ValueError, RuntimeError):
+        return None
+    if RUN in runs.dims and "status" in runs:
+        return runs
+    runs.close()
+    return None
+
+
 class RunsFile:
     """The datasets of ``count`` runs in a new file, along a dimension ``run``.
 
     All runs have the variables, coordinates and sizes of the one that is added first; what is not
     there of a run is NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are
-    known before; ``mark`` is its history. The same runs, added in the same order, give the same
-    bytes.
+    known before, with their attributes; ``mark`` is its history, ``attributes`` are the file's.
+    The same runs, added in the same order, give the same bytes.
     """
 
     def __init__(
         self,
         path: Path,
         count: int,
-        along: Mapping[str, np.ndarray],
+        along: Mapping[str, xr.Variable],
         coordinates: Sequence[str],
         mark: str = "",
+        attributes: Mapping[str, str] | None = None,
     ) -> None:
         self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
         self._file.set_auto_maskandscale(False)
@@ -46,14 +61,15 @@ class RunsFile:
         self._file.coordinates = " ".join(coordinates)
         if mark:
             self._file.history = mark
-        for name, values in {RUN: np.arange(count), **along}.items():
-            self._along(name, np.asarray(values))
+        self._file.setncatts(attributes or {})
+        for name, values in {RUN: xr.Variable(RUN, np.arange(count)), **along}.items():
+            self._along(name, values.values).setncatts(values.attrs)
         for name, what in TEXTS.items():
             text = self._file.createVariable(name, str, (RUN,))
             text[:] = np.array([NOT_RUN if name == "status" else ""] * count, dtype=object)
             text.long_name = what
 
-    def _along(self, name: str, values: np.ndarray) -> None:
+    def _along(self, name: str, values: np.ndarray) -> netCDF4.Variable:
         """What is known of all runs, a number or a text each, or several."""
         more = [f"{name}_{i}" for i in range(1, values.ndim)]
         for dimension, size in zip(more, values.shape[1:], strict=True):
@@ -62,6 +78,7 @@ class RunsFile:
         kind = str if text else np.int64 if values.dtype.kind in "iub" else np.float64
         variable = self._file.createVariable(name, kind, (RUN, *more))
         variable[:] = values.astype(object if text else kind)
+        return variable
 
     def add(
         self, run: int, found: xr.Dataset, attributes: Mapping[str, object], warnings: str = ""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import gc
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -26,8 +26,9 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.interrupts import undisturbed
 from hydrosim.outputs import Output, as_output, unwritable
+from hydrosim.results.figures import Figure
 from hydrosim.results.journal import RESULT, Journal, Kept
-from hydrosim.results.runs_file import COMPLETE, RunsFile
+from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
 from hydrosim.studies.outcome import Outcome, digested, outcome_of
 from hydrosim.studies.shared import Shared
@@ -51,7 +52,9 @@ def simulate_many(
     output: Path | str | Output | None = None,
     *,
     variables: Sequence[str] = ("position",),
-    labels: Mapping[str, Sequence[object]] | None = None,
+    labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
+    figures: Sequence[Figure] = (),
+    attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -63,7 +66,9 @@ def simulate_many(
 
     * the ``variables`` chosen from its own dataset, at every output time,
     * its `statistics` from ``start`` [s] on, `end_position`, and the time of the `first_contact`,
-    * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given,
+    * the ``figures`` that are asked for,
+    * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given, with the
+      attributes that these have,
     * ``status``, and ``status_message`` where it is not "complete".
 
     It is the same to the bit as that of single runs, and to the byte whatever the number of
@@ -84,14 +89,14 @@ def simulate_many(
     _check(scenes, labels or {}, start)
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
-    known = {name: np.asarray(values) for name, values in along.items()} | _sources(scenes)
-    digest = partial(digested, variables=list(variables), start=start)
+    known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
+    digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
 
     shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
 
     def write(path: Path, journal: Journal | None) -> Path:
-        file = RunsFile(path, len(scenes), known, list(along), mark)
+        file = RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
         work = _Set(scenes, shared, digest, file, journal)
         with _closed(file), _collected_here():
             _run_all(work, workers or os.cpu_count() or 1, progress)
@@ -100,7 +105,8 @@ def simulate_many(
     if result is None:
         with TemporaryDirectory() as folder:
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
-    asked = {"variables": tuple(variables), "start": start, **along}
+    values = {name: variable.values for name, variable in known.items()}
+    asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures), **values}
     with alone_with(result) as here:
         ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
         try:
@@ -125,7 +131,7 @@ def prepared(case: Case | Scene) -> Scene:
     return case.scene()
 
 
-def _check(scenes: Sequence[Scene], labels: Mapping[str, Sequence[object]], start: float) -> None:
+def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
     """Refuse what does not fit into one dataset."""
     if not scenes:
         raise InputError("simulate_many: found no case; expected one or more.")
@@ -163,12 +169,20 @@ def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
     return np.array(found)[:, 0] if len(found[0]) == 1 else np.array(found)
 
 
-def _sources(scenes: Sequence[Scene]) -> dict[str, np.ndarray]:
+def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
+    """What is known of all runs, with its attributes if it has any."""
+    if isinstance(values, xr.Variable):
+        return values
+    array = np.asarray(values)
+    return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
+
+
+def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Where the scenes come from, as far as they differ in it."""
     texts = {
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
-    return {name: np.array(text) for name, text in texts.items() if len({*text}) > 1}
+    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
 
 
 @contextmanager

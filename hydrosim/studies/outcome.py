@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import Event
 from typing import NamedTuple
+from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.compiling.calm import in_waves
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.figures import Figure, figure_of
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.results.statistics import statistics
 from hydrosim.studies.shared import Work
@@ -71,7 +73,9 @@ def _told(error: Exception) -> str:
     return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
 
 
-def digested(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
+def digested(
+    run: xr.Dataset, variables: list[str], start: float, figures: Sequence[Figure] = ()
+) -> xr.Dataset:
     """What is kept of a run."""
     unknown = [name for name in variables if name not in run]
     if unknown:
@@ -79,11 +83,28 @@ def digested(run: xr.Dataset, variables: list[str], start: float) -> xr.Dataset:
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
     end = run.position.isel(time=-1, drop=True)
     end.attrs.update(long_name="displacement and angles at the end of the run")
-    figures = statistics(run, start).assign(end_position=end)
+    found = statistics(run, start).assign(end_position=end)
     if "fender" in run.dims:
-        figures["first_contact"] = _first_contact(run)
-    counts = {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
-    return xr.merge([run[variables], figures.assign(counts)], join="outer", compat="equals")
+        found = found.assign(first_contact=_first_contact(run), contact_sequence=_sequence(run))
+    found = found.assign({name: xr.DataArray(run.attrs[name]) for name in COUNTS})
+    for figure in figures:
+        if figure.name in found or figure.name in run:
+            raise InputError(
+                f"figures: found the name {figure.name}, which is that of a variable"
+                " of the runs; expected another one."
+            )
+        found[figure.name] = figure_of(run, figure)
+    return xr.merge([run[variables], found], join="outer", compat="equals")
+
+
+def _sequence(run: xr.Dataset) -> xr.DataArray:
+    """A number for the order in which contacts open, stick and slip, as recorded: runs that have
+    another one went another way."""
+    modes = run.fender_mode.transpose("time", "fender").values
+    changed = np.any(modes[1:] != modes[:-1], axis=1)
+    order = modes[np.append(True, changed)].astype(np.int8)
+    said = {"long_name": "checksum of the order of contact modes"}
+    return xr.DataArray(np.int64(crc32(np.ascontiguousarray(order).tobytes())), attrs=said)
 
 
 def _first_contact(run: xr.Dataset) -> xr.DataArray:

@@ -1,4 +1,4 @@
-"""Studies: a case over parameters and seeds, all combinations of them, as a file says.
+"""Studies: a case over parameters and seeds, as a file says.
 
 case: base.yaml
 parameters:
@@ -7,86 +7,56 @@ parameters:
 seeds: 1-100
 duration: 3 hour
 output: {step: 1 s, variables: [position]}
+figures: {crawl: {channel: position.barge.surge, statistic: end}}
 """
 
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import xarray as xr
-from pydantic import AfterValidator, BeforeValidator, Field, StrictInt, StrictStr
 
-from hydrosim.case.load import load_case
-from hydrosim.documents import quantities as of
+from hydrosim.case.load import Case, load_case
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.units import problem
+from hydrosim.documents.messages import Problem
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
+from hydrosim.results.figures import Figure
+from hydrosim.results.runs_file import RUN
 from hydrosim.scene import Scene
+from hydrosim.studies import designs
+from hydrosim.studies.coordinates import at_key, column
 from hydrosim.studies.many import Progress, prepared, simulate_many
+from hydrosim.studies.study_file import Kept, Linked, Plan, Range, StudyFile
+from hydrosim.studies.trial import check_figures
 
-SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
-SEEDS = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'
-
-
-def _spelled_out(value: Any) -> Any:
-    """The numbers of "1-100", or of a single one."""
-    if isinstance(value, int):
-        return [value]
-    span = SPAN.fullmatch(value.strip()) if isinstance(value, str) else None
-    if span is not None and int(span[1]) <= int(span[2]):
-        return list(range(int(span[1]), int(span[2]) + 1))
-    if isinstance(value, str):
-        raise problem(f'"{value}"', SEEDS)
-    return value
-
-
-def _some_once(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    texts = [json.dumps(value) for value in values]
-    if not values or len(set(texts)) < len(texts):
-        raise problem(f"[{', '.join(texts)}]", "one value or more, each once")
-    return values
-
-
-Seed = Annotated[StrictInt, Field(ge=0)]
-Seeds = Annotated[tuple[Seed, ...], AfterValidator(_some_once), BeforeValidator(_spelled_out)]
-Values = Annotated[tuple[Any, ...], AfterValidator(_some_once)]
-
-
-class Kept(of.Strict):
-    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on."""
-
-    step: of.Period | None = None
-    variables: tuple[StrictStr, ...] = ("position",)
-    start: of.Instant = 0.0
-
-
-class StudyFile(of.Strict):
-    """A whole study file; parameters are keys of the case, as with `--set`."""
-
-    case: StrictStr
-    parameters: dict[StrictStr, Values] = Field(default_factory=dict)
-    seeds: Seeds | None = None
-    duration: of.Period | None = None
-    output: Kept = Kept()
+STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
+DESIGN = "design"  # attribute of a file of runs, see `described`
+MOST_RUNS = 1_000_000
 
 
 @dataclass(frozen=True)
 class Study:
-    """The ``scenes`` of a study and their ``labels``, by parameter, of each its value; what is kept
-    of the runs; the files that are read, ``inputs``."""
+    """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
+    kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
+    ``design`` in words of the file (JSON)."""
 
     scenes: tuple[Scene, ...]
-    labels: dict[str, list[Any]]
+    labels: dict[str, xr.Variable]
     kept: Kept
     inputs: tuple[Path, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    design: str = "{}"
+
+
+def read_study(path: Path) -> StudyFile:
+    """The study in a YAML file; InputError says what is not valid, also what is too much."""
+    return validated(read_case(path)[1], StudyFile, _problems)
 
 
 def load_study(path: Path | str) -> Study:
@@ -96,23 +66,18 @@ def load_study(path: Path | str) -> Study:
     Raises InputError where the study, or the case with some combination, is not valid.
     """
     path = Path(path)
-    data = validated(read_case(path)[1], StudyFile)
-    fixed = {"duration": data.duration, "output.step": data.output.step}
-    fixed = {key: value for key, value in fixed.items() if value is not None}
-    rows, scenes, inputs = [], [], {path: None}
-    for values in product(*data.parameters.values()):
-        settings = dict(zip(data.parameters, values, strict=True))
-        case = load_case(path.parent / data.case, {**fixed, **settings})
-        scene = prepared(case)
-        inputs |= dict.fromkeys(case.inputs())
-        if data.seeds is not None and not scene.environment.waves:
-            raise InputError(f"{path}: seeds: the case {data.case} has no waves; remove the key")
-        for sea in [scene] if data.seeds is None else _seas(scene, data.seeds):
-            rows.append(values)
-            scenes.append(sea)
-    columns = zip(*rows, strict=True) if data.parameters else ()
-    labels = {key: _column(c) for key, c in zip(data.parameters, columns, strict=True)}
-    return Study(tuple(scenes), labels, data.output, (*inputs,))
+    data = read_study(path)
+    builder = _Builder(path, data)
+    rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
+    runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
+    return Study(
+        tuple(scene for _, scene in runs),
+        _labels(data, [row for row, _ in runs]),
+        data.output,
+        (*builder.inputs,),
+        figures_of(data),
+        json.dumps(described(data)),
+    )
 
 
 def run_study(
@@ -122,12 +87,16 @@ def run_study(
     progress: Progress | None = None,
     resume: bool = False,
 ) -> xr.Dataset:
-    """Run a study into the file ``output``, see `simulate_many`."""
+    """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
+    runs have no such figures."""
+    check_figures(study.inputs[0], study.scenes[0], study.figures)
     return simulate_many(
         study.scenes,
         output,
         variables=study.kept.variables,
         labels=study.labels,
+        figures=study.figures,
+        attributes={DESIGN: study.design},
         start=study.kept.start,
         workers=workers,
         progress=progress,
@@ -135,7 +104,28 @@ def run_study(
     )
 
 
-def _seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
+def figures_of(data: StudyFile) -> tuple[Figure, ...]:
+    """What is asked of each run: the figures, and those of the criteria."""
+    asked = {**data.figures, **data.criteria}
+    return tuple(each.figure(name, data.output.start) for name, each in asked.items())
+
+
+def described(data: StudyFile) -> dict[str, Any]:
+    """What the file of runs says of a study: of each plan its design and the keys of its
+    parameters; the figures; the limits."""
+    plans = {
+        name: {
+            "design": plan.design,
+            "samples": plan.samples,
+            "parameters": {n: [*designs.keys_of(n, p)] for n, p in plan.parameters.items()},
+        }
+        for name, plan in data.plans().items()
+    }
+    limits = {name: each.limit.value for name, each in data.criteria.items()}
+    return {"plans": plans, "figures": [*data.figures, *data.criteria], "limits": limits}
+
+
+def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
     """The scene with each of the seeds for all of its wave trains, which tell themselves apart."""
     water = scene.environment
     return [
@@ -149,9 +139,103 @@ def _seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
     ]
 
 
-def _column(values: Iterable[Any]) -> list[Any]:
-    """Numbers as they are if all are; else texts."""
-    values = list(values)
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return values
-    return [value if isinstance(value, str) else json.dumps(value) for value in values]
+def _problems(data: StudyFile) -> Iterator[Problem]:
+    count = sum(map(designs.size, data.plans().values())) * len(data.seeds or (0,))
+    if count > MOST_RUNS:
+        yield Problem(
+            (),
+            f"found {count:,} runs, {count / len(data.seeds or (0,)):,.0f} combinations with"
+            f" {len(data.seeds or (0,)):,} seeds; expected {MOST_RUNS:,} or fewer; at ten runs a"
+            f" second they would take {count / 864_000:,.1f} days. Take a Latin hypercube, fewer"
+            " values, or fewer seeds",
+        )
+    for name in data.figures.keys() & data.criteria.keys():
+        yield Problem(("criteria", name), "found the name of a figure; expected another name")
+    for name in [*data.figures, *data.criteria]:
+        if not name.isidentifier():
+            yield Problem(("figures", name), "found such a name; expected letters, digits and _")
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A combination: the plan, what was set, the case and its scene."""
+
+    plan: str
+    row: designs.Row
+    case: Case
+    scene: Scene
+
+    def seas(self, path: Path, data: StudyFile) -> list[Scene]:
+        if data.seeds is None:
+            return [self.scene]
+        if not self.scene.environment.waves:
+            raise InputError(f"{path}: seeds: the case {data.case} has no waves; remove the key")
+        return seas(self.scene, data.seeds)
+
+
+class _Builder:
+    """Cases with what a study sets in them."""
+
+    def __init__(self, path: Path, data: StudyFile) -> None:
+        self.path, self.case = path, path.parent / data.case
+        fixed = {"duration": data.duration, "output.step": data.output.step}
+        self.fixed = {key: value for key, value in fixed.items() if value is not None}
+        self.inputs: dict[Path, None] = {path: None}
+
+    def rows(self, name: str, plan: Plan) -> Iterator[_Row]:
+        for row in designs.rows(plan, self._ends):
+            case = load_case(self.case, {**self.fixed, **row.settings})
+            self.inputs |= dict.fromkeys(case.inputs())
+            yield _Row(name, row, case, prepared(case))
+
+    def _ends(self, key: str, spread: Range) -> tuple[float, float]:
+        """The ends of a range in SI, each as the case reads it."""
+        found = []
+        for value in (spread.low, spread.high):
+            number = at_key(load_case(self.case, {**self.fixed, key: value}).data, key).number
+            if number is None:
+                raise InputError(f"{self.path}: {key}: found {value}; expected a number")
+            found.append(number)
+        low, high = found
+        if not low < high or (spread.scale == "logarithmic" and low <= 0.0):
+            raise InputError(
+                f"{self.path}: {key}: found from {low:g} to {high:g}; expected a range that rises"
+                f"{', above zero' if low < high else ''}"
+            )
+        return low, high
+
+
+def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
+    """Coordinates of all runs: the values of all keys that are varied somewhere; names."""
+    plans = data.plans()
+    labels: dict[str, list[Any]] = {}
+    if data.studies:
+        labels[STUDY] = [row.plan for row in rows]
+    if any(plan.design == "one_at_a_time" for plan in plans.values()):
+        labels[VARIED] = [row.row.varied for row in rows]
+    units: dict[str, str | None] = {}
+    for plan in plans.values():
+        for name, parameter in plan.parameters.items():
+            if isinstance(parameter, Linked) and parameter.called is not None:
+                labels[name] = [row.row.called.get(name, "") for row in rows]
+            for key in designs.keys_of(name, parameter):
+                labels[key], units[key] = _along(key, rows)
+    return {
+        name: xr.Variable(RUN, column(values), _attributes(units.get(name)))
+        for name, values in labels.items()
+    }
+
+
+def _along(key: str, rows: list[_Row]) -> tuple[list[Any], str | None]:
+    """The values of a key in all cases, in SI if they are numbers, and the unit of these."""
+    found = {id(row): at_key(row.case.data, key) for row in rows}
+    values = [found[id(row)] for row in rows]
+    if all(value.number is not None for value in values):
+        units = [value.unit for value in values if value.unit is not None]
+        return [value.number for value in values], next(iter(units), None)
+    given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
+    return given, None
+
+
+def _attributes(unit: str | None) -> Mapping[str, str]:
+    return {} if unit is None else {"units": unit or "1"}

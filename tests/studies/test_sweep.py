@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -31,8 +32,9 @@ def sweep(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 def test_all_combinations_with_the_seeds_of_one_after_each_other(tmp_path: Path) -> None:
     text = f"parameters: {{{HEIGHT}: [1 m, 2 m], {STATIC}: [0.2, 0.4]}}\nseeds: 3-4"
     found = load_study(study(tmp_path, text))
-    assert found.labels[HEIGHT] == ["1 m"] * 4 + ["2 m"] * 4
-    assert found.labels[STATIC] == [0.2, 0.2, 0.4, 0.4] * 2
+    assert found.labels[HEIGHT].values.tolist() == [1.0] * 4 + [2.0] * 4
+    assert found.labels[HEIGHT].attrs == {"units": "m"}
+    assert found.labels[STATIC].values.tolist() == [0.2, 0.2, 0.4, 0.4] * 2
     trains = [scene.environment.waves[0] for scene in found.scenes]
     assert [train.seed for train in trains] == [3, 4] * 4
     assert [train.spectrum.significant_height for train in trains] == [1.0] * 4 + [2.0] * 4  # type: ignore[union-attr]
@@ -82,6 +84,27 @@ def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Comm
         ("parameters: {solver.step: []}", ("parameters", "one value or more")),
         ("parameters: {solver.stop: [1]}", ("solver.stop", 'did you mean "step"')),
         (f"parameters: {{{HEIGHT}: [1 kg]}}", ("significant_height", "1 kg")),
+        ("parameters: {solver.step: {from: 1 s, to: 2 s}}", ("a list of values", "design grid")),
+        (
+            "design: sobol\nsamples: 3\nparameters: {solver.step: {from: 1, to: 2}}",
+            ("power of two",),
+        ),
+        ("design: sobol\nsamples: 4\nparameters: {solver.step: [1, 2]}", ("{from: .., to: ..}",)),
+        (
+            f"design: sobol\nsamples: 4\nparameters: {{{HEIGHT}: {{from: 2, to: 1}}}}",
+            (f"{HEIGHT}: found from 2 to 1", "rises"),
+        ),
+        (
+            "parameters: {a: {keys: {solver.step: [1, 2], duration: [1, 2, 3]}}}",
+            ("found 2, 3 values", "as many for each key"),
+        ),
+        (
+            f"seeds: 1-100000\nparameters: {{{HEIGHT}: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}}",
+            ("1,100,000 runs", "1,000,000 or fewer", "days"),
+        ),
+        ("figures: {a: {channel: wave_elevation, statistic: median}}", ("median", "mean")),
+        ("figures: {a b: {channel: wave_elevation, statistic: mean}}", ("digits and _",)),
+        ("criteria: {a: {channel: wave_elevation, statistic: mean}}", ('no key "limit"',)),
         ("seed: 1", ("study.yaml:3: seed", "unknown key", 'did you mean "seeds"')),
     ],
 )
@@ -91,6 +114,64 @@ def test_a_study_that_is_not_valid_is_refused_with_its_line(
     with pytest.raises(hs.InputError) as caught:
         load_study(study(tmp_path, text))
     assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("figure", "words"),
+    [
+        ("{channel: position.barge.surg, statistic: end}", ("position.barge.surge",)),
+        ("{channel: speed.tug, statistic: end}", ("speed.barge",)),
+        ("{channel: clearance.deck, statistic: end}", ("clearances",)),
+    ],
+)
+def test_a_channel_that_is_not_there_is_refused_before_the_runs(
+    tmp_path: Path, sweep: Command, figure: str, words: tuple[str, ...]
+) -> None:
+    result = sweep(study(tmp_path, f"figures: {{a: {figure}}}"), "-o", tmp_path / "runs.nc")
+    assert result.code == 2
+    assert all(word in result.err for word in words)
+    assert "study.yaml: a: found" in " ".join(result.err.split())
+
+
+LINKED = """
+figures: {crawl: {channel: position.barge.surge, statistic: end}}
+seeds: 1-2
+output: {step: 1 s, variables: []}
+studies:
+  one: {parameters: {environment.waves.peak_period: [7 s, 8 s]}}
+  two:
+    parameters:
+      pair:
+        keys:
+          forces.interface.friction.static: [0.7, 0.2]
+          forces.interface.friction.kinetic: [0.4, 0.1]
+        called: [high, low]
+"""
+
+
+def test_several_studies_of_one_file_with_tables_and_pictures(
+    tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Values that a study does not vary are those of the case; all can be made again from the
+    file of the runs."""
+    monkeypatch.chdir(tmp_path)
+    result = sweep(study(tmp_path, LINKED), "-o", "runs.nc", "--plot")
+    assert result.code == 0, result.err
+    with xr.open_dataset("runs.nc") as runs:
+        assert runs.study.values.tolist() == ["one"] * 4 + ["two"] * 4
+        assert runs["environment.waves.peak_period"].values.tolist() == [7, 7, 8, 8] + [8] * 4
+        assert runs["environment.waves.peak_period"].attrs["units"] == "s"
+        assert runs[STATIC].values.tolist() == [0.2] * 4 + [0.7, 0.7, 0.2, 0.2]
+        assert runs.pair.values.tolist() == [""] * 4 + ["high", "high", "low", "low"]
+        assert runs.crawl.attrs["units"] == "m"
+        end = runs.end_position.sel(body="barge", dof="surge")
+        assert np.array_equal(runs.crawl, end)
+    assert Path("runs_one.png").exists()
+    assert Path("runs_two.png").exists()
+    table = Path("runs.csv").read_text().splitlines()
+    assert len(table) == 2 + 4
+    assert table[2].startswith("one,7.0,,crawl,m,2,")
+    assert "pair low" in result.out
 
 
 def test_seeds_need_waves(tmp_path: Path) -> None:
@@ -118,3 +199,15 @@ def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep:
     accepted = sweep(study(tmp_path, accept), "-o", tmp_path / "accepted.nc")
     assert accepted.code == 0
     assert "no first-order loads there" in accepted.err
+
+
+def test_the_table_in_the_readme_is_that_of_the_study() -> None:
+    """Means of the crawl, to the digits that are shown."""
+    table = CASES / "studies" / "sensitivities.csv"
+    lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
+    rows = [row for row in csv.DictReader(lines) if row["figure"] == "crawl"]
+    readme = (CASES / "README.md").read_text().partition("## The five sensitivities")[2]
+    shown = [line for line in readme.splitlines() if line.startswith("|")][2:]
+    assert len(rows) == 17
+    for row, line in zip(rows, shown, strict=False):
+        assert line.split("|")[3].split()[0] == f"{float(row['mean']):.2f}"

@@ -1,0 +1,207 @@
+"""Pictures of a study: a figure over its parameters, with what seeds make of it.
+
+A plan of one parameter is a line with bands, of two a heat map, of one parameter at a time a
+tornado chart; samples are points, Sobol's indices bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from hydrosim.errors import InputError
+from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import COLOURS
+from hydrosim.results import effects
+from hydrosim.results.effects import Plan, Row
+
+DECADES = 1.5  # of values, from which on their axis is logarithmic
+SIZE = (5.0, 3.6)  # inches of a panel
+
+
+def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
+    """A picture for each plan of the file of ``runs``, called after ``output`` and the plan."""
+    return [save_picture(_page(plan), place) for plan, place in planned_of(runs, output)]
+
+
+def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
+    """The plans that have something to draw, and where; InputError where none has, or a picture
+    must not be replaced."""
+    found = []
+    for plan in effects.plans(runs):
+        stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
+        if plan.figures and plan.parameters:
+            place = output.at(output.path.with_name(f"{stem}.png"), "picture")
+            found.append((plan, place.checked()))
+    if not found:
+        raise InputError(
+            f"{output.origin}: its study has no figures or no parameters, so nothing to draw;"
+            " ask for some: figures: {NAME: {channel: .., statistic: ..}}."
+        )
+    return found
+
+
+def _page(plan: Plan) -> Figure:
+    draw = _chart(plan)
+    across = len(plan.parameters) if draw is _points else 1
+    down = len(plan.figures)
+    figure = Figure((SIZE[0] * max(across, 1.3), SIZE[1] * down), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(down, across, squeeze=False)
+    for name, row in zip(plan.figures, axes, strict=True):
+        draw(row, plan, name)
+        for axis in row:
+            axis.grid(alpha=0.3)
+            axis.set_axisbelow(True)
+            axis.spines[["top", "right"]].set_visible(False)
+    title = str(runs_title(plan.runs))
+    figure.suptitle(f"{title}: {plan.name.replace('_', ' ')}" if plan.name else title)
+    return figure
+
+
+def runs_title(runs: xr.Dataset) -> str:
+    """What the file of runs is called."""
+    return str(runs.attrs.get("title", "study"))
+
+
+def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
+    if plan.design == "sobol_indices":
+        return _bars
+    if plan.design in effects.DRAWN:
+        return _points
+    if plan.design == "one_at_a_time":
+        return _tornado
+    return _heat if len(plan.parameters) == 2 else _band
+
+
+def _label(plan: Plan, figure: str) -> str:
+    found = plan.runs[figure].attrs
+    return f"{figure} [{found.get('units', '')}]"
+
+
+def _named(plan: Plan, parameter: str) -> str:
+    """The last two words of a key, and its unit."""
+    name = plan.axis(parameter)
+    unit = plan.runs[name].attrs.get("units", "")
+    short = plan.short(parameter)
+    return f"{short} [{unit}]" if unit not in ("", "1") else short
+
+
+def _rows(plan: Plan, figure: str) -> list[Row]:
+    return [row for row in effects.rows(plan) if row.figure == figure]
+
+
+def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    """The mean over the values with its interval, and the band of 90 % of the seeds; several
+    parameters in the order of their combinations."""
+    rows, axis = _rows(plan, figure), axes[0]
+    names = list(rows[0].values)
+    place, ticks = _places(
+        [row.values[names[0]] for row in rows]
+        if len(names) == 1
+        else [
+            ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row.values.values())
+            for row in rows
+        ],
+        axis,
+    )
+    order = np.argsort(place)
+    x, s = place[order], [rows[k].spread for k in order]
+    low, high = [each.another_low for each in s], [each.another_high for each in s]
+    axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    mean = np.array([each.mean for each in s])
+    apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
+    axis.errorbar(x, mean, apart, color=COLOURS[0], marker="o", capsize=3, label="mean, 90 %")
+    for k, row in enumerate(rows):
+        values = plan.runs[figure].values[row.runs]
+        axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
+    if ticks:
+        axis.set_xticks(place, ticks)
+    axis.set_ylabel(_label(plan, figure))
+    axis.set_xlabel(_named(plan, next(iter(plan.parameters))) if len(names) == 1 else "values")
+    axis.legend(frameon=False, fontsize="small")
+
+
+def _places(values: Sequence[object], axis: Axes) -> tuple[np.ndarray, list[str]]:
+    """Where values are on an axis, and what they are called where they are no numbers."""
+    if not all(isinstance(value, int | float) for value in values):
+        return np.arange(len(values), dtype=float), [str(value) for value in values]
+    x = np.array(values, dtype=float)
+    above = x[x > 0.0]
+    if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
+        axis.set_xscale(
+            "symlog" if (x == 0.0).any() else "log",
+            **({"linthresh": above.min()} if (x == 0.0).any() else {}),
+        )
+    return x, []
+
+
+def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    """The mean over the values of two parameters."""
+    rows, axis = _rows(plan, figure), axes[0]
+    first, second = (plan.axis(parameter) for parameter in plan.parameters)
+    x, y = ([*dict.fromkeys(row.values[name] for row in rows)] for name in (first, second))
+    mean = np.full((len(y), len(x)), np.nan)
+    for row in rows:
+        mean[y.index(row.values[second]), x.index(row.values[first])] = row.spread.mean
+    image = axis.imshow(mean, origin="lower", aspect="auto", cmap="viridis")
+    for (j, i), value in np.ndenumerate(mean):
+        axis.text(i, j, f"{value:.3g}", ha="center", va="center", color="white", fontsize="small")
+    for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
+        names = [f"{v:.4g}" if isinstance(v, float) else str(v) for v in values]
+        set_ticks(range(len(values)), names)
+    one, other = plan.parameters
+    axis.set_xlabel(_named(plan, one))
+    axis.set_ylabel(_named(plan, other))
+    axis.figure.colorbar(image, ax=axis, label=f"mean {_label(plan, figure)}")
+
+
+def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    """From the least to the largest mean that each parameter makes, the widest on top, and the mean
+    of the case."""
+    rows, axis = _rows(plan, figure), axes[0]
+    base = next(row.spread.mean for row in rows if not row.values["varied"])
+    spans = []
+    for parameter in plan.parameters:
+        own = [row for row in rows if row.values["varied"] == parameter]
+        of = sorted(own, key=lambda row: row.spread.mean)
+        spans.append((of[0], of[-1], plan.axis(parameter), _named(plan, parameter)))
+    spans.sort(key=lambda span: span[1].spread.mean - span[0].spread.mean)
+    for k, (least, most, key, _) in enumerate(spans):
+        low, high = least.spread.mean, most.spread.mean
+        axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
+        for row, side in ((least, "right"), (most, "left")):
+            value = row.values[key]
+            text = f" {value:.3g} " if isinstance(value, float) else f" {value} "
+            axis.text(row.spread.mean, k, text, ha=side, va="center", fontsize="small")
+    axis.axvline(base, color="0.3")
+    axis.margins(x=0.2)
+    axis.set_yticks(range(len(spans)), [span[3] for span in spans])
+    axis.set_xlabel(f"mean {_label(plan, figure)}")
+
+
+def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    for axis, parameter in zip(axes, plan.parameters, strict=True):
+        axis.plot(plan.runs[plan.axis(parameter)], plan.runs[figure], ".", color=COLOURS[0])
+        axis.set_xlabel(_named(plan, parameter))
+    axes[0].set_ylabel(_label(plan, figure))
+
+
+def _bars(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    """First-order and total indices with their intervals."""
+    found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
+    for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):
+        value, low, high = np.array([getattr(each, kind) for each in found]).T
+        label = "alone" if kind == "first" else "with all others"
+        y = np.arange(len(found)) + shift
+        sure = np.clip([value - low, high - value], 0.0, None)
+        axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
+    axis.set_yticks(range(len(found)), [_named(plan, each.parameter) for each in found])
+    axis.set_xlabel(f"share of the variance of {figure}")
+    axis.legend(frameon=False, fontsize="small")

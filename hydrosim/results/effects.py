@@ -1,0 +1,217 @@
+"""What parameters of a study do to its figures: tables over seeds, differences, Sobol's indices.
+
+Means have an interval that holds the true one, and there is another that holds the value of another
+seed, both of 90 % by Student's t, exact where the figure is normal over seeds:
+
+    mean +- t s / sqrt(n),     mean +- t s sqrt(1 + 1/n)
+
+Differences between two values of a parameter are taken seed by seed, in the same waves.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.stats import sobol_indices, spearmanr
+from scipy.stats import t as student
+
+from hydrosim.errors import InputError
+from hydrosim.results.gumbel import INTERVAL
+
+DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
+
+
+class Plan(NamedTuple):
+    """A plan of a study, from its file of ``runs``, those of this plan alone: its ``name`` and
+    ``design``, the keys of its ``parameters``, the ``figures`` that were asked for."""
+
+    name: str
+    design: str
+    parameters: Mapping[str, list[str]]
+    figures: list[str]
+    samples: int | None
+    runs: xr.Dataset
+
+    def short(self, parameter: str) -> str:
+        """The last two words of the key, or the name of what is linked."""
+        return " ".join(self.axis(parameter).split(".")[-2:]).replace("_", " ")
+
+    def axis(self, parameter: str) -> str:
+        """The coordinate that says the values of a parameter: their names, or the first key."""
+        return parameter if parameter in self.runs else self.parameters[parameter][0]
+
+
+class Spread(NamedTuple):
+    """A figure over ``n`` seeds: its mean, the interval of that, that of another seed."""
+
+    n: int
+    mean: float
+    low: float
+    high: float
+    another_low: float
+    another_high: float
+
+
+class Row(NamedTuple):
+    """A figure at ``values`` of the parameters, by coordinate."""
+
+    plan: str
+    values: dict[str, Any]
+    figure: str
+    unit: str
+    spread: Spread
+    runs: np.ndarray
+
+
+class Difference(NamedTuple):
+    """How a figure changes with a parameter, from a ``low`` to a ``high`` value, per unit of it:
+    over seeds; the std of that, and the share of seeds in which contacts went another way."""
+
+    parameter: str
+    figure: str
+    unit: str
+    low: float
+    high: float
+    spread: Spread
+    std: float
+    changed: float
+
+
+class Index(NamedTuple):
+    """Sobol's indices of a parameter for a figure, each with its interval: the share of the
+    variance that it makes alone, and with all others."""
+
+    parameter: str
+    figure: str
+    first: tuple[float, float, float]
+    total: tuple[float, float, float]
+
+
+def plans(runs: xr.Dataset) -> list[Plan]:
+    """The plans of a file of runs; InputError where it has none, or no figures."""
+    if "design" not in runs.attrs:
+        raise InputError(
+            "the file has no attribute design: its runs are of no study file, or of one of an"
+            " earlier version. Run the study again with hydrosim sweep."
+        )
+    known = json.loads(runs.attrs["design"])
+    found = []
+    for name, plan in known["plans"].items():
+        own = runs.isel(run=(runs["study"].values == name)) if name else runs
+        figures = [each for each in known["figures"] if each in runs]
+        parts = plan["parameters"], figures, plan["samples"], own
+        found.append(Plan(name, plan["design"], *parts))
+    return found
+
+
+def spread(values: np.ndarray) -> Spread:
+    """Of values (n,), those left out that are not numbers; NaN for what needs more of them."""
+    x = values[np.isfinite(values)]
+    if x.size < 2:
+        return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
+    apart = float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+    mean, sure = float(x.mean()), apart * x.size**-0.5
+    other = apart * (1.0 + 1.0 / x.size) ** 0.5
+    return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+
+
+def rows(plan: Plan) -> Iterator[Row]:
+    """Each figure at each combination of values, over seeds, in the order of the runs."""
+    names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
+    names += ["varied"] if plan.design == "one_at_a_time" else []
+    each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
+    each = each or [()] * plan.runs.sizes["run"]
+    for values in dict.fromkeys(each):
+        at = np.array([k for k, other in enumerate(each) if other == values])
+        for figure in plan.figures:
+            found = plan.runs[figure]
+            yield Row(
+                plan.name,
+                dict(zip(names, values, strict=True)),
+                figure,
+                str(found.attrs.get("units", "")),
+                spread(found.values[at]),
+                at,
+            )
+
+
+def differences(plan: Plan) -> Iterator[Difference]:
+    """Of a plan that varies one parameter at a time, or only one: each figure, from the least to
+    the largest value of each parameter that is a number."""
+    for parameter, keys in plan.parameters.items():
+        values, runs = plan.runs[keys[0]].values, plan.runs
+        if plan.design == "one_at_a_time":
+            own = np.isin(runs["varied"].values, [parameter, ""])
+            runs, values = runs.isel(run=own), values[own]
+        if values.dtype.kind not in "if" or np.unique(values).size < 2:
+            continue
+        low, high = float(values.min()), float(values.max())
+        ends = [_by_seed(runs.isel(run=values == end)) for end in (low, high)]
+        seeds = [seed for seed in ends[0] if seed in ends[1]]
+        pairs = [(ends[0][seed], ends[1][seed]) for seed in seeds]
+        for figure in plan.figures:
+            change = np.array([float(b[figure] - a[figure]) for a, b in pairs]) / (high - low)
+            of = str(runs[keys[0]].attrs.get("units", ""))
+            unit = f"{runs[figure].attrs.get('units', '')} / ({of})"
+            found = change[np.isfinite(change)]
+            std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
+            changed = _changed(pairs)
+            yield Difference(parameter, figure, unit, low, high, spread(change), std, changed)
+
+
+def _by_seed(runs: xr.Dataset) -> dict[Any, xr.Dataset]:
+    seeds = runs.seed.values.tolist() if "seed" in runs else [0]
+    return {str(seed): runs.isel(run=k) for k, seed in enumerate(seeds)}
+
+
+def _changed(pairs: list[tuple[xr.Dataset, xr.Dataset]]) -> float:
+    if not pairs or "contact_sequence" not in pairs[0][0]:
+        return np.nan
+    return float(np.mean([int(a.contact_sequence) != int(b.contact_sequence) for a, b in pairs]))
+
+
+def indices(plan: Plan) -> Iterator[Index]:
+    """Sobol's indices, by the estimators of Saltelli et al. (2010) and Jansen, of the mean over the
+    seeds; intervals by drawing samples again. InputError where some run failed."""
+    n, d = int(plan.samples or 0), len(plan.parameters)
+    for figure in plan.figures:
+        values = plan.runs[figure].values.reshape(n * (d + 2), -1).mean(axis=1)
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
+                " samples; Sobol's indices need all. Take ranges in which no run fails."
+            )
+        sets = {
+            "f_A": values[None, :n],
+            "f_B": values[None, n : 2 * n],
+            "f_AB": values[2 * n :].reshape(d, 1, n),
+        }
+        found = sobol_indices(func=sets, n=n)
+        sure = found.bootstrap(INTERVAL)
+        for k, parameter in enumerate(plan.parameters):
+            first, total = (
+                tuple(float(np.ravel(part)[k]) for part in parts)
+                for parts in (
+                    (found.first_order, *_ends(sure.first_order)),
+                    (found.total_order, *_ends(sure.total_order)),
+                )
+            )
+            yield Index(parameter, figure, first, total)  # type: ignore[arg-type]
+
+
+def _ends(of: Any) -> tuple[Any, Any]:
+    return of.confidence_interval.low, of.confidence_interval.high
+
+
+def correlations(plan: Plan) -> Iterator[tuple[str, str, float]]:
+    """Spearman's rank correlation of each figure with each parameter of a plan of samples."""
+    for figure in plan.figures:
+        y = plan.runs[figure].values
+        known = np.isfinite(y)
+        for parameter in plan.parameters:
+            x = plan.runs[plan.axis(parameter)].values
+            yield figure, parameter, float(spearmanr(x[known], y[known]).statistic)

@@ -1,0 +1,70 @@
+"""Figures of a run: one number each, a statistic of a channel, over all of it or in one phase.
+
+end, change             the last value; the last less the first
+end_absolute            how far the last value is from zero
+mean, std               of the values recorded
+smallest, largest       of the values recorded
+largest_absolute        how far from zero at most
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.results.channels import series
+from hydrosim.results.phases import Phase
+
+Statistic = Callable[[np.ndarray], float]
+STATISTICS: dict[str, Statistic] = {
+    "end": lambda x: x[-1],
+    "end_absolute": lambda x: abs(x[-1]),
+    "change": lambda x: x[-1] - x[0],
+    "mean": np.mean,
+    "std": np.std,
+    "smallest": np.min,
+    "largest": np.max,
+    "largest_absolute": lambda x: np.abs(x).max(),
+}
+PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
+
+
+class Figure(NamedTuple):
+    """What is asked of each run: a ``statistic`` of a ``channel`` in a phase of the operation, of
+    any group of contacts, or over all times from ``start`` [s] on."""
+
+    name: str
+    channel: str
+    statistic: str
+    phase: str | None = None
+    start: float = 0.0
+
+    def __str__(self) -> str:
+        text = f"{self.statistic.replace('_', ' ')} of {self.channel}"
+        return f"{text} while {self.phase}" if self.phase else text
+
+
+def figure_of(run: xr.Dataset, figure: Figure) -> xr.DataArray:
+    """The number, with its unit; NaN where the run is never in that phase. Raises InputError where
+    the run has no such channel or no contacts whose phases there could be."""
+    values, unit = series(run, figure.channel)
+    within = values[_times(run, figure)]
+    number = float(STATISTICS[figure.statistic](within)) if within.size else np.nan
+    return xr.DataArray(number, attrs={"long_name": str(figure), "units": unit})
+
+
+def _times(run: xr.Dataset, figure: Figure) -> np.ndarray:
+    late = run.time.values >= figure.start
+    if figure.phase is None:
+        return np.asarray(late)
+    if "contact_phase" not in run:
+        raise InputError(
+            f"found phase {figure.phase}, but the run has no contacts, whose phases"
+            " these are; leave the phase out."
+        )
+    phases = run.contact_phase.transpose("time", "contact_group").values
+    return np.asarray(late & np.any(phases == PHASES[figure.phase], axis=1))

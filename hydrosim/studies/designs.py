@@ -1,0 +1,119 @@
+"""Designs: which values of the parameters of a plan are taken together.
+
+grid             all combinations
+one_at_a_time    the case itself, then each value of each parameter, all others as in the case
+latin_hypercube  so many samples, each parameter once in each of as many parts of its range
+sobol            so many samples of Sobol's sequence, scrambled
+sobol_indices    those of the estimators of Sobol's indices (Saltelli et al. 2010, Computer
+                 Physics Communications 181): two sets A and B, and A with each column of B
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import product
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from hydrosim.studies.study_file import Linked, Parameter, Plan, Range
+
+Ends = Callable[[str, Range], tuple[float, float]]
+"""The ends of the range of a key, in SI."""
+Settings = Mapping[str, Any]
+
+
+class Row(NamedTuple):
+    """Settings of the case, by key, and what the values of linked parameters are ``called``; which
+    parameter was ``varied``, one at a time."""
+
+    settings: dict[str, Any]
+    called: dict[str, str]
+    varied: str = ""
+
+
+def keys_of(name: str, parameter: Parameter) -> dict[str, Any]:
+    """The keys of a parameter, of each its values or range."""
+    return dict(parameter.keys) if isinstance(parameter, Linked) else {name: parameter}
+
+
+def size(plan: Plan) -> int:
+    """How many rows `rows` gives."""
+    counts = [
+        len(next(iter(keys_of(n, p).values())))
+        for n, p in plan.parameters.items()
+        if not plan.samples
+    ]
+    match plan.design:
+        case "grid":
+            return prod(counts)
+        case "one_at_a_time":
+            return 1 + sum(counts)
+        case "sobol_indices":
+            return int(plan.samples or 0) * (len(plan.parameters) + 2)
+    return int(plan.samples or 0)
+
+
+def rows(plan: Plan, ends: Ends) -> Iterator[Row]:
+    """The combinations of a plan, in order."""
+    match plan.design:
+        case "grid":
+            for each in product(*(_values(n, p) for n, p in plan.parameters.items())):
+                yield _together(each)
+        case "one_at_a_time":
+            yield Row({}, {})
+            for name, parameter in plan.parameters.items():
+                for row in _values(name, parameter):
+                    yield row._replace(varied=name)
+        case _:
+            ranges = [_Ranges(n, p, ends) for n, p in plan.parameters.items()]
+            for point in _samples(plan):
+                yield _together([r.at(u) for r, u in zip(ranges, point, strict=True)])
+
+
+def _together(parts: Any) -> Row:
+    settings: dict[str, Any] = {}
+    called: dict[str, str] = {}
+    for part in parts:
+        settings |= part.settings
+        called |= part.called
+    return Row(settings, called)
+
+
+def _values(name: str, parameter: Parameter) -> list[Row]:
+    keys = keys_of(name, parameter)
+    names = (parameter.called or ()) if isinstance(parameter, Linked) else ()
+    each = [dict(zip(keys, values, strict=True)) for values in zip(*keys.values(), strict=True)]
+    return [Row(e, {name: names[k]} if names else {}) for k, e in enumerate(each)]
+
+
+class _Ranges:
+    """The ranges of the keys of one parameter, gone through together."""
+
+    def __init__(self, name: str, parameter: Parameter, ends: Ends) -> None:
+        self.each = {
+            key: (spread.scale == "logarithmic", *ends(key, spread))
+            for key, spread in keys_of(name, parameter).items()
+        }
+
+    def at(self, part: float) -> Row:
+        """A ``part`` of the way from one end to the other."""
+        return Row({k: float(_between(*ends, part)) for k, ends in self.each.items()}, {})
+
+
+def _between(logarithmic: bool, low: float, high: float, part: float) -> float:
+    return low * (high / low) ** part if logarithmic else low + (high - low) * part
+
+
+def _samples(plan: Plan) -> np.ndarray:
+    """Points (n, d) of the unit cube; for indices A, B, and A with each column of B."""
+    count, d = int(plan.samples or 0), len(plan.parameters)
+    if plan.design == "latin_hypercube":
+        return qmc.LatinHypercube(d, seed=plan.random).random(count)
+    if plan.design == "sobol":
+        return qmc.Sobol(d, seed=plan.random).random(count)
+    A, B = np.split(qmc.Sobol(2 * d, seed=plan.random).random(count), 2, axis=1)
+    mixed = [np.where(np.arange(d) == i, B, A) for i in range(d)]
+    return np.concatenate([A, B, *mixed])

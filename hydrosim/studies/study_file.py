@@ -1,0 +1,194 @@
+"""What a study file may say, as pydantic models."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    StrictInt,
+    StrictStr,
+    Tag,
+    model_validator,
+)
+
+from hydrosim.documents import quantities as of
+from hydrosim.documents.units import AnyQuantity, Scale, problem
+from hydrosim.results.figures import STATISTICS, Figure
+
+SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
+SEEDS = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'
+MOST_SEEDS = 1_000_000
+
+
+def _spelled_out(value: Any) -> Any:
+    """The numbers of "1-100", or of a single one."""
+    if isinstance(value, int):
+        return [value]
+    span = SPAN.fullmatch(value.strip()) if isinstance(value, str) else None
+    if span is not None and int(span[1]) <= int(span[2]) < int(span[1]) + MOST_SEEDS:
+        return list(range(int(span[1]), int(span[2]) + 1))
+    if isinstance(value, str):
+        raise problem(f'"{value}"', f"{SEEDS}; at most {MOST_SEEDS:,} of them")
+    return value
+
+
+def _some_once(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    texts = [json.dumps(value) for value in values]
+    if not values or len(set(texts)) < len(texts):
+        raise problem(f"[{', '.join(texts)}]", "one value or more, each once")
+    return values
+
+
+Seed = Annotated[StrictInt, Field(ge=0)]
+Seeds = Annotated[tuple[Seed, ...], AfterValidator(_some_once), BeforeValidator(_spelled_out)]
+Values = Annotated[tuple[Any, ...], AfterValidator(_some_once)]
+
+
+class Range(of.Strict):
+    """From one value to another, all between equally likely, or all of their logarithms."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    low: Any = Field(alias="from")
+    high: Any = Field(alias="to")
+    scale: Literal["linear", "logarithmic"] = "linear"
+
+
+def _spread(value: Any) -> str:
+    return "range" if isinstance(value, dict) else "values"
+
+
+Spread = Annotated[
+    Annotated[tuple[Any, ...], Tag("values")] | Annotated[Range, Tag("range")],
+    Discriminator(_spread),
+]
+
+
+class Linked(of.Strict):
+    """Keys of the case that are varied together, and what their values are called."""
+
+    keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
+    called: tuple[StrictStr, ...] | None = None
+
+    @model_validator(mode="after")
+    def _check_alike(self) -> Self:
+        ranges = [isinstance(spread, Range) for spread in self.keys.values()]
+        sizes = [len(spread) for spread in self.keys.values() if isinstance(spread, tuple)]
+        sizes += [len(self.called)] if self.called is not None else []
+        if len({*sizes}) > 1 or len({*ranges}) > 1:
+            found = f"{', '.join(map(str, sizes))} values{' and ranges' if any(ranges) else ''}"
+            raise problem(found, "as many for each key that is linked, and as many names")
+        if not any(ranges):
+            _some_once(tuple(zip(*self.keys.values(), strict=True)))
+        return self
+
+
+def _linked(value: Any) -> str:
+    return "linked" if isinstance(value, dict) and "keys" in value else _spread(value)
+
+
+Parameter = Annotated[
+    Annotated[Values, Tag("values")]
+    | Annotated[Range, Tag("range")]
+    | Annotated[Linked, Tag("linked")],
+    Discriminator(_linked),
+]
+
+
+class Plan(of.Strict):
+    """Parameters, keys of the case as with `--set` or names of what is linked, and how values of
+    several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
+
+    parameters: dict[StrictStr, Parameter] = Field(default_factory=dict)
+    design: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol", "sobol_indices"] = "grid"
+    samples: Annotated[StrictInt, Field(ge=2)] | None = None
+    random: Seed = 0
+
+    @model_validator(mode="after")
+    def _check_design(self) -> Self:
+        drawn = self.design not in ("grid", "one_at_a_time")
+        for name, parameter in self.parameters.items():
+            spreads = parameter.keys.values() if isinstance(parameter, Linked) else [parameter]
+            if any(isinstance(spread, Range) != drawn for spread in spreads):
+                kind = "a list of values" if drawn else "a range"
+                other = "a range, {from: .., to: ..}" if drawn else "a list of values"
+                raise problem(f"{kind} for {name}", f"{other}, for the design {self.design}")
+        if drawn and (self.samples is None or not self.parameters):
+            raise problem("no samples or no parameters", f"both, for the design {self.design}")
+        if self.design.startswith("sobol") and self.samples and self.samples & (self.samples - 1):
+            raise problem(f"samples {self.samples}", "a power of two, for Sobol's sequence")
+        return self
+
+
+class Kept(of.Strict):
+    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on."""
+
+    step: of.Period | None = None
+    variables: tuple[StrictStr, ...] = ("position",)
+    start: of.Instant = 0.0
+
+
+PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
+STATISTIC_NAMES = Literal[
+    "end", "end_absolute", "change", "mean", "std", "smallest", "largest", "largest_absolute"
+]
+assert set(STATISTIC_NAMES.__args__) == set(STATISTICS)  # type: ignore[attr-defined]
+
+
+class Asked(of.Strict):
+    """A figure of each run."""
+
+    channel: StrictStr
+    statistic: STATISTIC_NAMES
+    phase: PHASE_NAMES | None = None
+
+    def figure(self, name: str, start: float) -> Figure:
+        """The same, as what is computed of a run."""
+        return Figure(name, self.channel, self.statistic, self.phase, start)
+
+
+class Criterion(Asked):
+    """A figure and what it may not exceed, or, of the statistic "smallest", not fall below."""
+
+    limit: Annotated[Scale, AnyQuantity("limit", "1 m")]
+
+
+class Enough(of.Strict):
+    """More seeds, up to ``most``, until the 90 % interval of the mean of a ``figure`` is at most
+    so ``wide``, for all values of the parameters."""
+
+    figure: StrictStr
+    wide: Annotated[Scale, AnyQuantity("width", "0.1 m")]
+    most: Annotated[StrictInt, Field(ge=2)] = 1000
+
+
+class StudyFile(Plan):
+    """A whole study file: one plan, or several ``studies`` by name, of one case and with the same
+    seeds; ``figures`` of each run, to compare."""
+
+    case: StrictStr
+    studies: dict[StrictStr, Plan] = Field(default_factory=dict)
+    seeds: Seeds | None = None
+    until: Enough | None = None
+    duration: of.Period | None = None
+    output: Kept = Kept()
+    figures: dict[StrictStr, Asked] = Field(default_factory=dict)
+    criteria: dict[StrictStr, Criterion] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _check_plans(self) -> Self:
+        if self.studies and self.parameters:
+            raise problem("parameters and studies", "either one plan or several by name")
+        if self.until is not None and self.seeds is None:
+            raise problem("until without seeds", "the seeds to begin with, such as 1-8")
+        return self
+
+    def plans(self) -> dict[str, Plan]:
+        """All plans by name; that of a file with one has none."""
+        return self.studies or {"": self}
