@@ -19,10 +19,6 @@ from hydrosim.scene import Scene
 from hydrosim.stepping.state import Record
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
-SAFETY, OFTEN = 5.0, 20
-"""Times the estimate, which is that of one vibration alone, in a run with so many events: of random
-scenes whose contacts change, motions were found to be wrong by 1 to 10 times as much, mostly by
-2 to 6."""
 FADED, ROOM = 0.1, 8.0
 """Of what the method damps by more than that part, a finer step has more: this room is left."""
 RESOLVED = 1e-2  # of the amplitude of a vibration, by the end of a run
@@ -52,7 +48,7 @@ def linear_names(scene: Scene) -> list[str]:
 
 @one_thread
 def scene_vibrations(
-    compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE / SAFETY
+    compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE
 ) -> tuple[Vibration, ...]:
     """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
     the step of the scene, see `accuracy`."""
@@ -81,10 +77,11 @@ def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
     )
 
 
-def unresolved(compiled: Compiled, record: Record, count: int, events: int) -> Iterator[str]:
-    """A warning, if what a run with ``count`` records and so many ``events`` has excited moves by
-    more than `ACCURATE` of the range of a motion otherwise than it should."""
-    needs = list(_needs(compiled, record, count, SAFETY if events >= OFTEN else 1.0))
+def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
+    """A warning, if what a run with ``count`` records has excited moves by more than `ACCURATE` of
+    the range of a motion otherwise than it should. It is that of one vibration alone: where
+    contacts change often, errors are several times as large, see `hydrosim.studies.twin`."""
+    needs = list(_needs(compiled, record, count))
     if needs:
         step, scene = min(need.step for need in needs), compiled.scene
         worst = max(needs, key=lambda need: need.error)
@@ -106,7 +103,7 @@ def described(vibration: Vibration, compiled: Compiled) -> str:
     )
 
 
-def _needs(compiled: Compiled, record: Record, count: int, safety: float) -> Iterator[Need]:
+def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
     if count < 2 or not compiled.vibrations:
         return
     values, scene = unpack(compiled.model, record, count), compiled.scene
@@ -117,10 +114,10 @@ def _needs(compiled: Compiled, record: Record, count: int, safety: float) -> Ite
         seen = values["time"], values["velocity"][:, active], record.modes[:count]
         excited, lasting = vibration.excited(*seen, fading)
         part = min(float((excited / ranges).max()), 1.0)
-        error = safety * part * vibration.error(method, scene.solver.step, lasting)
+        error = part * vibration.error(method, scene.solver.step, lasting)
         if error > ACCURATE:
             room = ROOM if fading * lasting > FADED else 1.0
-            of = (method, scene.solver.step, lasting, ACCURATE / (room * safety * part))
+            of = (method, scene.solver.step, lasting, ACCURATE / (room * part))
             yield Need(vibration.accurate_step(*of), min(error, WRONG), vibration)
 
 

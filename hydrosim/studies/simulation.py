@@ -61,7 +61,7 @@ from hydrosim.studies.resolution import (
     unresolved,
 )
 from hydrosim.studies.stages import complete
-from hydrosim.studies.twin import parted
+from hydrosim.studies.twin import doubted
 from hydrosim.waves import places
 
 if TYPE_CHECKING:
@@ -160,14 +160,12 @@ def run_compiled(
         "status_message": message,
     }
     count, history = int(counters[RECORDS]), run.state.history
-    coarse = unresolved(compiled, record, count, int(counters[EVENTS]))
-    warnings = [*compiled.notes.warnings, *coarse]
+    warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
     dataset = warned(dataset, noticed(compiled, dataset))
     if status == "complete" and not failed:
-        lost = float(dataset.attrs["energy_residual_relative"])
-        dataset = warned(dataset, parted(compiled, run, lost))
+        dataset = warned(dataset, doubted(compiled, run))
     if message:
         raise SimulationError(message, dataset)
     return dataset

@@ -1,70 +1,101 @@
-"""Does a run say what will happen, or one thing of many that may? A twin tells.
+"""How wrong is a run? A twin with finer steps, or a tighter tolerance, tells.
 
-It begins `NEARBY` away and takes the same steps. Impacts, and blocks that rattle on their corners,
-can part the two by a factor each time they happen: then the errors of steps and of arithmetic grow
-as much, and a finer step gives another motion, not a better one (Lorenz 1963; bouncing bodies:
-Guckenheimer & Holmes 1983, 2.4). Statistics may hold all the same.
+Where contacts and springs change, errors are not those of one smooth vibration: each change adds
+its own, and impacts, and blocks that rattle on their corners, can make each grow by a factor every
+time they happen (Guckenheimer & Holmes 1983, 2.4). So the two runs are compared. Errors go with the
+order p of the method, which makes of the distance d of the two that of the run from the truth,
+d / (1 - r^p), for a twin whose steps are r times as long (Richardson 1911). Where finer steps give
+another motion each time, they are no remedy, and statistics may hold all the same (Lorenz 1963).
 
 A twin is run only where contacts and springs change often, and to the end of a long run only if the
-two have begun to part.
+two part.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
+from hydrosim.compiling.calm import compile_calm, in_waves
+from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.model import METHODS
+from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
-from hydrosim.scene import ADAPTIVE
+from hydrosim.scene import ADAPTIVE, Scene, Solver, Tolerance
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
 
-NEARBY = 1e-9  # m
-PARTED = 1e4  # times: a step's error of 1e-7 of the motions is then 1e-3
-LOST, LITTLE = 1e-4, 30.0
-"""What the part of the energy that is lost may grow to, and times never told.
-(Of 38 random scenes that agree with a finer run it was 2e-5 at most, of 4 others 2e-4 to 2e-3.)"""
-SLACK = 100.0  # tolerances: adaptive methods take other steps for a twin, whose errors differ
+WRONG = 1e-3  # of the range of a motion: what is told
+STILL = 1e-6  # m, rad: a smaller range is none
+FINER, TIGHTER = 1.4, 4.0  # steps of the twin for one of the run, and tolerances
+LEAST = 1e-12  # of a tolerance
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
-GROWING = 5.0  # times: what is not so far away after `FIRST` comes no farther
 FIRST, MOST, AT_ONCE = 60_000, 1_000_000, 5_000  # evaluations of a twin's equation
+STEEP = 4.0  # times farther apart in the second half than in the first: the two part
 
 
-def parted(compiled: Compiled, run: Run, lost: float) -> Iterator[str]:
-    """What to warn of if a ``run`` of the compiled scene, which has ended and ``lost`` that part of
-    the energy exchanged, parts from its twin."""
-    places = compiled.model.bodies.active % 6 < 3
-    if run.counters[EVENTS] < OFTEN or not places.any():
+def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
+    """What to warn of if a ``run`` of the compiled scene, which has ended, is not that of finer
+    steps."""
+    if run.counters[EVENTS] < OFTEN:
         return
-    twin = _twin(compiled, run, places)
-    time, apart = _apart(run, twin)
-    limit = min(PARTED, max(LOST / lost, LITTLE)) if lost > 0.0 else PARTED
-    solver = compiled.scene.solver
-    if solver.method in ADAPTIVE:
-        limit = max(limit, SLACK * solver.tolerance.position / NEARBY)
-    far = np.flatnonzero(apart.max(axis=1) > limit)
+    finer = _finer(compiled)
+    time, wrong = _apart(run, _twin(run, finer), _share(compiled.scene, finer.scene))
+    far = np.flatnonzero(wrong.max(axis=1) > WRONG)
     if far.size:
-        worst = apart[far[0] :].max(axis=0)
+        worst = wrong.max(axis=0)
         name = compiled.scene.bodies[int(worst.argmax())].name
         yield (
-            f"the motion of {name} cannot be foretold: a run that begins {NEARBY:g} m away is"
-            f" {limit:.0f} times as far from it after {time[far[0]]:.4g} s, and {worst.max():.1e}"
-            f" times by {time[-1]:.4g} s; expected to stay near. Errors of the steps grow as much,"
-            f" and {lost:.1e} of the energy exchanged is lost in them."
-            " Take statistics over runs that begin a little apart, or give the contacts more"
-            " damping or friction."
+            f"the motion of {name} may be wrong by {min(worst.max(), 1.0):.1g} of its range by"
+            f" {time[-1]:.4g} s, and by more than {WRONG:g} from {time[far[0]]:.4g} s on: with"
+            f" {_said(finer.scene.solver)} it is another. Choose that or less, as long as this"
+            " figure shrinks with it. Where it does not, contacts part what begins alike: take"
+            " statistics over runs that begin a little apart, or give the contacts more damping or"
+            " friction."
         )
 
 
-def _twin(compiled: Compiled, run: Run, places: np.ndarray) -> Run:
-    """A run of as many evaluations as are worth it, whose bodies begin `NEARBY`, each elsewhere:
-    bodies that are moved together do not notice."""
-    state = compiled.first_state()
-    state.y[: places.size][places] += NEARBY * np.cos(np.arange(np.count_nonzero(places)))
-    twin = new_run(run.clock, run.model, run.method, state, new_record(run.model, run.clock))
+@one_thread
+def _finer(compiled: Compiled) -> Compiled:
+    """The scene with finer steps or a tighter tolerance, with the same databases and sea."""
+    scene = replace(compiled.scene, solver=_finer_solver(compiled.scene))
+    calm, ours = compile_calm(scene, compiled.wet), compiled.model
+    if ours.following.slow.any():  # paths are taken anew every so many steps
+        return in_waves(calm, scene, compiled.sea)
+    return replace(calm, model=calm.model._replace(waves=ours.waves, following=ours.following))
+
+
+def _finer_solver(scene: Scene) -> Solver:
+    solver, given = scene.solver, scene.solver.tolerance
+    if solver.method not in ADAPTIVE:
+        steps = ceil(FINER * scene.output_step / solver.step)
+        return replace(solver, step=scene.output_step / steps)
+    each = (max(x / TIGHTER, LEAST) for x in (given.relative, given.position, given.angle))
+    return replace(solver, tolerance=Tolerance(*each))
+
+
+def _share(scene: Scene, finer: Scene) -> float:
+    """How much of the error of a run is the distance to its finer twin."""
+    if scene.solver.method in ADAPTIVE:
+        return 1.0 - 1.0 / TIGHTER
+    return 1.0 - (finer.solver.step / scene.solver.step) ** METHODS[scene.solver.method].order
+
+
+def _said(solver: Solver) -> str:
+    if solver.method in ADAPTIVE:
+        return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
+    return f"solver.step: {solver.step:.3g} s"
+
+
+def _twin(run: Run, finer: Compiled) -> Run:
+    """A run with finer steps, of as many evaluations as are worth it."""
+    clock, model = compile_clock(finer), finer.model
+    twin = new_run(clock, model, run.method, finer.first_state(), new_record(model, clock))
     counters, allowed = twin.counters, FIRST
     while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
         advance(AT_ONCE, twin)
@@ -72,15 +103,28 @@ def _twin(compiled: Compiled, run: Run, places: np.ndarray) -> Run:
             break
         if not counters[EVENTS]:
             allowed = min(counters[EVALUATIONS] + FIRST, MOST)
-        elif counters[EVALUATIONS] >= allowed and _apart(run, twin)[1].max() > GROWING:
-            allowed = MOST
+        elif counters[EVALUATIONS] >= allowed and _parting(run, twin):
+            allowed = min(2 * allowed, MOST)
     return twin
 
 
-def _apart(run: Run, twin: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Times (nt,) [s] that both have recorded, and how far the bodies are apart then, (nt, nb), in
-    the distances at the start."""
+def _parting(run: Run, twin: Run) -> bool:
+    """Whether the two may be too far apart at the end, going on as they do."""
+    time, wrong = _apart(run, twin, 1.0)
+    if time.size < 2:
+        return False
+    worst, half = wrong.max(axis=1), time.size // 2
+    whole = (run.clock.end - time[0]) / (time[-1] - time[0])
+    steep = worst[half:].max() > STEEP * worst[:half].max(initial=0.0)
+    return bool(steep or whole * worst.max() > WRONG)
+
+
+def _apart(run: Run, twin: Run, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (nt,) [s] that both have recorded, and the error of the ``run`` then, (nt, nb), over
+    the range of each body's places, and of its angles alike."""
     count = min(int(twin.counters[RECORDS]), int(run.counters[RECORDS]))
     ours, theirs = (unpack(one.model, one.record, count) for one in (run, twin))
-    apart = np.abs(theirs["coordinates"] - ours["coordinates"]).reshape(count, -1, 6)
-    return ours["time"], apart[..., :3].max(axis=2) / NEARBY
+    whole = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
+    ranges = np.ptp(whole, axis=0).reshape(-1, 2, 3).max(axis=2)
+    apart = np.abs(theirs["coordinates"] - ours["coordinates"]).reshape(count, -1, 2, 3).max(axis=3)
+    return ours["time"], (apart / np.maximum(ranges, STILL)).max(axis=2) / share
