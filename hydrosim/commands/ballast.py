@@ -86,11 +86,19 @@ def tables(found: Condition, time: float) -> Iterator[Table]:
         ],
     )
     heel, trim = np.degrees(at[3:5])
-    heights = [f"{x:.3f}" if np.isfinite(x) else "" for x in (*found.metacentric, *found.loss)]
     yield _table(
-        "At rest; GM with all that holds it, lines and contacts too",
-        ["heave [m]", "heel [deg]", "trim [deg]", "GM [m]", "GM of trim [m]", "loss", "of trim"],
-        [[f"{at[2]:.4f}", f"{heel:.4f}", f"{trim:.4f}", *heights]],
+        "At rest",
+        ["heave [m]", "heel [deg]", "trim [deg]"],
+        [[f"{at[2]:.4f}", f"{heel:.4f}", f"{trim:.4f}"]],
+    )
+    heights = zip(found.metacentric, found.loss, found.held, strict=True)
+    yield _table(
+        "Metacentric heights at rest [m]",
+        ["", "GM", "taken by free surfaces", "with lines and contacts"],
+        [
+            [of, *(f"{x:.3f}" if np.isfinite(x) else "" for x in row)]
+            for of, row in zip(("heel", "trim"), heights, strict=True)
+        ],
     )
     yield _table(
         "Tanks",

@@ -14,6 +14,7 @@ anew in every iteration.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ from hydrosim.stepping.state import State
 
 ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences
+WIDE = 1e-3  # of those of fourth order
 ENOUGH = 1e-9  # of the weight: a residual that counts as rest
 
 
@@ -73,10 +75,13 @@ class Rest:
 
 
 class _Loads:
-    """Loads of a model over the free coordinates, at a time."""
+    """Loads of a model over the free coordinates, at a time; of some ``rows`` of forces alone if
+    they are given."""
 
-    def __init__(self, model: Model, state: State, time: float) -> None:
-        self.model, self.state, self.time = model, state, time
+    def __init__(
+        self, model: Model, state: State, time: float, rows: Sequence[int] | None = None
+    ) -> None:
+        self.model, self.state, self.time, self.rows = model, state, time, rows
         self.work: Work = new_work(model)
 
     def at(self, q: np.ndarray) -> np.ndarray:
@@ -87,7 +92,7 @@ class _Loads:
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements)
         look_inside(y, model, work)
         add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
-        total_force(work.wrench, work.total)
+        total_force(work.wrench if self.rows is None else work.wrench[[*self.rows]], work.total)
         generalised_force(model.bodies, work.motion, work.total, load)
         return load
 
@@ -136,6 +141,18 @@ def equilibrium(
             " nearer to rest (initial.position)."
         )
     return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
+
+
+def stiffness_of(rest: Rest, rows: Sequence[int]) -> np.ndarray:
+    """-dQ/dq (n, n) of some ``rows`` of forces alone, where the bodies are at rest, by differences
+    of fourth order: of trigonometric functions to 1e-12."""
+    state = rest.state._replace(modes=rest.state.modes.copy())
+    loads, q = _Loads(rest.model, state, rest.time, rows), state.y[: rest.drift.size]
+    behind, ahead, far_behind, far_ahead = (
+        np.array([loads.at(q + step * WIDE) for step in steps * np.eye(q.size)])
+        for steps in (-1.0, 1.0, -2.0, 2.0)
+    )
+    return (8.0 * (behind - ahead) - (far_behind - far_ahead)).T / (12.0 * WIDE)
 
 
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:

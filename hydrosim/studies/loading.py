@@ -1,8 +1,9 @@
 """Loading conditions of bodies with tanks: what they weigh, how they float, how stable they are.
 
-At rest without waves, weight and buoyancy balance with all else that holds the bodies; from the
-stiffness K there, the metacentric heights K / (m g), which free surfaces have lowered by J / m
-(`forces.weight`).
+At rest without waves, weight and buoyancy balance with all else that holds the bodies. Metacentric
+heights are those of weight and buoyancy alone, K / (m g) with their stiffness K there in heel or
+trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`). With
+the stiffness of lines and contacts, too, they say how stable the body is as it is held.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from hydrosim.forces.ballast.pieces import LEVEL, at
 from hydrosim.forces.ballast.shapes import capacity, pieces
 from hydrosim.forces.ballast.tanks import changing
 from hydrosim.forces.ballast.timeline import follow
-from hydrosim.linear.equilibrium import equilibrium
+from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
+from hydrosim.linear.equilibrium import equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
 from hydrosim.scene import Body, Tank
@@ -40,7 +42,7 @@ class TankState(NamedTuple):
 class Condition:
     """A body with what is in its ``tanks``: its ``loading`` in the database's frame and that of the
     ``lightship``; its ``position`` (6,) at rest; ``metacentric`` heights [m] of heel and trim (NaN
-    where it cannot turn), and the ``loss`` by free surfaces in them."""
+    where it cannot turn), the ``loss`` by free surfaces in them, and what they are as ``held``."""
 
     body: Body
     loading: Loading
@@ -49,14 +51,16 @@ class Condition:
     position: np.ndarray
     metacentric: np.ndarray
     loss: np.ndarray
+    held: np.ndarray
 
 
 class Afloat(NamedTuple):
     """All bodies at rest: ``position`` (nb, 6), and the stiffness K (6 nb, 6 nb), zero where a
-    coordinate is locked."""
+    coordinate is locked, of all that holds them and of weight and buoyancy alone, ``floating``."""
 
     position: np.ndarray
     stiffness: np.ndarray
+    floating: np.ndarray
 
 
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
@@ -82,9 +86,12 @@ def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
     rest = equilibrium(model, state, time, weight)
     linear = linearise(rest.model, rest.state, time=time)
-    K = np.zeros((6 * len(scene.bodies),) * 2)
-    K[np.ix_(linear.active, linear.active)] = linear.dynamic_stiffness(np.array([STATIC]))[0].real
-    return Afloat(rest.position, K)
+    rows = [k for k, row in enumerate(row_names(scene)) if k == HYDROSTATIC or row == WEIGHT]
+    each = linear.dynamic_stiffness(np.array([STATIC]))[0].real, stiffness_of(rest, rows)
+    whole = [np.zeros((6 * len(scene.bodies),) * 2) for _ in each]
+    for K, own in zip(whole, each, strict=True):
+        K[np.ix_(linear.active, linear.active)] = own
+    return Afloat(rest.position, *whole)
 
 
 def _still(model: Model) -> Model:
@@ -105,29 +112,40 @@ def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
         own = {tank.name: float(next(moved)) for tank in changing(body)}
         held = [(t, own.get(t.name, v)) for t, v in at_start(body.tanks)]
         if held:
-            angles = slice(6 * b + 3, 6 * b + 5)
-            stiffness = np.diag(found.stiffness)[angles]
-            g = scene.environment.gravity
-            each.append(_condition(body, held, found.position[b], stiffness / g))
+            g, k = scene.environment.gravity, 6 * b + np.array([2, 3, 4])
+            righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
+            each.append(_condition(body, held, found.position[b], *righting))
     return each
 
 
+def _righting(K: np.ndarray) -> np.ndarray:
+    """Stiffness in roll and in pitch (2,) of that in heave, roll and pitch, (3, 3), where heave
+    follows so that what is displaced stays the same."""
+    follows = K[0, 1:] * K[1:, 0] / K[0, 0] if K[0, 0] > 0.0 else np.zeros(2)
+    return np.asarray(np.diag(K)[1:] - follows)
+
+
 def _condition(
-    body: Body, held: Sequence[tuple[Tank, float]], position: np.ndarray, righting: np.ndarray
+    body: Body,
+    contents: Sequence[tuple[Tank, float]],
+    position: np.ndarray,
+    righting: np.ndarray,
+    held: np.ndarray,
 ) -> Condition:
     empty = loaded(
         body.mass, body.centre_of_gravity, np.array(body.inertia), at_start(body.tanks), -1.0
     )
-    full = loaded(empty.mass, empty.centre, empty.inertia, held)
+    full = loaded(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(
         body,
         full,
         empty,
-        tuple(_tank_state(tank, volume) for tank, volume in held),
+        tuple(_tank_state(tank, volume) for tank, volume in contents),
         position,
         np.where(free, righting / full.mass, np.nan),
         full.surface[[2, 0]] / full.mass,
+        np.where(free, held / full.mass, np.nan),
     )
 
 
