@@ -474,17 +474,29 @@ class LevelReached:
 
 
 @dataclass(frozen=True)
+class When:
+    """A ``time`` [s]; or, of a ``channel``, that it has been ``above`` or ``below`` a value for so
+    long, ``lasting`` [s] (the names of channels are in `hydrosim.forces.channels`)."""
+
+    time: float = 0.0
+    channel: str | None = None
+    above: float | None = None
+    below: float | None = None
+    lasting: float = 0.0
+
+
+@dataclass(frozen=True)
 class Pump:
     """Moves ``rate`` [kg/s] from the ``source`` to the ``target``, tanks of its body or, None, the
-    sea, from ``start`` to ``stop``: times [s] or levels. Without ``stop`` until the source is empty
-    or the target full."""
+    sea, from ``start`` to ``stop``: times [s], levels or events. Without ``stop`` until the source
+    is empty or the target full."""
 
     name: str
     rate: float
     source: str | None
     target: str | None
-    start: float | LevelReached = 0.0
-    stop: float | LevelReached | None = None
+    start: float | LevelReached | When = 0.0
+    stop: float | LevelReached | When | None = None
 
 
 @dataclass(frozen=True)
@@ -542,18 +554,6 @@ class Body:
     tanks: tuple[Tank, ...] = ()
     pumps: tuple[Pump, ...] = ()
     constant_inertia: bool = False
-
-
-@dataclass(frozen=True)
-class When:
-    """A ``time`` [s]; or, of a ``channel``, that it has been ``above`` or ``below`` a value for so
-    long, ``lasting`` [s] (the names of channels are in `hydrosim.forces.channels`)."""
-
-    time: float = 0.0
-    channel: str | None = None
-    above: float | None = None
-    below: float | None = None
-    lasting: float = 0.0
 
 
 @dataclass(frozen=True)

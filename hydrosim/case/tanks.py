@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim import scene
+from hydrosim.case.elements.active import Event
 from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull, Scale
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
@@ -168,17 +169,22 @@ class LevelReached(Strict):
 
 
 def _form(value: object) -> str:
+    if isinstance(value, Event) or (isinstance(value, dict) and "channel" in value):
+        return "event"
     return "level" if isinstance(value, dict | LevelReached) else "time"
 
 
 When = Annotated[
-    Annotated[of.Instant, Tag("time")] | Annotated[LevelReached, Tag("level")],
+    Annotated[of.Instant, Tag("time")]
+    | Annotated[LevelReached, Tag("level")]
+    | Annotated[Event, Tag("event")],
     Discriminator(_form),
 ]
 
 
 class Pump(Strict):
-    """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea."""
+    """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea; from
+    ``start`` to ``stop``, each a time, a level or an event."""
 
     source: StrictStr
     target: StrictStr
@@ -189,6 +195,6 @@ class Pump(Strict):
     def build(self, name: str) -> scene.Pump:
         """As a scene has it."""
         source, target = (None if end == SEA else end for end in (self.source, self.target))
-        start = self.start.build() if isinstance(self.start, LevelReached) else self.start
-        stop = self.stop.build() if isinstance(self.stop, LevelReached) else self.stop
+        start = self.start if isinstance(self.start, float | int) else self.start.build()
+        stop = self.stop.build() if isinstance(self.stop, LevelReached | Event) else self.stop
         return scene.Pump(name, self.rate, source, target, start, stop)

@@ -19,6 +19,8 @@ from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import Elements
+from hydrosim.forces.ballast.events import triggered_pumps
+from hydrosim.forces.ballast.tanks import tank_names
 from hydrosim.forces.layout import Layout, Resonance, row_names
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
@@ -197,6 +199,8 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method in ADAPTIVE else scene.solver.step,
         tanks_of(scene),
+        tuple(tank_names(scene)),
+        tuple(triggered_pumps(scene)),
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from hydrosim.compiling.tanks import check_lightship
+from hydrosim.compiling.tank_checks import check_lightship
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT

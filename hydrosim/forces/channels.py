@@ -5,6 +5,7 @@ speed.BODY                              horizontal, of the centre of gravity
 fender_normal_force.NAME                of a contact point, or the sum over those of an element
 fender_compression.POINT                of a contact point
 spring_tension.NAME                     of a spring
+tank_level.TANK of BODY                 above the bottom of a tank that is pumped
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
+from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
+from hydrosim.forces.layout import Layout
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import ForceElement
 
-POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION = range(6)
+POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LEVEL = range(7)
 KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
@@ -31,17 +34,18 @@ KINDS = {
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
     "spring_tension": TENSION,
+    "tank_level": LEVEL,
 }
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
-"""A channel: its kind and the entries, points or springs from ``first`` to before ``end``."""
+"""A channel: its kind and the entries, points, springs or tanks ``first`` to before ``end``."""
 
 
 def compile_channel(
-    name: str, elements: Mapping[str, ForceElement], body: Mapping[str, int]
+    name: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[int, int, int]:
     """Values of `CHANNEL`; InputError where there is no such channel."""
     kind, _, of = name.partition(".")
-    known = _known(kind, elements, body)
+    known = _known(kind, elements, layout)
     if of not in known:
         there = ", ".join(known) or "nothing in this scene"
         expected = f"one of {', '.join(KINDS)}" if kind not in KINDS else f"{kind}. and {there}"
@@ -50,9 +54,12 @@ def compile_channel(
 
 
 def _known(
-    kind: str, elements: Mapping[str, ForceElement], body: Mapping[str, int]
+    kind: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> dict[str, tuple[int, int]]:
     """What a channel of a kind may be of, with its entries."""
+    body = layout.body
+    if kind == "tank_level":
+        return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
     if kind in ("position", "velocity"):
         pairs = (
             (f"{name}.{dof}", 6 * b + j) for name, b in body.items() for j, dof in enumerate(DOFS)
@@ -82,9 +89,9 @@ def unit_ranges(
 
 
 @kernel
-def channel_value(channel, t, y, modes, motion, bodies, fenders, springs):
+def channel_value(channel, t, y, modes, motion, bodies, elements):
     """What a channel is now."""
-    k = channel.first
+    k, fenders, springs = channel.first, elements.fenders, elements.springs
     if channel.kind == POSITION:
         return motion.coordinates[k]
     if channel.kind == VELOCITY:
@@ -96,6 +103,8 @@ def channel_value(channel, t, y, modes, motion, bodies, fenders, springs):
         return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
     if channel.kind == COMPRESSION:
         return geometry.touch(fenders.points[k], bodies, motion).compression
+    if channel.kind == LEVEL:
+        return tanks.level(k, y, elements.tanks) if elements.tanks.each.size > 0 else 0.0
     total = 0.0
     for i in range(k, channel.end):
         contact = geometry.touch(fenders.points[i], bodies, motion)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hydrosim.forces import spring, trigger
-from hydrosim.forces.ballast import flows
+from hydrosim.forces.ballast import pumping
 from hydrosim.forces.contact import fender, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.jit.kernels import kernel, root
@@ -48,7 +48,7 @@ def settle(t, y, modes, motion, bodies, elements):
     transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     spring.settle(modes, motion, bodies, elements.springs)
     if elements.tanks.flows.size > 0:
-        flows.settle(t, modes, elements.tanks)
+        pumping.settle(t, modes, elements.tanks)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.triggers.each.size > 0:
@@ -63,7 +63,7 @@ def find_margins(t, y, modes, motion, bodies, elements, headings, reactions, wat
     if springs.lines.size > 0:
         spring.margins(modes, motion, bodies, springs, out)
     if elements.tanks.flows.size > 0:
-        flows.margins(t, y, modes, elements.tanks, out)
+        pumping.margins(t, y, modes, elements.tanks, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.triggers.each.size > 0:
@@ -89,7 +89,7 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reacti
         guide.switch(i, which, y, modes, motion, bodies, elements)
         return
     if row >= elements.tanks.mode and elements.tanks.flows.size > 0:
-        flows.switch(row - elements.tanks.mode, which, modes, elements.tanks)
+        pumping.switch(row - elements.tanks.mode, which, t, modes, elements.tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
         spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
@@ -119,6 +119,8 @@ def felt(row, part, elements):
     times as there are `FELT` parts."""
     fenders, tanks = elements.fenders, elements.tanks
     if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
+        return tanks.state, tanks.state + tanks.each.size
+    if tanks.flows.size > 0 and is_trigger(row, elements):
         return tanks.state, tanks.state + tanks.each.size
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0

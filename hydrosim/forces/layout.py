@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.scene import Scene, Weight
+from hydrosim.scene import Active, Scene, Weight
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -46,6 +46,14 @@ class Resistance(NamedTuple):
     b: np.ndarray
 
 
+class TriggeredPump(NamedTuple):
+    """A ``flow`` that begins and ends by events, and the ``key`` of its pump in a case."""
+
+    flow: int
+    key: str
+    active: Active
+
+
 @dataclass(frozen=True)
 class Layout:
     """Indices of bodies by name, rows of forces by element name.
@@ -54,7 +62,7 @@ class Layout:
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
     hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
     steps, which cannot follow what is faster; 0 of others. ``tanks`` are those that change, as
-    compiled.
+    compiled, with their names, and the ``pumps`` that begin or end by events.
     """
 
     body: dict[str, int]
@@ -65,3 +73,5 @@ class Layout:
     weight: tuple[float, ...] = ()
     step: float = 0.0
     tanks: Any = None
+    tank_names: tuple[str, ...] = ()
+    pumps: tuple[TriggeredPump, ...] = ()

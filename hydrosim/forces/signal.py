@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrosim.forces.search import piece_of
 from hydrosim.jit.kernels import kernel
 
 
@@ -178,10 +179,4 @@ def find(t, signal, pieces):
     if signal.spacing > 0.0:  # the piece is this one or a neighbour
         guess = low + int((t - pieces[low].start) / signal.spacing)
         low, high = min(max(guess - 1, low), high), max(min(guess + 1, high), low)
-    while low < high:
-        middle = (low + high + 1) // 2
-        if t < pieces[middle].start:
-            high = middle - 1
-        else:
-            low = middle
-    return low
+    return piece_of(t, low, high, pieces)

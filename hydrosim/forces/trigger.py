@@ -1,4 +1,4 @@
-"""Triggers: when elements begin to act, and when they end.
+"""Triggers: when elements begin to act, pumps to run, and when they end.
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
 that a channel has been above or below a value for so long (`hydrosim.forces.channels`); both are
@@ -19,6 +19,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
+from hydrosim.forces.ballast import pumping
 from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
 from hydrosim.forces.contact import transitions
 from hydrosim.forces.contact.fender import Contact
@@ -26,7 +27,7 @@ from hydrosim.forces.layout import Layout
 from hydrosim.forces.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.scene import ForceElement, When
+from hydrosim.scene import Active, ForceElement, When
 
 STATE_NAMES = ("since",)
 """Of each trigger: the time at which its channel has last come to where it is waited for [s]."""
@@ -41,11 +42,12 @@ CONDITION = np.dtype(
 TRIGGER = np.dtype(
     [
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
-        *(("point", int), ("points", int), ("line", int), ("lines", int)),
+        *(("point", int), ("points", int), ("line", int), ("lines", int), ("flow", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and the contact points and springs
-that are its own, ``points`` from ``point`` on."""
+that are its own, ``points`` from ``point`` on; or the flow that is, else `NONE`."""
+NONE = -1
 
 
 class Params(NamedTuple):
@@ -59,26 +61,36 @@ class Params(NamedTuple):
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
-    """Constants of the triggers of ``elements``, in their order."""
+    """Constants of the triggers of ``elements``, in their order, and then of pumps."""
     points, lines = (unit_ranges(elements, kind) for kind in (Contact, Spring))
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
             continue
-        try:
-            starts = _condition(element.active.start or When(time=-inf), elements, layout)
-            ends = _condition(element.active.until or When(time=inf), elements, layout)
-        except InputError as error:
-            raise InputError(f"forces.{name}.active: {error}") from None
-        own = [(a, b - a) for a, b in (of.get(name, (0, 0)) for of in (points, lines))]
-        rows.append((layout.row[name], starts, ends, *own[0], *own[1]))
+        key, own = f"forces.{name}.active", (of.get(name, (0, 0)) for of in (points, lines))
+        ends = _conditions(key, element.active, elements, layout)
+        rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE))
+    for pump in layout.pumps:
+        ends = _conditions(pump.key, pump.active, elements, layout)
+        rows.append((layout.tanks.row, *ends, 0, 0, 0, 0, pump.flow))
     return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
+
+
+def _conditions(
+    key: str, active: Active, elements: Mapping[str, ForceElement], layout: Layout
+) -> tuple[Any, Any]:
+    """Those of the start and of the end."""
+    start, until = active.start or When(time=-inf), active.until or When(time=inf)
+    try:
+        return _condition(start, elements, layout), _condition(until, elements, layout)
+    except InputError as error:
+        raise InputError(f"{key}: {error}") from None
 
 
 def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
     if when.channel is None:
         return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
-    channel = compile_channel(when.channel, elements, layout.body)
+    channel = compile_channel(when.channel, elements, layout)
     above = when.above is not None
     value = when.above if when.above is not None else when.below
     return 0.0, True, channel, 1.0 if above else -1.0, value, when.lasting
@@ -99,10 +111,7 @@ def beyond(condition, t, y, modes, motion, bodies, elements):
     """How far a condition is beyond its time or value."""
     if not condition.watches:
         return t - condition.time
-    found = channel_value(
-        *(condition.channel, t, y, modes, motion, bodies),
-        *(elements.fenders, elements.springs),
-    )
+    found = channel_value(condition.channel, t, y, modes, motion, bodies, elements)
     return condition.sign * (found - condition.value)
 
 
@@ -143,9 +152,12 @@ def switch(j, which, t, y, modes, motion, bodies, elements):
 
 @kernel
 def act(j, t, y, modes, motion, bodies, elements):
-    """Bring the contacts and lines of trigger ``j`` in, or take them out."""
+    """Bring the contacts and lines of trigger ``j`` in, or take them out; turn its flow."""
     trigger, fenders, springs = elements.triggers.each[j], elements.fenders, elements.springs
-    now = modes[elements.triggers.mode + j, MODE] == DURING
+    stage = modes[elements.triggers.mode + j, MODE]
+    now = stage == DURING
+    if trigger.flow != NONE:
+        pumping.turn(trigger.flow, stage, y, modes, elements.tanks)
     for i in range(trigger.point, trigger.point + trigger.points):
         if now:
             transitions.come(i, t, y, modes, motion, bodies, fenders)
@@ -188,7 +200,7 @@ def is_on(j, modes, p):
 def silence(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of elements that do not act."""
     for j in range(p.each.size):
-        if not is_on(j, modes, p):
+        if not is_on(j, modes, p) and p.each[j].flow == NONE:
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from hydrosim.forces import own_modes
 from hydrosim.forces.ballast import tanks
-from hydrosim.forces.ballast.flows import RUNNING
 from hydrosim.forces.ballast.pieces import FIRST, LEVEL
+from hydrosim.forces.ballast.pumping import RUNNING
 from hydrosim.forces.ballast.tanks import Tanks, flow_names, quantity, tank_names
 from hydrosim.forces.modes import MODE, SEGMENT
 from hydrosim.scene import Scene

@@ -9,7 +9,8 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Contact, Spring
-from hydrosim.forces.ballast.tanks import tank_names
+from hydrosim.forces.ballast.events import triggered_pumps
+from hydrosim.forces.ballast.tanks import flow_names, tank_names
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.contact.loop import STATE_NAMES as REMEMBERED
@@ -109,8 +110,10 @@ def guide_names(scene: Scene) -> list[str]:
 
 
 def trigger_names(scene: Scene) -> list[str]:
-    """Names of the elements that are active for a time only."""
-    return [name for name, element in scene.forces.items() if element.active is not None]
+    """Names of the elements that are active for a time only, and of pumps that wait for events."""
+    named = [name for name, element in scene.forces.items() if element.active is not None]
+    flows = flow_names(scene)
+    return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene))]
 
 
 def _units(scene: Scene, kind: type[ForceElement]) -> list[str]:

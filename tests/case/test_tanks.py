@@ -144,6 +144,15 @@ def test_a_mesh_that_is_no_tank_is_refused(
         load(tanks=f"wing: {{{keys}}}\n", pumps=OUT)
 
 
+def test_a_pump_by_an_event_is_the_pump_by_that_level(load: Load) -> None:
+    by_event = PUMPS.replace("{tank: wing, ", "{channel: tank_level.wing of barge, ")
+    assert by_event != PUMPS
+    runs = [hs.simulate(load(pumps=pumps)) for pumps in (PUMPS, by_event)]
+    levels, events = (run.tank_level.values for run in runs)
+    assert_allclose(events, levels, atol=1e-9)
+    assert [*runs[1].trigger.values] == ["trim of barge"]
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

@@ -17,6 +17,9 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
+from hydrosim.forces.ballast.pieces import SURFACE
+from hydrosim.forces.ballast.pieces import at as held_at
+from hydrosim.forces.ballast.shapes import pieces
 from hydrosim.linear.linearise import inertia
 from hydrosim.scene import (
     Body,
@@ -295,6 +298,31 @@ def test_frozen_surfaces_do_not_turn_the_body() -> None:
         found[surface_of] = -linear.jacobian[1, 0] * linear.inertia[0, 0]
     loss = found[FreeSurface.FROZEN] - found[FreeSurface.QUASI_STATIC]
     assert loss == pytest.approx(DENSITY * 9.81 * 0.9 * 2.0 * 2.5**3 / 12.0, rel=1e-6)
+
+
+def test_an_empty_and_a_full_tank_have_no_free_surface() -> None:
+    """What it takes from the stiffness in roll: rho g i, smoothly less in the last hundredth."""
+    own = pieces(LEFT.shape, np.zeros(3))
+    full, i = 11.25, 0.9 * 2.0 * 2.5**3 / 12.0
+    parts = np.array([0.0, 0.005, 0.01, 0.5, 0.99, 0.995, 1.0])
+    found = [held_at(own, part * full)[SURFACE + 2] / i for part in parts]
+    assert_allclose(found, [0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0], atol=1e-12)
+    for edge in (0.01 * full, 0.99 * full):
+        before, after = (held_at(own, edge + x)[SURFACE + 2] for x in (-1e-6, 1e-6))
+        assert after == pytest.approx(before, abs=1e-9)
+
+
+def test_the_ledger_closes_while_a_tank_runs_empty_under_a_body_that_heels() -> None:
+    body = loaded(Pump("out", 200.0, "left", None), tanks=(replace(LEFT, level=0.1), RIGHT))
+    stiffness = np.diag([3e4, 2e4, 2e6, 4e5, 5e5, 6e5])
+    body = replace(body, position=moving(roll=0.2), velocity=moving(pitch=0.1))
+    residuals = []
+    for step in (0.02, 0.01):
+        hung = scene(body, {"line": LinearMooring("block", stiffness)}, 4.0, 0.1, step=step)
+        run = hs.simulate(hung)
+        residuals.append(float(np.abs(run.energy_residual).max() / run.energy_kinetic.max()))
+    assert residuals[1] <= 1e-5
+    assert residuals[1] <= residuals[0] / 6.0
 
 
 def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:

@@ -13,10 +13,11 @@ from scipy.spatial import ConvexHull
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
+from hydrosim.forces.ballast.mesh import pieces_of_mesh
 from hydrosim.forces.ballast.mirror import images
 from hydrosim.forces.ballast.pieces import SURFACE, at
 from hydrosim.forces.ballast.shapes import capacity, height, pieces, volume_at
-from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight
+from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
 BOX = Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9)
@@ -35,17 +36,19 @@ def corners_of(box: Box) -> np.ndarray:
     return np.stack(np.meshgrid(*zip(box.low, box.high, strict=True)), -1).reshape(-1, 3)
 
 
-def held(mesh: TankMesh, volume: np.ndarray, origin: np.ndarray = ORIGIN) -> np.ndarray:
-    """All quantities (n, 13) at volumes (n,)."""
-    own = pieces(mesh, origin)
+def held(mesh: TankMesh | Box, volume: np.ndarray, origin: np.ndarray = ORIGIN) -> np.ndarray:
+    """All quantities (n, 13) at volumes (n,), of a mesh without the ends of its surface."""
+    own = pieces_of_mesh(mesh, origin) if isinstance(mesh, TankMesh) else pieces(mesh, origin)
     return np.array([at(own, v) for v in volume])
 
 
 def test_a_box_that_is_a_mesh_is_the_box() -> None:
     """Walls are upright: cubics over V are exact."""
     mesh = hull(corners_of(BOX), BOX.permeability)
-    volume = np.linspace(0.0, capacity(BOX), 41)
-    assert_allclose(held(mesh, volume), held(BOX, volume), rtol=1e-12, atol=1e-12 * 11.25)
+    volume, (there, here) = np.linspace(0.0, capacity(BOX), 401), (BOX, mesh)
+    tables = [pieces(shape, ORIGIN) for shape in (there, here)]
+    boxed, found = ([at(table, v) for v in volume] for table in tables)
+    assert_allclose(found, boxed, rtol=1e-12, atol=1e-12 * 11.25)
     assert capacity(mesh) == pytest.approx(capacity(BOX), rel=1e-13)
     assert volume_at(mesh, 0.7) == pytest.approx(volume_at(BOX, 0.7), rel=1e-13)
     assert height(mesh) == height(BOX)
@@ -59,7 +62,7 @@ def test_two_boxes_on_each_other_are_a_mesh_with_a_step() -> None:
     step = [p[~(np.ptp(p[..., 2], axis=1) == 0.0) | (p[:, 0, 2] != 1.0)] for p in parts]
     edge, lid = np.array([[2.0, 0, 1], [4, 0, 1], [4, 3, 1], [2, 3, 1]]), [[0, 1, 2], [0, 2, 3]]
     mesh = TankMesh(np.concatenate([*step, edge[lid]]))
-    below, above = np.linspace(0.0, 11.9, 7), np.linspace(0.1, 12.0, 7)
+    below, above = np.linspace(0.2, 11.8, 7), np.linspace(0.2, 11.8, 7)
     assert_allclose(held(mesh, below), held(low, below), atol=1e-11)
     full = held(low, np.array([12.0]))[0]
     full[SURFACE:] = 0.0
@@ -124,6 +127,18 @@ def test_the_mirror_image_of_a_mesh_is_found_whatever_its_triangles() -> None:
     for other, expected in ((starboard, [1, 0]), (turned, [1, 0]), (longer, [None, None])):
         tanks = Tank("port", port, 1.0), Tank("starboard", other, 1.0)
         assert images(block(2e4, weight=Weight.CARRIED, tanks=tanks))[0] == expected
+
+
+def test_the_mirror_image_of_a_pump_waits_for_the_image_of_its_tank() -> None:
+    port, starboard = Box((-1, 0.5, -1), (1, 1.5, 1)), Box((-1, -1.5, -1), (1, -0.5, 1))
+    tanks = Tank("port", port, 1.0), Tank("starboard", starboard, 1.0)
+    port_pump, other, wrong = (
+        Pump(f"pump {k}", 1.0, of, None, When(channel=f"tank_level.{by} of block", below=0.5))
+        for k, (of, by) in enumerate((("port",) * 2, ("starboard",) * 2, ("starboard", "port")))
+    )
+    for pumps, expected in (((port_pump, other), [1, 0]), ((port_pump, wrong), [None, None])):
+        body = block(2e4, weight=Weight.CARRIED, tanks=tanks, pumps=pumps)
+        assert images(body)[1] == expected
 
 
 def test_rooms_above_each_other_are_refused() -> None:

@@ -21,77 +21,16 @@ Time-Variable Mass, chapter 3.)
 
 Energy: kinetic energy is v M v / 2; what flow does to it, v F + v M' v / 2, and to the weight's
 potential, is booked as work.
-
-A flow runs in pieces of constant rate, which end at given times; between them it waits for a level,
-runs, or is over, as its mode says.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE
-from hydrosim.forces.modes import MARGINS, MODE, SEGMENT
+from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE, bend, slope
+from hydrosim.forces.ballast.pumping import SEA, rate_of
+from hydrosim.forces.search import piece_of
 from hydrosim.forces.weight import upright
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
-
-SEA = -1
-WAITING, RUNNING, OVER = range(3)
-NEXT_MARGIN, SOURCE_MARGIN, TARGET_MARGIN, LEVEL_MARGIN = range(4)
-FLOW = np.dtype(
-    [
-        *(("body", int), ("source", int), ("target", int), ("first", int), ("last", int)),
-        *(("start_tank", int), ("start_volume", float), ("start_sign", float)),
-        *(("stop_tank", int), ("stop_volume", float), ("stop_sign", float)),
-        *(("watched", bool), ("inertial", bool), ("image", int)),
-    ]
-)
-"""``first`` and ``last`` of its rates; a level is reached where sign (V - volume) is positive, and
-is none where the tank is `SEA`; ``watched`` if it ends where its source is empty or target full;
-``image`` is the flow that is its mirror image, itself if none is."""
-RATE = np.dtype([("end", float), ("rate", float)])
-"""Mass per time [kg/s] until ``end`` [s]; into the target, negative back to the source."""
-
-
-@kernel
-def find(volume, tank, pieces):
-    """Index of the piece of a tank that a volume is on."""
-    low, high = tank.first, tank.last
-    while low < high:
-        middle = (low + high + 1) // 2
-        if volume < pieces[middle].start:
-            high = middle - 1
-        else:
-            low = middle
-    return low
-
-
-@kernel
-def value(piece, i, x):
-    """Quantity i at x from the start of a piece."""
-    c = piece.c
-    return c[i, 0] + x * (c[i, 1] + x * (c[i, 2] + x * c[i, 3]))
-
-
-@kernel
-def slope(piece, i, x):
-    """Its derivative."""
-    c = piece.c
-    return c[i, 1] + x * (2.0 * c[i, 2] + x * 3.0 * c[i, 3])
-
-
-@kernel
-def _bend(piece, i, x):
-    c = piece.c
-    return 2.0 * c[i, 2] + x * 6.0 * c[i, 3]
-
-
-@kernel
-def rate_of(i, modes, p):
-    """Mass per time of flow ``i``."""
-    mode = modes[p.mode + i]
-    return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
 
 
 @kernel
@@ -99,10 +38,10 @@ def surface_of(k, y, p):
     """Centroid r (3,) of the surface of tank ``k``, r's derivative by V, and P' about the origin,
     in the body frame."""
     tank = p.each[k]
-    piece = p.pieces[find(y[p.state + k], tank, p.pieces)]
+    piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x = y[p.state + k] - piece.start
     r = (slope(piece, FIRST, x), slope(piece, FIRST + 1, x), slope(piece, FIRST + 2, x))
-    dr = (_bend(piece, FIRST, x), _bend(piece, FIRST + 1, x), _bend(piece, FIRST + 2, x))
+    dr = (bend(piece, FIRST, x), bend(piece, FIRST + 1, x), bend(piece, FIRST + 2, x))
     square = (slope(piece, SECOND, x), slope(piece, SECOND + 1, x), slope(piece, SECOND + 2, x))
     mixed = (slope(piece, SECOND + 3, x), slope(piece, SECOND + 4, x), slope(piece, SECOND + 5, x))
     return r, dr, square, mixed
@@ -207,7 +146,7 @@ def _lifted(k, y, motion, bodies, p):
     """dU/dm / g of what tank ``k`` takes in: its height above the still water, and what it changes
     of the free surface."""
     tank, b = p.each[k], p.each[k].body
-    piece = p.pieces[find(y[p.state + k], tank, p.pieces)]
+    piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x, n = y[p.state + k] - piece.start, upright(b, motion, bodies)
     r, _, _, _ = surface_of(k, y, p)
     xx, xy = slope(piece, SURFACE, x), slope(piece, SURFACE + 1, x)
@@ -236,58 +175,3 @@ def add_momentum(factor, y, modes, motion, bodies, p, wrench):
         for j in range(3):
             wrench[6 * flow.body + j] += along[j]
             wrench[6 * flow.body + 3 + j] += around[j]
-
-
-@root
-def margins(t, y, modes, p, out):
-    """Margins of all flows into ``out``: time to the end of the piece, room in source and target,
-    and what is missing of a level."""
-    for i in range(p.flows.size):
-        flow, mode, m = p.flows[i], modes[p.mode + i], MARGINS * (p.mode + i)
-        for j in range(MARGINS):
-            out[m + j] = 1.0
-        if mode[MODE] == WAITING:
-            missing = y[p.state + flow.start_tank] - flow.start_volume
-            out[m + LEVEL_MARGIN] = -flow.start_sign * missing
-        elif mode[MODE] == RUNNING:
-            _running(t, y, mode, flow, p, m, out)
-
-
-@kernel
-def _running(t, y, mode, flow, p, m, out):
-    if mode[SEGMENT] < flow.last:
-        out[m + NEXT_MARGIN] = p.rates[mode[SEGMENT]].end - t
-    if p.rates[mode[SEGMENT]].rate == 0.0:
-        return
-    if flow.watched and flow.source != SEA:
-        out[m + SOURCE_MARGIN] = y[p.state + flow.source]
-    if flow.watched and flow.target != SEA:
-        tank = p.each[flow.target]
-        out[m + TARGET_MARGIN] = tank.capacity - y[p.state + flow.target]
-    if flow.stop_tank != SEA:
-        over = y[p.state + flow.stop_tank] - flow.stop_volume
-        out[m + LEVEL_MARGIN] = -flow.stop_sign * over
-
-
-@kernel
-def switch(i, which, modes, p):
-    """Put flow ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    mode = modes[p.mode + i]
-    if mode[MODE] == WAITING:
-        mode[MODE] = RUNNING
-    elif which == NEXT_MARGIN:
-        mode[SEGMENT] += 1
-    else:
-        mode[MODE] = OVER
-
-
-@root
-def settle(t, modes, p):
-    """Modes of all flows for a start: those that wait for a level wait, all others run, on the
-    piece that ends at ``t`` or later."""
-    for i in range(p.flows.size):
-        flow, mode = p.flows[i], modes[p.mode + i]
-        mode[MODE] = RUNNING if flow.start_tank == SEA else WAITING
-        mode[SEGMENT] = flow.first
-        while mode[SEGMENT] < flow.last and p.rates[mode[SEGMENT]].end < t:
-            mode[SEGMENT] += 1

@@ -9,7 +9,18 @@ import numpy as np
 
 from hydrosim.forces.ballast.shapes import capacity, pieces
 from hydrosim.forces.mirroring import SMALL
-from hydrosim.scene import Body, Box, LevelReached, Plan, Pump, Tank, TankMesh, TankShape, TankTable
+from hydrosim.scene import (
+    Body,
+    Box,
+    LevelReached,
+    Plan,
+    Pump,
+    Tank,
+    TankMesh,
+    TankShape,
+    TankTable,
+    When,
+)
 
 
 def images(body: Body) -> tuple[list[int | None], list[int | None]]:
@@ -92,9 +103,13 @@ def _near(a: object, b: object) -> bool:
 def _turned(pump: Pump, names: dict[str, str | None]) -> Pump:
     """The pump between the images of its tanks."""
 
-    def of(when: float | LevelReached | None) -> float | LevelReached | None:
+    def of(when: float | LevelReached | When | None) -> float | LevelReached | When | None:
         if isinstance(when, LevelReached):
             return replace(when, tank=str(names[when.tank]))
+        kind, _, tank = str(getattr(when, "channel", "")).partition(".")
+        if isinstance(when, When) and kind == "tank_level":
+            name, _, body = tank.partition(" of ")
+            return replace(when, channel=f"{kind}.{names.get(name, name)} of {body}")
         return when
 
     ends = [None if end is None else str(names[end]) for end in (pump.source, pump.target)]

@@ -3,15 +3,19 @@
     S(V) = int r dV,   P(V) = int r r^T dV,   level h(V),   J(V) of the free surface
 
 in the body frame, as cubics in V on pieces. What is added or taken lies at the surface, about its
-centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body.
+centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body. An empty tank and a
+full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from hydrosim.jit.kernels import kernel
+
 FIRST, SECOND, LEVEL, SURFACE, ALL = 0, 3, 9, 10, 13
 """Where S (3), P (xx, yy, zz, xy, xz, yz), h and J (xx, xy, yy) begin; their number."""
+SHALLOW = 0.01  # of a tank's volume
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PIECE = np.dtype([("start", float), ("c", float, (ALL, 4))])
 """Coefficients of 1, x, x^2, x^3, x = V - start."""
@@ -30,3 +34,50 @@ def hermite(
     x = length[:, None]
     bend = (3.0 * gain / x - 2.0 * slope - last) / x
     return np.stack([start, slope, bend, (slope + last - 2.0 * gain / x) / x**2], axis=2)
+
+
+def with_ends(table: np.ndarray, full: float) -> np.ndarray:
+    """The pieces of a tank of this volume [m^3], with a surface J that vanishes at both ends."""
+    low, high = SHALLOW * full, (1.0 - SHALLOW) * full
+    starts = np.union1d(table["start"], [low, high])
+    of = np.searchsorted(table["start"], starts, side="right") - 1
+    found = np.zeros(starts.size, dtype=PIECE)
+    found["start"], found["c"] = starts, _moved(table["c"][of], starts - table["start"][of])
+    inner = [found["c"][np.searchsorted(starts, v), SURFACE:, :2].T for v in (low, high)]
+    nothing = np.zeros((1, ALL - SURFACE))
+    for begin, first, last in ((0.0, nothing, inner[0]), (high, inner[1], nothing)):
+        ends = (np.broadcast_to(end, (2, ALL - SURFACE))[:, None] for end in (first, last))
+        (value, slope), (then, slope_then) = ends
+        curve = hermite(value, then - value, slope, slope_then, np.array([low]))[0]
+        own = (starts >= begin) & (starts < begin + low)
+        found["c"][own, SURFACE:] = _moved(curve[None], starts[own] - begin)
+    return found
+
+
+def _moved(c: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Coefficients (n, m, 4) of the same cubics about a point x (n,) further on."""
+    a, b, d, e = np.moveaxis(c, -1, 0)
+    x = x[:, None]
+    each = (a + x * (b + x * (d + x * e)), b + x * (2 * d + x * 3 * e), d + x * 3 * e)
+    return np.stack([*each, np.broadcast_to(e, each[0].shape)], axis=-1)
+
+
+@kernel
+def value(piece, i, x):
+    """Quantity i at x from the start of a piece."""
+    c = piece.c
+    return c[i, 0] + x * (c[i, 1] + x * (c[i, 2] + x * c[i, 3]))
+
+
+@kernel
+def slope(piece, i, x):
+    """Its derivative by V."""
+    c = piece.c
+    return c[i, 1] + x * (2.0 * c[i, 2] + x * 3.0 * c[i, 3])
+
+
+@kernel
+def bend(piece, i, x):
+    """Its second derivative."""
+    c = piece.c
+    return 2.0 * c[i, 2] + x * 6.0 * c[i, 3]

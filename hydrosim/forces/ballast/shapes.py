@@ -7,13 +7,17 @@ from typing import Any
 import numpy as np
 
 from hydrosim.forces.ballast.mesh import capacity_of_mesh, pieces_of_mesh
-from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at
+from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at, with_ends
 from hydrosim.forces.ballast.table import level_of_table, pieces_of_table
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
 
 
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
     """The pieces (n,) of `PIECE` of a shape, about ``origin`` (3,) [m] of the body's frame."""
+    return with_ends(_pieces(shape, origin), capacity(shape))
+
+
+def _pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
     match shape:
         case TankTable():
             return pieces_of_table(shape, origin)

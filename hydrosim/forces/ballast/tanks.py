@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.ballast.flows import FLOW, RATE, find, value
-from hydrosim.forces.ballast.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE
+from hydrosim.forces.ballast.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value
+from hydrosim.forces.ballast.pumping import FLOW, RATE
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.modes import MODE
+from hydrosim.forces.search import piece_of
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import Body, ForceElement, Scene, Tank
 
@@ -107,6 +108,14 @@ def state_count(p: Tanks) -> int:
     return int(p.each.size)
 
 
+@kernel
+def level(k, y, p):
+    """Level of tank ``k`` [m]."""
+    tank, volume = p.each[k], y[p.state + k]
+    piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
+    return value(piece, LEVEL, volume - piece.start)
+
+
 @root
 def fill(y, p, contents):
     """What is in the tanks into ``contents``."""
@@ -133,7 +142,7 @@ def fill(y, p, contents):
 def _fill(volume, tank, p, contents):
     """Add what is in one tank."""
     b, d = tank.body, tank.density
-    piece = p.pieces[find(volume, tank, p.pieces)]
+    piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
     x = volume - piece.start
     contents.mass[b] += d * volume
     for i in range(3):

@@ -1,4 +1,8 @@
-"""What is in the tanks over time, without any motion: flows depend on time and levels alone."""
+"""What is in the tanks over time without any motion, by flows that depend on time and levels.
+
+What flows by triggers is not known without the motion: here it does not flow at all, and tanks that
+it fills or empties have no problem.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.ballast.flows import OVER, RUNNING, SEA, WAITING
+from hydrosim.forces.ballast.pumping import OVER, RUNNING, SEA, WAITING
 from hydrosim.forces.ballast.tanks import CLOSE, Tanks
 
 MOST = 10_000  # changes of flows
@@ -42,6 +46,8 @@ class _Flow:
     def __init__(self, p: Tanks, i: int) -> None:
         self.p, self.of, self.piece = p, p.flows[i], int(p.flows["first"][i])
         self.mode = RUNNING if self.of["start_tank"] == SEA else WAITING
+        if self.of["triggered"]:
+            self.mode = OVER
         self.begun = 0.0
 
     @property
@@ -81,6 +87,8 @@ class _Flow:
         """Go on to what follows."""
         if self.mode == WAITING:
             self.mode, self.begun = RUNNING, t
+            while self.piece < self.of["last"] and self.p.rates["end"][self.piece] <= t:
+                self.piece += 1
         elif self.piece < self.of["last"] and self.p.rates["end"][self.piece] <= t:
             self.piece, self.begun = self.piece + 1, t
         else:
@@ -116,11 +124,18 @@ def follow(p: Tanks, end: float) -> Timeline:
             if at <= then:
                 pumping = flow.rate != 0.0
                 flow.change(t)
-                if flow.mode == OVER and pumping and flow.begun == t:
+                known = {int(flow.of["source"]), int(flow.of["target"])}.isdisjoint(unforeseen(p))
+                if flow.mode == OVER and pumping and flow.begun == t and known:
                     return Timeline(
                         np.array(times), np.array(volumes), Problem(i, None, t, "nothing")
                     )
     return Timeline(np.array(times), np.array(volumes), None)
+
+
+def unforeseen(p: Tanks) -> set[int]:
+    """The tanks that flows by triggers fill or empty."""
+    by_triggers = p.flows[p.flows["triggered"]]
+    return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA}
 
 
 def _speeds(flows: list[_Flow], p: Tanks) -> np.ndarray:
@@ -136,6 +151,7 @@ def _problem(
     size = p.each["capacity"]
     after = volume + speed * (then - t)
     beyond = (after < -CLOSE * size) | (after > (1.0 + CLOSE) * size)
+    beyond[[*unforeseen(p)]] = False
     for tank in np.flatnonzero(beyond).tolist():
         dry = after[tank] < 0.0
         room = volume[tank] if dry else size[tank] - volume[tank]

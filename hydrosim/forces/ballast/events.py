@@ -1,0 +1,40 @@
+"""Pumps that begin or end by events, which nothing foretells but the run itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hydrosim.forces.ballast.tanks import flow_keys
+from hydrosim.forces.layout import TriggeredPump
+from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, When
+
+
+def unforeseen_tanks(body: Body) -> set[str | None]:
+    """Names of the tanks that pumps by events fill or empty."""
+    pumps = [pump for pump in body.pumps if is_triggered(pump)]
+    return {end for pump in pumps for end in (pump.source, pump.target)} - {None}
+
+
+def is_triggered(pump: Pump) -> bool:
+    """Whether a pump begins or ends by an event."""
+    return isinstance(pump.start, When) or isinstance(pump.stop, When)
+
+
+def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
+    """The pumps that begin or end by events, with the index of their flow."""
+    first = 0
+    for body in scene.bodies:
+        for i, pump in enumerate(body.pumps, first):
+            if is_triggered(pump):
+                start, until = (_event(when, body) for when in (pump.start, pump.stop))
+                key = f"bodies.{body.name}.pumps.{pump.name}"
+                yield TriggeredPump(i, key, Active(start, until))
+        first += len(flow_keys(body))
+
+
+def _event(when: float | LevelReached | When | None, body: Body) -> When | None:
+    """A time or a level as what a trigger waits for."""
+    if isinstance(when, LevelReached):
+        side = {"above" if when.above else "below": when.level}
+        return When(channel=f"tank_level.{when.tank} of {body.name}", **side)
+    return When(float(when)) if isinstance(when, float | int) else when

@@ -1,0 +1,105 @@
+"""When fluid flows: flows wait, run and are over, as their modes say.
+
+A flow runs in pieces of constant rate, which end at given times; it begins at once, when a level
+is reached or by a trigger (`hydrosim.forces.trigger`), and ends at a time, at a level, by a
+trigger, or when its source is empty or its target full. All of these are events.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.forces.modes import MARGINS, MODE, SEGMENT
+from hydrosim.jit.kernels import kernel, root
+
+SEA = -1
+WAITING, RUNNING, OVER = range(3)
+NEXT_MARGIN, SOURCE_MARGIN, TARGET_MARGIN, LEVEL_MARGIN = range(4)
+FLOW = np.dtype(
+    [
+        *(("body", int), ("source", int), ("target", int), ("first", int), ("last", int)),
+        *(("start_tank", int), ("start_volume", float), ("start_sign", float)),
+        *(("stop_tank", int), ("stop_volume", float), ("stop_sign", float)),
+        *(("watched", bool), ("triggered", bool), ("inertial", bool), ("image", int)),
+    ]
+)
+"""``first`` and ``last`` of its rates; a level is reached where sign (V - volume) is positive, and
+is none where the tank is `SEA`; ``watched`` if it ends where its source is empty or target full;
+``triggered`` if it begins and ends by a trigger; ``image`` is the flow that is its mirror image,
+itself if none is."""
+RATE = np.dtype([("end", float), ("rate", float)])
+"""Mass per time [kg/s] until ``end`` [s]; into the target, negative back to the source."""
+
+
+@kernel
+def rate_of(i, modes, p):
+    """Mass per time of flow ``i``."""
+    mode = modes[p.mode + i]
+    return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
+
+
+@root
+def margins(t, y, modes, p, out):
+    """Margins of all flows into ``out``: time to the end of the piece, room in source and target,
+    and what is missing of a level."""
+    for i in range(p.flows.size):
+        flow, mode, m = p.flows[i], modes[p.mode + i], MARGINS * (p.mode + i)
+        for j in range(MARGINS):
+            out[m + j] = 1.0
+        if mode[MODE] == WAITING and flow.start_tank != SEA:
+            missing = y[p.state + flow.start_tank] - flow.start_volume
+            out[m + LEVEL_MARGIN] = -flow.start_sign * missing
+        elif mode[MODE] == RUNNING:
+            _running(t, y, mode, flow, p, m, out)
+
+
+@kernel
+def _running(t, y, mode, flow, p, m, out):
+    if mode[SEGMENT] < flow.last:
+        out[m + NEXT_MARGIN] = p.rates[mode[SEGMENT]].end - t
+    if p.rates[mode[SEGMENT]].rate == 0.0:
+        return
+    if flow.watched and flow.source != SEA:
+        out[m + SOURCE_MARGIN] = y[p.state + flow.source]
+    if flow.watched and flow.target != SEA:
+        tank = p.each[flow.target]
+        out[m + TARGET_MARGIN] = tank.capacity - y[p.state + flow.target]
+    if flow.stop_tank != SEA:
+        over = y[p.state + flow.stop_tank] - flow.stop_volume
+        out[m + LEVEL_MARGIN] = -flow.stop_sign * over
+
+
+@kernel
+def switch(i, which, t, modes, p):
+    """Put flow ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    mode = modes[p.mode + i]
+    if mode[MODE] == WAITING:
+        mode[MODE] = RUNNING
+        while mode[SEGMENT] < p.flows[i].last and p.rates[mode[SEGMENT]].end <= t:
+            mode[SEGMENT] += 1
+    elif which == NEXT_MARGIN:
+        mode[SEGMENT] += 1
+    else:
+        mode[MODE] = OVER
+
+
+@kernel
+def turn(i, stage, y, modes, p):
+    """Put flow ``i`` where its trigger is: before, during or after its time, which are `WAITING`,
+    `RUNNING` and `OVER`; over, too, where there is nothing to pump."""
+    flow, mode = p.flows[i], modes[p.mode + i]
+    dry = flow.source != SEA and y[p.state + flow.source] <= 0.0
+    full = flow.target != SEA and y[p.state + flow.target] >= p.each[flow.target].capacity
+    mode[MODE] = OVER if stage == RUNNING and (dry or full) else stage
+
+
+@root
+def settle(t, modes, p):
+    """Modes of all flows for a start: those that wait for a level wait, all others run, on the
+    piece that ends at ``t`` or later; triggers have the last word."""
+    for i in range(p.flows.size):
+        flow, mode = p.flows[i], modes[p.mode + i]
+        mode[MODE] = RUNNING if flow.start_tank == SEA else WAITING
+        mode[SEGMENT] = flow.first
+        while mode[SEGMENT] < flow.last and p.rates[mode[SEGMENT]].end < t:
+            mode[SEGMENT] += 1

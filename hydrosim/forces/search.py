@@ -1,0 +1,18 @@
+"""Which piece of a piecewise function a number is on."""
+
+from __future__ import annotations
+
+from hydrosim.jit.kernels import kernel
+
+
+@kernel
+def piece_of(x, low, high, pieces):
+    """Index, from ``low`` to ``high``, of the last of ``pieces`` that starts at ``x`` or before; of
+    the first of these where all start later."""
+    while low < high:
+        middle = (low + high + 1) // 2
+        if x < pieces[middle].start:
+            high = middle - 1
+        else:
+            low = middle
+    return low
