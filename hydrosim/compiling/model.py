@@ -21,7 +21,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import Elements
 from hydrosim.forces.ballast.events import triggered_pumps
 from hydrosim.forces.ballast.tanks import tank_names
-from hydrosim.forces.layout import Layout, Resonance, row_names
+from hydrosim.forces.layout import Layout, Resonance, carried, row_names
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
@@ -201,6 +201,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         tanks_of(scene),
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
+        carried(scene),
     )
 
 

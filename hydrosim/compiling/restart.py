@@ -21,7 +21,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import events, new_modes, own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
 from hydrosim.forces.ballast.tanks import flow_names, tank_names
-from hydrosim.forces.contact import fender, guide, loop
+from hydrosim.forces.contact import fender, group, guide, loop
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
@@ -30,6 +30,7 @@ from hydrosim.results.names import (
     MOVING,
     draught_names,
     fender_names,
+    group_names,
     guide_names,
     memory_names,
     moving_names,
@@ -259,6 +260,7 @@ def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.nda
     _restore_triggers(scene, model, run, stored)
     possible = _possible(time, y, stored, motion, model)
     _set_anew(model.elements.fenders, y, anew, [*map(bool, possible)], run, fender_names(scene))
+    _begin_groups(scene, model, y, anew, run)
     return np.where(possible[:, None], stored, settled)
 
 
@@ -276,6 +278,17 @@ def _set_anew(
         if not possible[fenders.mode + i] or names[i] not in there:
             found = fender.memories(fenders, anew)[k, loop.SET]
             fender.memories(fenders, y)[k, loop.SET] = found
+
+
+def _begin_groups(
+    scene: Scene, model: Model, y: np.ndarray, anew: np.ndarray, run: xr.Dataset
+) -> None:
+    """Groups of contacts that did not remember their stages in the run begin to."""
+    fenders, there = model.elements.fenders, {*map(str, run.state.values)}
+    for name, first in zip(group_names(scene, model), fenders.groups["first"], strict=True):
+        if f"{group.STATE_NAMES[0]} of group {name}" not in there:
+            own = slice(fenders.state + first, fenders.state + first + group.STATES)
+            y[own] = anew[own]
 
 
 def _restore_triggers(scene: Scene, model: Model, run: xr.Dataset, modes: np.ndarray) -> None:

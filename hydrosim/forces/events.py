@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.forces import spring, trigger
 from hydrosim.forces.ballast import pumping
-from hydrosim.forces.contact import fender, guide, loop, transitions
+from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.jit.kernels import kernel, root
 
@@ -53,6 +53,7 @@ def settle(t, y, modes, motion, bodies, elements):
         guide.settle(modes, motion, bodies, elements)
     if elements.triggers.each.size > 0:
         trigger.settle(t, y, modes, motion, bodies, elements)
+    group.begin(t, y, modes, elements.fenders)
 
 
 @kernel

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,15 @@ def row_names(scene: Scene) -> tuple[str, ...]:
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
     return (*ROWS, *scene.forces, *own)
+
+
+def carried(scene: Scene) -> dict[str, float]:
+    """The weight [N] of those bodies without water that carry their own: of a topside."""
+    return {
+        body.name: body.mass * scene.environment.gravity
+        for body in scene.bodies
+        if body.weight == Weight.CARRIED and body.hydrodynamics is None
+    }
 
 
 def has_flow(scene: Scene) -> bool:
@@ -63,6 +72,7 @@ class Layout:
     hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
     steps, which cannot follow what is faster; 0 of others. ``tanks`` are those that change, as
     compiled, with their names, and the ``pumps`` that begin or end by events.
+    ``carried`` [N] is the weight of those bodies without water that carry their own.
     """
 
     body: dict[str, int]
@@ -75,3 +85,4 @@ class Layout:
     tanks: Any = None
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
+    carried: Mapping[str, float] = field(default_factory=dict)

@@ -13,6 +13,7 @@ from hydrosim.forces.ballast.events import triggered_pumps
 from hydrosim.forces.ballast.tanks import flow_names, tank_names
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.fender import STATE_NAMES
+from hydrosim.forces.contact.group import STATE_NAMES as OF_GROUP
 from hydrosim.forces.contact.loop import STATE_NAMES as REMEMBERED
 from hydrosim.forces.layout import (
     BALLAST,
@@ -98,6 +99,12 @@ def contact_groups(scene: Scene) -> list[str]:
     ]
 
 
+def group_names(scene: Scene, model: Model) -> list[str]:
+    """Names of the groups of contacts that remember their stages."""
+    names = [*dict.fromkeys(contact_groups(scene))]
+    return [names[k] for k in model.elements.fenders.groups["index"]]
+
+
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
     return _units(scene, Spring)
@@ -128,6 +135,7 @@ def state_names(scene: Scene, model: Model) -> list[str]:
         *moving_names(scene, model),
         *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
         *(f"{what} of {name}" for name in remembering_names(scene, model) for what in REMEMBERED),
+        *(f"{what} of group {name}" for name in group_names(scene, model) for what in OF_GROUP),
         *(f"volume of {name}" for name in tank_names(scene)),
         *(f"time since {name} may act or end" for name in trigger_names(scene)),
         *slow_names(scene),

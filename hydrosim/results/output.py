@@ -44,7 +44,7 @@ from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import ballast, memory, points, stages
+from hydrosim.results import ballast, memory, points
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     contact_groups,
@@ -59,6 +59,7 @@ from hydrosim.results.names import (
     trigger_names,
 )
 from hydrosim.results.phases import Phase, group_phases
+from hydrosim.results.stages import staged
 from hydrosim.scene import Scene
 from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.dynamics import Model
@@ -95,7 +96,6 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "fender_closing_speed": ("speed at which it closed last", "m/s", "normal of the plane"),
     "fender_largest_force": ("largest normal force since then", "N", "normal of the plane"),
     "contact_phase": ("phase of the operation by the contacts of a group", "1", "none"),
-    "contact_load": ("sum of the normal forces of a group", "N", "normals of the planes"),
     "point_position": ("place of a named point", "m", EARTH),
     "clearance": ("clearance of a named point", "m", "none"),
     "spring_tension": ("tension", "N", "from the point to the anchor"),
@@ -173,9 +173,6 @@ def to_dataset(
     data.update(_guides(values["guides"], own_modes(guide, model.elements.guides, modes)))
     acting = own_modes(trigger, model.elements.triggers, modes)[:, :, MODE].astype(np.int8)
     data.update({"trigger_stage": (("time", "trigger"), acting)} if acting.shape[1] else {})
-    if stages.weights(scene):
-        forces = data["fender_normal_force"][1]
-        data["contact_load"] = (("time", "contact_group"), stages.loads(scene, forces))
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
@@ -183,6 +180,7 @@ def to_dataset(
     dataset = dataset.assign(_states(scene, model, values, modes))
     dataset = dataset.assign(memory.packed(scene, model, history))
     _describe(dataset)
+    dataset = staged(dataset, model.elements.fenders, values["y"])
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     return guarded(dataset, sum(body.mass for body in scene.bodies if body.dofs))
 
@@ -452,16 +450,7 @@ def _fender_coordinates(scene: Scene) -> dict[str, object]:
         "fender": ("fender", fender_names(scene)),
         "fender_group": ("fender", groups, said),
         "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
-        **_weights(scene, [*dict.fromkeys(groups)]),
     }
-
-
-def _weights(scene: Scene, groups: Sequence[str]) -> dict[str, object]:
-    """The weight that each group of contacts carries or takes, if any is known."""
-    known = stages.weights(scene)
-    said = {"long_name": "weight that the group carries or takes", "units": "N"}
-    each = [known.get(name, np.nan) for name in groups]
-    return {"contact_weight": ("contact_group", each, said)} if known else {}
 
 
 def _describe(dataset: xr.Dataset) -> None:

@@ -1,4 +1,4 @@
-"""The stages of a transfer of weight from one group of contacts to another.
+"""The stages of a group of contacts: of a transfer of weight from one to another, or of a fender.
 
     first contact       of any contact of the group
     25, 50, 75, 100 %   of the weight transferred: taken by a group that begins without load, given
@@ -8,165 +8,179 @@
     separated           for the last time, and to the end of the run
 
 A re-contact is a contact that closes after the group was open: how many, the largest force and the
-largest speed of closing. Contacts that do not count their closings (`forces.contact.loop`) are
-looked at at the output times alone, and their speeds are not known.
+largest speed of closing. All of it comes from events and from the impulse of the load
+(`forces.contact.group`), so that it does not depend on how often a run is recorded.
 
-The weight is that of the body that carries its own weight and has no water: the topside. A transfer
+The weight is that of the body that carries its own weight and has no water: the topside. Where none
+is known, nothing is transferred, and the group is open once nothing touches any more. A transfer
 counts as complete within `WITHIN`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
 
-from hydrosim.forces import Contact
+from hydrosim.forces.contact import fender, group
+from hydrosim.forces.contact.group import CARRIES, NEVER
 from hydrosim.forces.modes import OPEN
-from hydrosim.results.names import contact_groups
-from hydrosim.scene import Scene, Weight
+
+Share = Callable[[np.ndarray], np.ndarray]
 
 SLOW = 60.0  # s
+LOOK = 0.1  # s: as often a share is looked at
 WITHIN = 0.005  # of the weight
 PARTS = (0.25, 0.5, 0.75, 1.0)
 STAGES = ("first contact", *(f"{part:.0%} transferred" for part in PARTS), "open", "separated")
-CARRIES = 0.5  # of the weight: a group that does so at the start gives it up
+FIGURES = {
+    "closings": ("contacts that closed", "1"),
+    "closing_speed": ("largest speed at which one closed", "m/s"),
+    "largest_contact_force": ("largest force of a contact", "N"),
+    "recontacts": ("contacts that closed again after all were open", "1"),
+    "recontact_speed": ("largest speed at which they closed again", "m/s"),
+    "recontact_force": ("largest force after they closed again", "N"),
+    "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
+}
+TOLD = (
+    ("closed", "closings", "largest_contact_force", "closing_speed"),
+    ("closed again", "recontacts", "recontact_force", "recontact_speed"),
+)
+IMPULSE, TIME, WEIGHT = "contact_impulse", "stage_time", "contact_weight"
 
 
-def weights(scene: Scene) -> dict[str, float]:
-    """The weight [N] that each group of contacts carries or takes; none where it is not known."""
-    dry = {
-        body.name: body.mass * scene.environment.gravity
-        for body in scene.bodies
-        if body.weight == Weight.CARRIED and body.hydrodynamics is None
+class Group(NamedTuple):
+    """A group of contacts in a run: the ``time`` (nt,) of records, ``impulse`` and ``load`` (nt,)
+    then, and its ``weight`` [N]."""
+
+    time: np.ndarray
+    impulse: np.ndarray
+    load: np.ndarray
+    weight: float
+
+    def share(self) -> Share:
+        """The share of the weight transferred over time, of the slow load."""
+        spline = CubicHermiteSpline(self.time, self.impulse, self.load)
+        first, last = self.time[[0, -1]]
+        gives = self.load[0] > CARRIES * self.weight
+
+        def at(time: np.ndarray) -> np.ndarray:
+            low = np.maximum(time - 0.5 * SLOW, first)
+            high = np.minimum(time + 0.5 * SLOW, last)
+            part = (spline(high) - spline(low)) / ((high - low) * self.weight)
+            return np.asarray(1.0 - part if gives else part)
+
+        return at
+
+    def transferred(self) -> list[float]:
+        """The times at which `PARTS` of the weight are transferred."""
+        if not self.weight > 0.0 or self.time.size < 2:
+            return [NEVER] * len(PARTS)
+        share, time = self.share(), np.arange(self.time[0], self.time[-1], LOOK)
+        levels = [part - (WITHIN if part == PARTS[-1] else 0.0) for part in PARTS]
+        return [_reaches(level, time, share(time), share) for level in levels]
+
+
+def staged(run: xr.Dataset, p: fender.Params, y: np.ndarray) -> xr.Dataset:
+    """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
+    `FIGURES`; not a number of groups that do not remember. ``p`` are their constants, ``y``
+    (nt, ny) is the state."""
+    if p.groups.size == 0 or len(y) == 0:
+        return run
+    load = run.fender_normal_force.groupby("fender_group").sum()
+    load = load.rename(fender_group="contact_group").sel(contact_group=run.contact_group)
+    load = load.transpose("time", "contact_group").drop_attrs()
+    count = run.sizes["contact_group"]
+    weight, impulse = np.full(count, np.nan), np.full(load.shape, np.nan)
+    times, figures = np.full((count, len(STAGES)), np.nan), np.full((count, len(FIGURES)), np.nan)
+    for each in p.groups:
+        k, own = each["index"], y[:, p.state + each["first"] :][:, : group.STATES]
+        impulse[:, k] = own[:, group.IMPULSE]
+        weight[k] = each["weight"] or np.nan
+        parts = Group(run.time.values, impulse[:, k], load.values[:, k], weight[k]).transferred()
+        here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
+        times[k] = _times(own[-1], parts, bool(np.all(here.fender_mode == OPEN)))
+        figures[k] = [*_figures(own[-1]), -here.fender_compression.max()]
+    over = ("contact_group",)
+    found = {
+        "contact_load": (load.dims, load.values, _said("sum of the normal forces", "N")),
+        IMPULSE: (load.dims, impulse, _said("integral of the normal forces", "N s")),
+        TIME: ((*over, "stage"), times, _said("time of a stage", "s")),
+        **{
+            name: (over, values, _said(*said))
+            for (name, said), values in zip(FIGURES.items(), figures.T, strict=True)
+        },
     }
-    found: dict[str, float] = {}
-    for name, element in scene.forces.items():
-        if isinstance(element, Contact):
-            between = [element.body, *(other for _, other in element.others() if other)]
-            known = [dry[body] for body in between if body in dry]
-            if known:
-                found[element.group or name] = max(known)
-    return found
+    run = run.assign(found).assign_coords(stage=list(STAGES))
+    said = _said("weight that the group carries or takes", "N")
+    return run.assign_coords({WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
 
 
-def loads(scene: Scene, forces: np.ndarray) -> np.ndarray:
-    """Normal forces (nt, ng) of all groups together, of those of all contacts (nt, nf)."""
-    groups = np.array(contact_groups(scene))
-    each = [forces[:, groups == name].sum(axis=1) for name in dict.fromkeys(groups)]
-    return np.stack(each, axis=1)
+def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
+    """The times of `STAGES` [s] by what a group remembers, not a number of those that it does not
+    come to."""
+    first, opened, last = own[[group.FIRST, group.OPENED, group.LAST]]
+    known = (first, *parts, opened, last if ends_open else NEVER)
+    return [time if time != NEVER else np.nan for time in known]
+
+
+def _figures(own: np.ndarray) -> list[float]:
+    """The values of all `FIGURES` but the last."""
+    count, speed, force = own[group.CLOSINGS : group.AGAIN]
+    again, again_speed, again_force = own[group.AGAIN :]
+    unknown = np.nan
+    return [
+        *(count, speed if count else unknown, force),
+        *(again, again_speed if again else unknown, again_force if again else unknown),
+    ]
+
+
+def _reaches(level: float, time: np.ndarray, values: np.ndarray, share: Share) -> float:
+    """When a share first comes to a ``level``; `NEVER` if it does not."""
+    if not (values >= level).any():
+        return NEVER
+    k = int((values >= level).argmax())
+    if k == 0:
+        return float(time[0])
+    return float(brentq(lambda t: share(np.array(t)) - level, time[k - 1], time[k]))
+
+
+def _said(what: str, unit: str) -> dict[str, str]:
+    return {"long_name": what, "units": unit, "frame": "none"}
+
+
+def stages(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """What a run says of the stages of its groups; nothing if it has none."""
+    return {name: run[name] for name in (TIME, *FIGURES) if name in run}
 
 
 def transferred(run: xr.Dataset) -> xr.DataArray:
     """Share of the weight transferred (time, contact_group), of groups whose weight is known."""
-    load = run.contact_load.sel(contact_group=run.contact_weight > 0.0)
-    load = load.transpose("time", "contact_group")
-    share = load.values / load.contact_weight.values
-    gives = share[0] > CARRIES
-    width = max(round(SLOW / _step(run)), 1)
-    slow = np.apply_along_axis(_mean, 0, np.where(gives, 1.0 - share, share), width)
+    load = run.contact_load.sel(contact_group=run[WEIGHT] > 0.0).transpose(..., "contact_group")
+    impulse = run[IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
+    time = run.time.values
+    each = zip(impulse.values.T, load.values.T, load[WEIGHT].values, strict=True)
+    shares = [Group(time, *own).share()(time) for own in each]
     said = {"long_name": "share of the weight transferred", "units": "1"}
-    return load.copy(data=slow).assign_attrs(said)
-
-
-def stages(run: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Times of the stages, re-contacts and clearances of the groups whose weight is known; nothing
-    if there are none."""
-    if "contact_weight" not in run.coords or not np.any(run.contact_weight > 0.0):
-        return {}
-    share = transferred(run)
-    groups = share.contact_group
-    each = [
-        _of_group(run, str(name), share.sel(contact_group=name).values) for name in groups.values
-    ]
-    at = {"contact_group": groups}
-    times = xr.DataArray(
-        [times for times, _ in each], {**at, "stage": list(STAGES)}, ("contact_group", "stage")
-    )
-    found = {"stage_time": times.assign_attrs(long_name="time of a stage", units="s")}
-    for k, (name, (what, unit)) in enumerate(FIGURES.items()):
-        values = xr.DataArray([figures[k] for _, figures in each], at, ("contact_group",))
-        found[name] = values.assign_attrs(long_name=what, units=unit)
-    return found
-
-
-FIGURES = {
-    "recontacts": ("contacts that closed again after all were open", "1"),
-    "recontact_force": ("largest force after they closed again", "N"),
-    "recontact_speed": ("largest speed at which they closed again", "m/s"),
-    "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
-}
-
-
-def _of_group(run: xr.Dataset, name: str, share: np.ndarray) -> tuple[list[float], list[float]]:
-    """The times of `STAGES` and the values of `FIGURES` of a group."""
-    own = run.sel(fender=run.fender_group == name)
-    time, open_ = run.time.values, own.fender_mode.transpose("time", "fender").values == OPEN
-    apart = open_.all(axis=1)
-    first = _first(~apart)
-    load = run.contact_load.sel(contact_group=name)
-    gives = float(load[0] / load.contact_weight) > CARRIES
-    carried = first if gives else _first(share >= CARRIES)
-    opens = _first(apart & (np.arange(time.size) > carried))
-    closed_last = np.flatnonzero(~apart)
-    separates = int(closed_last[-1]) + 1 if closed_last.size and apart[-1] else time.size
-    levels = [_first(share >= part - (WITHIN if part == PARTS[-1] else 0.0)) for part in PARTS]
-    known = np.append(time, np.nan)
-    times = [float(known[k]) for k in (first, *levels, opens, separates)]
-    clearance = float(-own.fender_compression.values[-1].max())
-    return times, [*_recontacts(own, open_, opens), clearance]
-
-
-def _recontacts(own: xr.Dataset, open_: np.ndarray, opens: int) -> tuple[float, float, float]:
-    """Number of contacts after the output time ``opens``, their largest force and speed."""
-    if opens >= len(open_):
-        return 0.0, np.nan, np.nan
-    later = {"time": slice(opens, None)}
-    forces = own.fender_normal_force.isel(later).transpose("time", "fender").values
-    if "fender_closings" not in own or bool(own.fender_closings.isnull().any()):
-        again = np.count_nonzero(open_[opens:-1] & ~open_[opens + 1 :])
-        return float(again), float(forces.max()) if again else np.nan, np.nan
-    count, speed, force = (
-        own[name].isel(later).transpose("time", "fender").values
-        for name in ("fender_closings", "fender_closing_speed", "fender_largest_force")
-    )
-    new = count > count[0]
-    if not new.any():
-        return 0.0, np.nan, np.nan
-    return float((count[-1] - count[0]).sum()), float(force[new].max()), float(speed[new].max())
+    return load.copy(data=np.stack(shares, axis=1)).assign_attrs(said)
 
 
 def stage_lines(found: xr.Dataset) -> Iterator[str]:
     """The stages of each group in words."""
-    for name in found.contact_group.values if "stage_time" in found else ():
+    for name in found.contact_group.values if TIME in found else ():
         of = found.sel(contact_group=name)
-        times = {str(s): float(of.stage_time.sel(stage=s)) for s in of.stage.values}
+        times = {str(s): float(of[TIME].sel(stage=s)) for s in of.stage.values}
         known = [f"{stage} {at:.1f} s" for stage, at in times.items() if not np.isnan(at)]
         if known:
             clear = f"clearance at the end {float(of.end_clearance):.2f} m"
             yield f"{name}: {', '.join(known)}; {clear}"
-        if float(of.recontacts) > 0.0:
-            speed = float(of.recontact_speed)
-            fast = "" if np.isnan(speed) else f", at up to {speed:.3f} m/s"
-            yield (
-                f"{name}: closed again {float(of.recontacts):.0f} times, largest force"
-                f" {float(of.recontact_force) / 1e3:.0f} kN{fast}"
-            )
-
-
-def _step(run: xr.Dataset) -> float:
-    return float(run.time.values[1] - run.time.values[0]) if run.time.size > 1 else SLOW
-
-
-def _mean(values: np.ndarray, width: int) -> np.ndarray:
-    """Mean over ``width`` neighbours, fewer at the ends."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    k = np.arange(values.size)
-    low, high = np.maximum(k - width // 2, 0), np.minimum(k + width // 2 + 1, values.size)
-    return np.asarray((total[high] - total[low]) / (high - low))
-
-
-def _first(condition: np.ndarray) -> int:
-    """Index of the first true entry, the length if there is none."""
-    return int(condition.argmax()) if condition.any() else condition.size
+        for what, count, force, speed in TOLD:
+            if float(of[count]) > 0.0:
+                yield (
+                    f"{name}: {what} {float(of[count]):.0f} times, largest force"
+                    f" {float(of[force]) / 1e3:.0f} kN, at up to {float(of[speed]):.3f} m/s"
+                )

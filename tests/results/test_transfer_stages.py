@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene, table
+from dry_scenes import block, moving, scene, steady, table
 
 import hydrosim as hs
 from hydrosim.commands.summary import lines
@@ -21,9 +21,10 @@ from hydrosim.forces import (
     Plane,
     linear_mooring,
 )
+from hydrosim.forces.contact.group import STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
 from hydrosim.results.stages import PARTS, STAGES, stages
-from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Weight
+from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 
 MASS, WEIGHT = 1e5, 9.81e5
 K = 1e7  # N/m of each: legs together, pads together
@@ -182,6 +183,71 @@ def test_recontacts_their_number_force_and_speed():
     assert float(found.recontact_force) == pytest.approx(K * (amplitude + y) / 4, rel=1e-4)
     cycle = 2 * v / 9.81 + 2 * (np.pi - np.arctan(v * np.sqrt(MASS / K) / y)) / np.sqrt(K / MASS)
     assert float(found.recontacts) == 4 * np.ceil((3.0 - 2 * v / 9.81) / cycle)
+
+
+def test_records_seldom_or_often_tell_the_same():
+    """Times, counts, speeds and forces are of events and steps; shares of the weight of an impulse
+    that is known to order 4 between records."""
+    brisk = replace(removal(lift=30.0), duration=120.0)
+    often, seldom = (hs.simulate(replace(brisk, output_step=step)) for step in (0.25, 1.0))
+    assert often.recontacts.sel(contact_group="pad") == 0.0
+    assert float(often.stage_time.sel(contact_group="legs", stage="separated")) > 0.0
+    for name, found in stages(often).items():
+        if name not in ("stage_time", "end_clearance"):
+            assert np.array_equal(found, seldom[name], equal_nan=True), name
+    apart = (often.stage_time - seldom.stage_time).values
+    assert np.nanmax(np.abs(apart)) < 1e-2
+    exact = [STAGES.index(name) for name in ("first contact", "open", "separated")]
+    assert np.nanmax(np.abs(apart[:, exact])) == 0.0
+
+
+def bouncing(**contact: object) -> Scene:
+    """A block that falls on a fender from 0.3 m, and bounces without loss."""
+    feet = Fender("block", CORNERS, Plane((0, 0, -2.0), (0, 0, 1)), LINE, Frictionless(), **contact)
+    body = block(MASS, ("heave",), position=moving(heave=0.3))
+    return scene(body, {"feet": feet, "pull": steady(heave=-WEIGHT)}, 2.5, 0.25, step=0.002)
+
+
+def test_a_plain_fender_tells_its_impacts_where_it_has_a_group():
+    """Without a weight that is known: times and speeds of free fall and of a spring."""
+    run = hs.simulate(bouncing(group="feet")).sel(contact_group="feet")
+    falls, v = np.sqrt(0.6 / 9.81), np.sqrt(0.6 * 9.81)
+    root, rest = np.sqrt(MASS / K), WEIGHT / K
+    stays = 2 * root * (np.pi - np.arctan(v * root / rest))
+    cycles = int((2.5 - falls) / (2 * falls + stays))
+    times = {stage: float(run.stage_time.sel(stage=stage)) for stage in STAGES}
+    assert times["first contact"] == pytest.approx(falls, abs=1e-9)
+    assert times["open"] == pytest.approx(falls + stays, rel=1e-7)
+    assert times["separated"] == pytest.approx(
+        falls + stays + cycles * (2 * falls + stays), rel=1e-6
+    )
+    assert np.isnan(times["50% transferred"])
+    assert (float(run.closings), float(run.recontacts)) == (4 * (cycles + 1), 4 * cycles)
+    assert float(run.closing_speed) == pytest.approx(v, rel=1e-7)
+    assert float(run.recontact_speed) == pytest.approx(v, rel=1e-6)
+    peak = (rest + np.sqrt(v**2 * root**2 + rest**2)) * K / 4
+    assert float(run.largest_contact_force) == pytest.approx(peak, rel=1e-4)
+    assert float(run.recontact_force) == pytest.approx(peak, rel=1e-4)
+
+
+def test_without_a_group_nothing_is_remembered():
+    plain, told = hs.compile_scene(bouncing()), hs.compile_scene(bouncing(group="feet"))
+    assert told.model.size == plain.model.size + GROUP_STATES
+    run, other = hs.simulate(plain), hs.simulate(told)
+    assert "stage_time" not in run
+    for name in ("position", "velocity", "fender_normal_force", "energy_residual"):
+        assert np.array_equal(run[name], other[name])
+
+
+def test_a_restart_knows_the_stages_before_it():
+    whole = hs.simulate(replace(bouncing(group="feet"), output_states=True))
+    again = hs.simulate(replace(bouncing(group="feet"), duration=1.5, initial=Start(whole, 1.0)))
+    for name, found in stages(whole).items():
+        assert np.array_equal(found, again[name], equal_nan=True), name
+    unknown = hs.simulate(replace(bouncing(), output_states=True))
+    new = hs.simulate(replace(bouncing(group="feet"), duration=1.5, initial=Start(unknown, 1.0)))
+    first = float(new.stage_time.sel(contact_group="feet", stage="first contact"))
+    assert first >= 1.0
 
 
 def test_the_summary_and_the_picture_tell_the_stages(run):

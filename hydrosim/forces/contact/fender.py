@@ -27,7 +27,7 @@ import numpy as np
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.forces import curve
-from hydrosim.forces.contact import coulomb, edges, geometry, laws, loop
+from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.law import Pressed
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
@@ -183,25 +183,27 @@ POINT = np.dtype(
         *LAW,
         *(("reach", float), ("lag", float)),
         *loop.LOOP,
-        *(("edge", int), ("edges", int)),
+        *(("edge", int), ("edges", int), ("group", int)),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
 of its normal curve or the signal that prescribes its normal force, its friction law, the ``reach``
 [m] of its node under a usual load, the ``lag`` [s] of explicit methods, the way back along its
-curve, and its plane's ``edges`` from ``edge`` on."""
+curve, its plane's ``edges`` from ``edge`` on, and its ``group`` among those that remember."""
 
 
 class Params(NamedTuple):
     """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
     signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
-    of modes. States of the ``remembering`` points (`loop`) come after those of all points."""
+    of modes. States of the ``remembering`` points (`loop`) come after those of all points, those of
+    the ``groups`` (`group`) after these."""
 
     points: np.ndarray
     segments: np.ndarray
     pieces: np.ndarray
     edges: np.ndarray
     remembering: int
+    groups: np.ndarray
     state: int
     mode: int
 
@@ -212,7 +214,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     normals = [e.normal for e in fenders.values()]
     signals, pieces = compile_signals([n.force for n in normals if isinstance(n, PrescribedNormal)])
     rows, segments, following = [], [np.zeros(0, dtype=PIECE)], iter(signals)
-    ends, remembering = [np.zeros((0, 3))], 0
+    ends, remembering, names = [np.zeros((0, 3))], 0, []
     for name, e in fenders.items():
         signal = (False, 0.0, NOTHING)
         if isinstance(e.normal, PrescribedNormal):
@@ -228,11 +230,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             sides = edges.of(plane)
             back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
             each = (*curve_, *signal, *law, *usual, *back, sum(map(len, ends)), len(sides))
-            rows.append((*place, point, *_plane(plane, layout), *each))
+            rows.append((*place, point, *_plane(plane, layout), *each, group.NONE))
+            names.append(e.group or name)
             ends.append(sides)
             remembering += keeps
     points, all_ends = np.array(rows, dtype=POINT), np.concatenate(ends)
-    return Params(points, np.concatenate(segments), pieces, all_ends, remembering, 0, 0)
+    states = STATES * len(points) + loop.STATES * remembering
+    groups = group.remembering(fenders, layout.carried, states)
+    for g, index in enumerate(groups["index"]):
+        points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
+    return Params(points, np.concatenate(segments), pieces, all_ends, remembering, groups, 0, 0)
 
 
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
@@ -272,13 +279,13 @@ def which_remember(p: Params) -> np.ndarray:
 
 def state_count(p: Params) -> int:
     """Number of states in y."""
-    return STATES * p.points.size + loop.STATES * p.remembering
+    return STATES * p.points.size + loop.STATES * p.remembering + group.STATES * p.groups.size
 
 
 def memories(p: Params, y: np.ndarray) -> np.ndarray:
     """What the ``r`` points remember (..., r, loop.STATES), of y (..., ny)."""
     first = p.state + STATES * p.points.size
-    own = y[..., first : p.state + state_count(p)]
+    own = y[..., first : first + loop.STATES * p.remembering]
     return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
 
 
@@ -327,7 +334,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     rigid friction are not among them: see `add_reactions`. What points remember changes at events.
     """
     first = p.state + STATES * p.points.size
-    clear(dy[first : first + loop.STATES * p.remembering])
+    clear(dy[first : first + loop.STATES * p.remembering + group.STATES * p.groups.size])
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
         x, dx = y[k : k + STATES], dy[k : k + STATES]
@@ -346,6 +353,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         lost = load.N if point.prescribed else point.normal_damping * c.rate
         rate[point.row] += lost * c.rate
         geometry.press(point, c, load.N, f.force, wrench[point.row])
+        group.add_load(load.N, dy, point, p)
 
 
 @kernel

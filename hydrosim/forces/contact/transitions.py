@@ -18,7 +18,7 @@ follows a mode that has ended is the affair of the curve (`loop`) and of the fri
 from __future__ import annotations
 
 from hydrosim.forces import curve
-from hydrosim.forces.contact import edges, geometry, laws, loop
+from hydrosim.forces.contact import edges, geometry, group, laws, loop
 from hydrosim.forces.contact.fender import (
     DISSIPATED,
     SETTLED,
@@ -236,6 +236,7 @@ def _close(i, t, y, modes, contact, p):
         y[first + loop.LOSS] -= loop.lost_on(segment, contact.compression, point, p.segments)
         y[first + loop.CLOSINGS] += 1.0
         y[first + loop.SPEED], y[first + loop.LARGEST] = contact.rate, load.N
+    group.closed(t, contact.rate, y, point, p)
 
 
 @kernel
@@ -254,6 +255,7 @@ def _open(i, t, y, modes, contact, p):
         )
     mode[MODE], mode[SEGMENT] = OPEN, point.first
     mode[RISING] = PASSED if edges.inside(point, contact, p.edges) <= 0.0 else 0
+    group.opened(t, y, modes, point, p)
 
 
 @kernel
@@ -326,9 +328,16 @@ def go(i, t, y, modes, motion, bodies, p):
 
 @kernel
 def note(t, y, modes, motion, bodies, p):
-    """Keep the largest normal force of every point in contact that remembers."""
-    for i in range(p.points.size if p.remembering > 0 else 0):
+    """Keep the largest normal force of every point in contact that remembers, and of every group
+    that of a point and of all together."""
+    group.put_down(y, p)
+    for i in range(p.points.size):
         point = p.points[i]
-        if point.memory != loop.NONE and modes[p.mode + i, MODE] != OPEN:
-            contact, k = geometry.touch(point, bodies, motion), memory(point, p) + loop.LARGEST
-            y[k] = max(y[k], pressure(i, t, y, modes, contact, p).N)
+        if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == loop.NONE:
+            continue
+        N = pressure(i, t, y, modes, geometry.touch(point, bodies, motion), p).N
+        if point.memory != loop.NONE:
+            k = memory(point, p) + loop.LARGEST
+            y[k] = max(y[k], N)
+        if point.group != group.NONE:
+            group.note(N, y, point, p)
