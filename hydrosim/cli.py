@@ -27,6 +27,7 @@ from hydrosim.commands.ballast import ballast
 from hydrosim.commands.case import case
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
+from hydrosim.commands.explain import explain
 from hydrosim.commands.linear import linear
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.statistics import statistics
@@ -54,6 +55,7 @@ app.command()(compare)
 app.command()(record)
 app.command()(linear)
 app.command()(statistics)
+app.command()(explain)
 app.command()(sweep)
 err = Console(stderr=True)
 # Loading makes many objects that stay: they need not be gone through for garbage all the time, nor

@@ -727,7 +727,8 @@ class Scene:
     ``at_rest``: the run begins at the place at rest near `Body.position`, under the loads of the
     start. ``initial`` is the state of another run to start from; ``output_states`` keeps the whole
     state at every output time, so that other runs can start from each, not only from the end;
-    ``output_accelerations`` records the accelerations of bodies.
+    ``output_impulses`` the impulses of all forces, and what contacts did mode by mode;
+    ``output_accelerations`` those of the bodies.
     ``wave_probes`` are points x, y [m] by name where the elevation is wanted, ``clearances`` those
     that are recorded besides the named points of bodies. ``accept`` are the
     questions that are not asked of it.
@@ -741,6 +742,7 @@ class Scene:
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
     output_states: bool = False
+    output_impulses: bool = False
     wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
     initial: Start | None = None

@@ -32,6 +32,7 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
         solver=_solver(data.solver),
         output_step=data.output_step,
         output_states=data.output.states,
+        output_impulses=data.output.impulses,
         output_accelerations=data.output.accelerations,
         wave_probes=data.output.wave_probes,
         clearances={name: _clearance(c) for name, c in data.output.clearances.items()},

@@ -280,11 +280,13 @@ class Clearance(Strict):
 
 class Output(Strict):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there; the ``accelerations`` of bodies; the elevation at
-    ``wave_probes``, x and y by name; the ``clearances`` of named points by name."""
+    another run needs to start from there; with ``impulses`` what `hydrosim explain` needs;
+    ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
+    named points by name."""
 
     step: of.Period | None = None
     states: StrictBool = False
+    impulses: StrictBool = False
     accelerations: StrictBool = False
     wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
     clearances: dict[Name, Clearance] = Field(default_factory=dict)

@@ -21,6 +21,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import Elements
 from hydrosim.forces.ballast.events import triggered_pumps
 from hydrosim.forces.ballast.tanks import tank_names
+from hydrosim.forces.contact import tally
 from hydrosim.forces.layout import Layout, Resonance, carried, row_names
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
@@ -70,6 +71,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     changed = {name: getattr(elements, name)._replace(losses=energy) for name in booking}
     elements = elements._replace(**changed)
     rows = row_names(scene)
+    impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
     added_mass = _whole(6 * len(scene.bodies), blocks)
     return Model(
@@ -95,8 +97,14 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         slow=slow,
         draught=draught,
         energy=energy,
-        size=energy + len(rows) + 1,
+        impulse=impulse,
+        size=impulse + (_impulses(len(rows), bodies, elements) if scene.output_impulses else 0),
     )
+
+
+def _impulses(rows: int, bodies: Bodies, elements: Elements) -> int:
+    """Number of integrals of impulses: of forces and their works, and of what contacts do."""
+    return 2 * rows * 6 * bodies.each.size + tally.SIZE * int(elements.fenders.points.size)
 
 
 def _bodies(scene: Scene) -> Bodies:

@@ -35,6 +35,8 @@ def solution(scene: Scene, model: Model) -> str:
 
 def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
     """What is not linear in a scene, or not propagated for other reasons."""
+    if model.impulse < model.size:
+        yield "impulses are asked for (output.impulses), which are integrals over steps"
     if model.convolution.row.size:
         yield "radiation by convolution"
     for b in model.following.body:

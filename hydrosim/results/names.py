@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces import Contact, Spring
 from hydrosim.forces.ballast.events import triggered_pumps
 from hydrosim.forces.ballast.tanks import flow_names, tank_names
-from hydrosim.forces.contact import fender
+from hydrosim.forces.contact import fender, tally
 from hydrosim.forces.contact.fender import STATE_NAMES
 from hydrosim.forces.contact.group import STATE_NAMES as OF_GROUP
 from hydrosim.forces.contact.loop import STATE_NAMES as REMEMBERED
@@ -145,7 +145,18 @@ def state_names(scene: Scene, model: Model) -> list[str]:
             for row, name in enumerate(force_names(scene))
         ),
         "integral of |wave power|",
+        *(_impulse_names(scene) if scene.output_impulses else ()),
     ]
+
+
+def _impulse_names(scene: Scene) -> Iterator[str]:
+    """Names of the integrals of forces and their powers, and of what contact points did."""
+    coordinates = [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS]
+    for what in ("impulse", "work"):
+        for row in force_names(scene):
+            yield from (f"{what} of {row} on {name}" for name in coordinates)
+    for name in fender_names(scene):
+        yield from (f"tally {k + 1} of {name}" for k in range(tally.SIZE))
 
 
 def slow_names(scene: Scene) -> list[str]:

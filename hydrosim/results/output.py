@@ -44,7 +44,7 @@ from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import ballast, memory, points
+from hydrosim.results import ballast, impulses, memory, points
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
     contact_groups,
@@ -78,6 +78,10 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "m/s^2 or rad/s^2",
         EARTH,
     ),
+    "momentum": ("momentum of body and added mass", "N s or N m s", EARTH),
+    "impulse": ("integral of a force, of its moment, since the start", "N s or N m s", EARTH),
+    "work": ("work of a force by degree of freedom since the start", "J", EARTH),
+    **impulses.VARIABLES,
     "reference_position": ("place of the centre of gravity at rest", "m", EARTH),
     "slow_draught": ("draught, slow, that the coefficients of a family are for", "m", "none"),
     "wave_elevation": ("undisturbed wave elevation at the origin", "m", EARTH),
@@ -173,6 +177,7 @@ def to_dataset(
     data.update(_guides(values["guides"], own_modes(guide, model.elements.guides, modes)))
     acting = own_modes(trigger, model.elements.triggers, modes)[:, :, MODE].astype(np.int8)
     data.update({"trigger_stage": (("time", "trigger"), acting)} if acting.shape[1] else {})
+    data.update(impulses.recorded(scene, model, values))
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
@@ -422,6 +427,7 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         **_fender_coordinates(scene),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
         **ballast.coordinates(scene),
+        **impulses.coordinates(scene),
         **({"guide": ("guide", names)} if (names := guide_names(scene)) else {}),
         **({"trigger": ("trigger", names)} if (names := trigger_names(scene)) else {}),
         **(_probe_places(scene) if scene.wave_probes else {}),

@@ -13,9 +13,10 @@ functions are constant in axes that turn with the yaw of each body (`rigid.headi
 what comes of it (`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with
 J^T lambda on the right.
 
-The state is y = (q, q', radiation states, contact points, energies). The energies are integrals
-that ride along: of every row of forces its work (waves, applied forces) or its dissipation (all
-others), and of |wave power|.
+The state is y = (q, q', radiation states, contact points, energies, impulses). The energies are
+integrals that ride along: of every row of forces its work (waves, applied forces) or its
+dissipation (all others), and of |wave power|. So are, where they are asked for, the impulses of
+every row, its works by coordinate, and what contact points did (`forces.contact.tally`).
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ import numpy as np
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
 from hydrosim.forces.ballast import tanks
+from hydrosim.forces.contact import tally
 from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
@@ -100,7 +102,8 @@ class Model(NamedTuple):
     """Constants of a scene, arrays only; n free coordinates, nb bodies, nr rows of forces.
 
     ``radiation``, ``own`` (of elements), ``slow`` (of slow places in waves), ``draught`` (slow ones
-    of families) and ``energy`` are the first entries of those parts in y, of length ``size``.
+    of families), ``energy`` and ``impulse`` are the first entries of those parts in y, of length
+    ``size``, which ends at ``impulse`` where no impulses are asked for.
     """
 
     bodies: Bodies
@@ -123,6 +126,7 @@ class Model(NamedTuple):
     slow: int
     draught: int
     energy: int
+    impulse: int
     size: int
 
 
@@ -220,6 +224,24 @@ def rhs(t, y, modes, history, model, work, dy):
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
+    if model.impulse < model.size:
+        add_impulses(t, y, modes, model, work, dy[model.impulse :])
+
+
+@root
+def add_impulses(t, y, modes, model, work, rates):
+    """The force of every row, reactions included, its power by coordinate, and what contacts do
+    into ``rates``."""
+    wrench, v, points = work.wrench, work.motion.velocity, model.elements.fenders
+    count = model.rows * v.size
+    for row in range(model.rows):
+        for i in range(v.size):
+            rates[row * v.size + i] = wrench[row, i]
+            rates[count + row * v.size + i] = wrench[row, i] * v[i]
+    tally.add_tallies(
+        *(t, y, modes, work.motion, model.bodies, points),
+        *(work.holds.reaction, rates[2 * count :]),
+    )
 
 
 @root
@@ -284,6 +306,9 @@ def kick(y, modes, model, work):
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
     change, drive = work.jump[0], work.jump[1]
+    if model.impulse < model.size:
+        for i in range(push.size):
+            y[model.impulse + model.elements.tanks.row * push.size + i] += push[i]
     generalised_force(model.bodies, work.motion, push, change)
     assign(drive, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
@@ -447,6 +472,16 @@ def subtract_bias(bodies, motion, mass, total):
         if motion.bias[i] != 0.0:
             for j in range(total.size):
                 total[j] -= mass[j, i] * motion.bias[i]
+
+
+@kernel
+def momentum(work, out):
+    """(M + A) v (6 nb,) into ``out``, where `stored_energies` has found the mass."""
+    v = work.motion.velocity
+    for i in range(v.size):
+        out[i] = 0.0
+        for j in range(v.size):
+            out[i] += work.mass[i, j] * v[j]
 
 
 @kernel

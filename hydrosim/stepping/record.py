@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.forces import events, new_modes
 from hydrosim.jit.kernels import assign, root
 from hydrosim.rigid import accelerations
-from hydrosim.stepping.dynamics import Model, rhs, stored_energies
+from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Record
 from hydrosim.waves.loads import wave_loads
 
@@ -24,6 +24,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "y": (model.size,),
         "coordinates": (m,),
         "velocity": (m,),
+        **({"momentum": (m,)} if model.impulse < model.size else {}),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
         **events.observed(model.elements),
@@ -47,9 +48,12 @@ def keep(t, run):
     y, modes, motion = run.state.y, run.state.modes, work.motion
     row, kept = run.record.channels[counters[RECORDS]], run.record.modes[counters[RECORDS]]
     m, at = 6 * model.bodies.each.size, 3 + y.size
-    stored = row[at + 2 * m :]
+    moving = row[at + 2 * m :]
+    stored = moving[m if model.impulse < model.size else 0 :]
     wrench = stored[model.rows :]
     row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
+    if model.impulse < model.size:
+        momentum(work, moving)
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
     scratch.known[START_SLOPE] = 1
     if run.record.accelerations.size > 0:

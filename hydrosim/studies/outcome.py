@@ -12,6 +12,7 @@ import xarray as xr
 
 from hydrosim.compiling.calm import in_waves
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.explain import explained
 from hydrosim.results.figures import Figure, figure_of
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.results.statistics import statistics
@@ -94,6 +95,8 @@ def digested(
                 " of the runs; expected another one."
             )
         found[figure.name] = figure_of(run, figure)
+    if "impulse" in run:
+        found = xr.merge([found, explained(run)])
     return xr.merge([run[variables], found], join="outer", compat="equals")
 
 

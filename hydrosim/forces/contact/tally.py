@@ -1,0 +1,84 @@
+"""What contact points did, mode by mode: integrals that ride along in y where they are asked for.
+
+Of each point and of each of its modes (open, stick, slip), in the earth frame:
+
+    time, N, N n, f                 impulses of the normal force and of friction f on the body
+    w                               displacement of the point along the plane
+    f w by axis, N n w              works of friction and of the normal force
+
+with the velocity w of the point relative to the plane. In slip besides, d = -f / |f| being its
+direction: d, N d, C3 |v2| d, the node's |v2| d, and of three of them what is towards positive axes,
+max(d, 0). So in slip, whose mean is E and whose time is T,
+
+    int f dt = -mu_k int N d dt - int C3 |v2| d dt,     int N d dt = T (E[N] E[d] + Cov(N, d))
+"""
+
+from __future__ import annotations
+
+from hydrosim.forces.contact import geometry, laws
+from hydrosim.forces.contact.fender import STATES, pressure
+from hydrosim.forces.contact.laws import COULOMB
+from hydrosim.forces.modes import MODE, SLIP, STICK
+from hydrosim.jit.kernels import clear, kernel
+from hydrosim.rigid.vectors import add, length, scale
+
+MODES = ("open", "stick", "slip")
+EACH = (  # of each mode: name and number of entries
+    *(("time", 1), ("impulse", 1), ("press", 3), ("friction", 3)),
+    *(("moved", 3), ("friction_work", 3), ("press_work", 1)),
+)
+SLIPPING = (  # of slip besides
+    *(("slip_direction", 3), ("slip_load", 3), ("slip_damping", 3), ("slip_moved", 3)),
+    *(("slip_direction_ahead", 3), ("slip_load_ahead", 3), ("slip_moved_ahead", 3)),
+)
+WIDTH = sum(count for _, count in EACH)
+SIZE = len(MODES) * WIDTH + sum(count for _, count in SLIPPING)
+
+
+@kernel
+def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
+    """Rates of the integrals of all points, `SIZE` of each, with the ``reactions`` (nf, 2) of rigid
+    friction."""
+    clear(rates[: SIZE * p.points.size])
+    for i in range(p.points.size):
+        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
+        c = geometry.touch(point, bodies, motion)
+        load = pressure(i, t, y, modes, c, p)
+        law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
+        f = law.force
+        if point.law == COULOMB and mode == STICK:
+            f = (reactions[i, 0], reactions[i, 1])
+        first = SIZE * i + WIDTH * mode
+        _count(load.N, f, c, rates[first : first + WIDTH])
+        if mode == SLIP and length(f) > 0.0:
+            last = SIZE * (i + 1)
+            _count_slip(load.N, f, law, c, rates[SIZE * i + len(MODES) * WIDTH : last])
+
+
+@kernel
+def _count(N, f, c, out):
+    """The rates of `EACH`."""
+    force, press = _along(f, c), scale(N, c.normal)
+    w = _along(c.velocity, c)
+    out[0], out[1], out[WIDTH - 1] = 1.0, N, -N * c.rate
+    for a in range(3):
+        out[2 + a], out[5 + a], out[8 + a] = press[a], force[a], w[a]
+        out[11 + a] = force[a] * w[a]
+
+
+@kernel
+def _count_slip(N, f, law, c, out):
+    """The rates of `SLIPPING`."""
+    size, v2 = length(f), law.slip_speed
+    d = _along((-f[0] / size, -f[1] / size), c)
+    damping = law.slip_damped / v2 if v2 != 0.0 else 0.0
+    for a in range(3):
+        ahead = max(d[a], 0.0)
+        out[a], out[3 + a], out[6 + a], out[9 + a] = d[a], N * d[a], damping * d[a], v2 * d[a]
+        out[12 + a], out[15 + a], out[18 + a] = ahead, N * ahead, v2 * ahead
+
+
+@kernel
+def _along(u, c):
+    """A vector (2,) in the plane in the earth frame."""
+    return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))

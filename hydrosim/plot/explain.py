@@ -1,0 +1,108 @@
+"""The picture of `hydrosim explain`: what pushed a body over time and where it went meanwhile, by
+contact mode; of many runs the means of that over the stages, with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.panels import Panel, bands, lines, picture
+from hydrosim.results.explain import PARTS
+from hydrosim.results.explain_rows import AXES, half, lasting, matter
+
+LITTLE = 1e-3  # of the largest impulse: less is not drawn
+MEGA, KILO = 1e-6, 1e-3
+NAME = 9  # letters of a group's name that fit beside a panel
+
+
+def draw_explained(
+    run: xr.Dataset, found: xr.Dataset, body: str, direction: str, output: Path | Output
+) -> Path:
+    """Draw a run, or many of them, whose explanation has been ``found``."""
+    if "run" in found.dims:
+        return save_picture(_of_runs(found, body, direction), output, dpi=100)
+    panels = [*_pushes(run, body, direction), *_contacts(run, AXES[direction])]
+    figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
+    for axis in figure.axes:
+        for end in np.unique(found.span_begin.values[np.isfinite(found.span_begin.values)]):
+            axis.axvline(end, color="#888888", linewidth=0.6)
+    return save_picture(figure, output)
+
+
+def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
+    """Where the body is, and the impulses of all forces on it."""
+    time, at = run.time.values, {"body": body, "dof": direction}
+    yield lines(time, direction, "m", {"": run.position.sel(at).values})
+    each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
+    shown = matter(each, "force", LITTLE)
+    yield lines(
+        time, "impulses", "MN s", {name: MEGA * each.sel(force=name).values for name in shown}
+    )
+
+
+def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
+    """Impulses of friction of each group, where its points went in each mode, and the modes."""
+    if "contact_friction" not in run:
+        return
+    time, all_ = run.time.values, run.sel(axis=axis)
+    groups = list(dict.fromkeys(run.fender_group.values))
+    for group in groups:
+        of = f" {group}"[:NAME] if len(groups) > 1 else ""
+        own = all_.sel(fender=run.fender_group == group)
+        friction = own.contact_friction.sum("fender")
+        ahead = -(own.fender_kinetic * own.slip_load_ahead).sum("fender")
+        slip = friction.sel(contact_mode="slip")
+        impulses = {
+            "stick": friction.sel(contact_mode="stick"),
+            "slip towards +": ahead,
+            "slip towards -": slip - ahead,
+        }
+        made = {name: MEGA * x.values for name, x in impulses.items()}
+        yield lines(time, f"friction{of}", "MN s", made)
+        moved = own.contact_moved.mean("fender")
+        each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
+        yield lines(time, f"moved{of}", "m", each)
+    yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
+
+
+def _of_runs(found: xr.Dataset, body: str, direction: str) -> Figure:
+    """Bars of means over runs, of mean forces, friction and displacements."""
+    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
+    axes = figure.subplots(3, 1)
+    at, along = found.sel(body=body, dof=direction), found.sel(axis=AXES[direction])
+    _bars(axes[0], KILO * at.mean_force, "force", "mean force [kN]")
+    if "friction_part" in found:
+        part = along.friction_part.sum("fender").sel(part=list(PARTS))
+        _bars(axes[1], KILO * part, "part", "mean friction [kN]")
+        _bars(axes[2], along.mode_moved.mean("fender"), "contact_mode", "moved in a mode [m]")
+    runs = found.sizes["run"]
+    figure.suptitle(f"{body} in {direction}: means over {runs} runs with intervals of 90 %")
+    return figure
+
+
+def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
+    """A group of bars for each stage, one bar for each entry of ``dim`` that matters."""
+    stages = lasting(values)
+    shown = matter(values, dim, LITTLE)
+    width = 0.8 / max(len(shown), 1)
+    for k, name in enumerate(shown):
+        each = [values.sel({dim: name, "span": stage}) for stage in stages]
+        place = np.arange(len(stages)) + (k - 0.5 * len(shown) + 0.5) * width
+        axis.bar(
+            place,
+            [float(x.mean()) for x in each],
+            width,
+            yerr=[half(x.values) for x in each],
+            label=str(name),
+            capsize=2,
+        )
+    axis.set_xticks(np.arange(len(stages)), labels=stages)
+    axis.set_ylabel(label)
+    axis.grid(axis="y", alpha=0.3)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")

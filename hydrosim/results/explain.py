@@ -1,0 +1,217 @@
+"""Why a body moved: mean forces, works and displacements by element, mode of contact and direction,
+over the stages of a run that records its impulses (`hydrosim.results.impulses`).
+
+The mean force of every row over a stage is its impulse over the time, and their sum the change of
+momentum over that. Of friction in slip, with the time T that a point slips and E the mean over it,
+
+    int f dt = -mu_k T (E[N] E[d] + Cov(N, d)) - int C3 |v2| d dt
+
+so it has a mean for three reasons: the point slips longer one way (`DIRECTION`), it is pressed
+harder while it slips one way (`COVARIANCE`), or it slips further one way (`DAMPING`: C3). What a
+law gives less than mu_k N is `OTHER`. In `STICK` friction is what holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.documents.files import no_file
+from hydrosim.errors import InputError
+from hydrosim.results.output import read
+from hydrosim.results.phases import Phase
+from hydrosim.results.runs_file import RUN
+
+NEEDED = ("impulse", "work", "momentum")
+REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
+REMEDY += " output.impulses=true"
+STICK, DIRECTION, COVARIANCE, DAMPING, OTHER = PARTS = (
+    *("stick", "direction of slip", "load with direction"),
+    *("slip damping", "below mu_k N"),
+)
+WHOLE, CONTACT = "whole run", "in contact"
+PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
+SAID = {
+    "span_begin": ("beginning of the stage", "s"),
+    "span_end": ("end of the stage", "s"),
+    "mean_force": ("mean force, mean moment", "N or N m"),
+    "force_work": ("work of the force by degree of freedom", "J"),
+    "momentum_rate": ("change of momentum over the time", "N or N m"),
+    "unbalanced": ("mean forces less the change of momentum over the time", "N or N m"),
+    "work_missing": ("works of all forces less the change of kinetic energy", "J"),
+    "displacement": ("displacement over the stage", "m or rad"),
+    "mode_share": ("share of the time in a contact mode", "1"),
+    "mode_friction": ("mean over the stage of friction in a contact mode", "N"),
+    "mode_press": ("mean over the stage of the normal force in a contact mode", "N"),
+    "mode_moved": ("displacement of the point along the plane in a contact mode", "m"),
+    "mode_work": ("work of friction on the body in a contact mode", "J"),
+    "slip_mean_load": ("mean normal force in slip", "N"),
+    "slip_mean_direction": ("mean direction of slip", "1"),
+    "slip_covariance": ("covariance of normal force and direction of slip", "N"),
+    "friction_part": ("mean over the stage of what friction comes from", "N"),
+    "slip_ahead": ("displacement of the node in slip towards the positive axis", "m"),
+    "slip_astern": ("displacement of the node in slip towards the negative axis", "m"),
+    "load_ahead": ("mean normal force in slip towards the positive axis", "N"),
+    "load_astern": ("mean normal force in slip towards the negative axis", "N"),
+}
+"""Long names and units of what is found."""
+
+
+class Stage(NamedTuple):
+    """A stage by name, from the output time ``begin`` to ``end``; None where there is none."""
+
+    name: str
+    begin: int | None
+    end: int | None
+
+
+def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) -> xr.Dataset:
+    """What the variables of `SAID` are over every stage (span, ...) from ``start`` to ``until``
+    [s]; not a number where a run has no such stage, or a contact no slip in it.
+
+    Raises InputError if the run has no impulses, or fewer than two output times then."""
+    missing = [name for name in NEEDED if name not in run]
+    if missing:
+        raise InputError(f"found a run without {', '.join(missing)}; {REMEDY}.")
+    run = run.sel(time=slice(start, until))
+    if run.time.size < 2:
+        text = f"found {run.time.size} output times from {start:g} to {until:g} s"
+        raise InputError(f"{text}; expected two or more.")
+    each = [_over(run, stage) for stage in stages(run)]
+    found = xr.concat(each, "span", join="exact").drop_vars("time", errors="ignore")
+    for name, (what, unit) in SAID.items():
+        if name in found:
+            found[name].attrs = {"long_name": what, "units": unit}
+    return found
+
+
+def read_explained(
+    path: Path, start: float | None = None, until: float | None = None
+) -> tuple[xr.Dataset, xr.Dataset]:
+    """A run in a file, and what is `explained` of it; of a sweep of such runs it is in its file
+    already, along ``run``. Raises InputError where the file is neither, or has no impulses."""
+    runs = _runs(path)
+    if runs is None:
+        run = read(path)
+        try:
+            limits = -np.inf if start is None else start, np.inf if until is None else until
+            return run, explained(run, *limits)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    if start is not None or until is not None:
+        raise InputError("--from, --until: found a sweep; expected one run, for these.")
+    if "mean_force" not in runs:
+        raise InputError(f"{path}: found runs without impulses; {REMEDY}.")
+    groups = [name for name in ("fender_group", "fender_kinetic") if name in runs]
+    return runs, runs.set_coords(groups)[[name for name in SAID if name in runs]]
+
+
+def _runs(path: Path) -> xr.Dataset | None:
+    """What is in a file of many runs; None if it is none."""
+    if no_file(path):
+        return None
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as file:
+            return file.load() if RUN in file.dims else None
+    except (OSError, ValueError, RuntimeError):
+        return None
+
+
+def stages(run: xr.Dataset) -> Iterator[Stage]:
+    """The whole run, the phases of each group of contacts, and all of it from the first contact."""
+    yield Stage(WHOLE, 0, run.time.size - 1)
+    groups = run.contact_group.values if "contact_group" in run.dims else ()
+    for group in groups:
+        of = run.contact_phase.sel(contact_group=group).values
+        prefix = f"{group}: " if len(groups) > 1 else ""
+        for phase, name in zip(Phase, PHASES, strict=True):
+            yield _where(f"{prefix}{name}", of == phase)
+        yield _where(f"{prefix}{CONTACT}", of > Phase.MOORED)
+
+
+def _where(name: str, during: np.ndarray) -> Stage:
+    """From where a condition begins to hold to where it does not any more."""
+    at = np.flatnonzero(during)
+    if at.size == 0 or at[0] == during.size - 1:
+        return Stage(name, None, None)
+    return Stage(name, int(at[0]), min(int(at[-1]) + 1, during.size - 1))
+
+
+def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
+    """The figures of one stage."""
+    begin, end = stage.begin or 0, stage.end or 0
+    d = run[_integrals(run)].isel(time=end) - run[_integrals(run)].isel(time=begin)
+    ends = run.time.values[[begin, end]]
+    time = float(np.diff(ends)[0]) or np.nan
+    found = {
+        "span_begin": xr.DataArray(ends[0]),
+        "span_end": xr.DataArray(ends[1]),
+        "mean_force": d.impulse / time,
+        "force_work": d.work,
+        "momentum_rate": d.momentum / time,
+        "unbalanced": (d.impulse.sum("force") - d.momentum) / time,
+        "work_missing": d.work.sum() - d.energy_kinetic,
+        "displacement": d.position,
+        **(_contacts(d, run, time) if "contact_time" in d else {}),
+    }
+    known = xr.Dataset(found) if stage.end else xr.Dataset(found).where(False)
+    return known.assign_coords(span=stage.name)
+
+
+def _integrals(run: xr.Dataset) -> list[str]:
+    names = (str(name) for name in run.data_vars)
+    contact = [n for n in names if n.startswith("slip_") or n in CONTACTS]
+    return ["position", "energy_kinetic", *NEEDED, *contact]
+
+
+CONTACTS = {
+    *("contact_time", "contact_impulse", "contact_press", "contact_friction"),
+    *("contact_moved", "contact_friction_work", "contact_press_work"),
+}
+
+
+def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataArray]:
+    """What contacts did in a stage of this ``time`` [s], of the changes ``d``."""
+    slipped = d.contact_time.sel(contact_mode="slip", drop=True)
+    slipped = slipped.where(slipped > 0.0)
+    load = d.contact_impulse.sel(contact_mode="slip", drop=True) / slipped
+    direction = d.slip_direction / slipped
+    covariance = d.slip_load / slipped - load * direction
+    friction = d.contact_friction.sel(contact_mode=["stick", "slip"]) / time
+    pressed = -run.fender_kinetic * slipped / time
+    parts = {
+        STICK: friction.sel(contact_mode="stick", drop=True),
+        DIRECTION: (pressed * load * direction).fillna(0.0),
+        COVARIANCE: (pressed * covariance).fillna(0.0),
+        DAMPING: -d.slip_damping / time,
+    }
+    parts[OTHER] = friction.sum("contact_mode") - sum(parts.values())
+    part = xr.concat(list(parts.values()), xr.DataArray(list(PARTS), dims="part", name="part"))
+    return {
+        "mode_share": d.contact_time / time,
+        "mode_friction": d.contact_friction / time,
+        "mode_press": d.contact_press / time,
+        "mode_moved": d.contact_moved,
+        "mode_work": d.contact_friction_work,
+        "slip_mean_load": load,
+        "slip_mean_direction": direction,
+        "slip_covariance": covariance,
+        "friction_part": part.transpose("part", "fender", "axis"),
+        **_both_ways(d),
+    }
+
+
+def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Slip towards the positive and the negative axes apart."""
+    ahead, load = d.slip_direction_ahead, d.slip_load_ahead
+    astern, other = ahead - d.slip_direction, load - d.slip_load
+    return {
+        "slip_ahead": d.slip_moved_ahead,
+        "slip_astern": d.slip_moved - d.slip_moved_ahead,
+        "load_ahead": load / ahead.where(ahead > 0.0),
+        "load_astern": other / astern.where(astern > 0.0),
+    }

@@ -1,0 +1,92 @@
+"""`hydrosim explain` on the terminal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from command_line import Command, command
+from dry_scenes import block, moving, on_floor, scene, steady
+from recorded_runs import made_run
+
+import hydrosim as hs
+from hydrosim.forces import AppliedForce, Harmonic, StickSlip
+from hydrosim.results.output import write
+from hydrosim.scene import Scene
+
+MASS, WEIGHT = 1e5, 9.81e5
+LAW = StickSlip(0.3, 0.2, stiffness=2e7, damping=4e5, slip_damping=4e4)
+
+
+def shaken(period: float, impulses: bool = True) -> Scene:
+    """A block on the floor that is shaken until it slips."""
+    body = block(MASS, ("surge", "heave"), position=moving(heave=-WEIGHT / 1e7))
+    forces = {
+        "floor": on_floor(1e7, LAW),
+        "weight": steady(heave=-WEIGHT),
+        "shake": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(4e5, period)}),
+    }
+    return replace(scene(body, forces, 10.0, 0.1, step=0.02), output_impulses=impulses)
+
+
+@pytest.fixture
+def explain(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """`hydrosim explain` in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return command(monkeypatch, capsys, "explain")
+
+
+def test_a_run(explain: Command, tmp_path: Path) -> None:
+    """Tables of it, a file and a picture."""
+    path = tmp_path / "shaken.nc"
+    write(hs.simulate(shaken(3.0)), path)
+    result = explain(path)
+    assert result.code == 0
+    assert "block in surge" in result.out
+    assert "mean friction of floor in surge [kN]" in result.out
+    assert "impulses of all forces are the change of momentum" in result.out
+    assert "nan" not in result.out
+    with xr.open_dataset(tmp_path / "shaken_explained.nc") as found:
+        assert found.mean_force.attrs["units"] == "N or N m"
+        assert all(found[name].attrs["long_name"] for name in found.data_vars)
+    assert (tmp_path / "shaken_explained.png").stat().st_size > 10_000
+
+
+def test_many_runs(explain: Command, tmp_path: Path) -> None:
+    """Means of them with intervals."""
+    path = tmp_path / "runs.nc"
+    with hs.simulate_many([shaken(period) for period in (2.5, 3.0, 3.5)], path, workers=1):
+        pass
+    result = explain(path)
+    assert result.code == 0
+    assert " ± " in result.out
+    assert "nan" not in result.out
+    assert explain(path, "--from", 5, "--overwrite").code == 2
+
+
+def test_what_cannot_be_explained(explain: Command, tmp_path: Path) -> None:
+    """Each is refused with one message that says what it lacks."""
+    bare, runs, text = (tmp_path / name for name in ("bare.nc", "runs.nc", "study.yaml"))
+    write(made_run(), bare)
+    with hs.simulate_many([shaken(3.0, impulses=False)], runs, workers=1):
+        pass
+    text.write_text("case: base.yaml")
+    for path, said in (
+        (bare, "bare.nc: found a run without impulse, work, momentum; expected a run with output:"),
+        (runs, "runs.nc: found runs without impulses; expected a run with output:"),
+        (text, "study.yaml: cannot be read as netCDF"),
+        (tmp_path / "none.nc", "none.nc: "),
+    ):
+        result = explain(path)
+        assert result.code == 2
+        assert said in result.err
+    path = tmp_path / "shaken.nc"
+    write(hs.simulate(shaken(3.0)), path)
+    for option, value in (("--direction", "pitch"), ("--body", "ship"), ("--from", 20)):
+        result = explain(path, option, value)
+        assert result.code == 2
+        assert "found" in result.err
