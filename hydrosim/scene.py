@@ -742,7 +742,6 @@ class Scene:
     solver: Solver = field(default_factory=Solver)
     output_step: float = 0.5
     output_states: bool = False
-    output_impulses: bool = False
     wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     clearances: Mapping[str, Clearance] = field(default_factory=dict)
     initial: Start | None = None
@@ -750,3 +749,4 @@ class Scene:
     accept: tuple[Question, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
     output_accelerations: bool = False
+    output_impulses: bool = False

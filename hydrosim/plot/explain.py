@@ -75,7 +75,7 @@ def _of_runs(found: xr.Dataset, body: str, direction: str) -> Figure:
     """Bars of means over runs, of mean forces, friction and displacements."""
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     axes = figure.subplots(3, 1)
-    at, along = found.sel(body=body, dof=direction), found.sel(axis=AXES[direction])
+    at, along = found.sel(body=body, dof=direction), found.sel(direction=AXES[direction])
     _bars(axes[0], KILO * at.mean_force, "force", "mean force [kN]")
     if "friction_part" in found:
         part = along.friction_part.sum("fender").sel(part=list(PARTS))

@@ -159,7 +159,8 @@ def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
         **(_contacts(d, run, time) if "contact_time" in d else {}),
     }
     known = xr.Dataset(found) if stage.end else xr.Dataset(found).where(False)
-    return known.assign_coords(span=stage.name)
+    named = known.rename(axis="direction") if "axis" in known.dims else known
+    return named.assign_coords(span=stage.name)
 
 
 def _integrals(run: xr.Dataset) -> list[str]:

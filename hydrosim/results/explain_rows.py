@@ -47,7 +47,7 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[str]:
     yield from _section(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
-            own = found.sel(fender=found.fender_group == group, axis=AXES[direction])
+            own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
             own = own.sel(span=_of_group(found, str(group)))
             yield from _section(f"mean friction of {group} in {direction} [kN]", _friction(own))
             yield from _section(f"mean of its points in {direction}", _points(own))

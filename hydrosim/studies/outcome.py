@@ -96,7 +96,7 @@ def digested(
             )
         found[figure.name] = figure_of(run, figure)
     if "impulse" in run:
-        found = xr.merge([found, explained(run)])
+        found = xr.merge([found, explained(run)], join="exact", compat="equals")
     return xr.merge([run[variables], found], join="outer", compat="equals")
 
 

@@ -110,7 +110,7 @@ def made() -> xr.Dataset:
 
 def parts(found: xr.Dataset, span: str) -> dict[str, float]:
     """Sums over a span [N s] in x."""
-    at = found.sel(span=span, fender="pad 1", axis="x")
+    at = found.sel(span=span, fender="pad 1", direction="x")
     time = float(at.span_end - at.span_begin)
     return {str(p): time * float(at.friction_part.sel(part=p)) for p in at.part.values}
 
@@ -131,7 +131,7 @@ def test_what_friction_comes_from() -> None:
             rel=1e-12,
             abs=1e-6,
         )
-    at = found.sel(span=WHOLE, fender="pad 1", axis="x")
+    at = found.sel(span=WHOLE, fender="pad 1", direction="x")
     assert float(at.load_ahead) == pytest.approx(4e6)
     assert float(at.load_astern) == pytest.approx(1e6)
     assert float(at.slip_ahead) == pytest.approx(3.0)
