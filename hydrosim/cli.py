@@ -29,7 +29,15 @@ from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.explain import explain
 from hydrosim.commands.linear import linear
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
+from hydrosim.commands.options import (
+    CaseFile,
+    Overwrite,
+    Settings,
+    numbers,
+    one_of,
+    placed,
+    quantity,
+)
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import printable, show
@@ -108,15 +116,23 @@ def run(
 
 
 @app.command()
-def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
-    """Validate a case; print what the scene needs and skips, and its natural periods.
+def check(
+    case_file: CaseFile,
+    time: Annotated[
+        str, typer.Option(help='Step limits and natural periods also then: "30 min, 1 hour".')
+    ] = "",
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Validate a case; print what the scene needs and skips, step limits and natural periods.
 
-    Of a case that is driven by the runs of others it says which of those have to be made first.
+    Where tanks change, those are told of the start and of the end. Of a case that is driven by the
+    runs of others it says which of those have to be made first.
     """
     from hydrosim.case import load_case
     from hydrosim.studies.check import survey
     from hydrosim.studies.stages import outdated
 
+    times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated(stage))]
     for reason in missing:
@@ -124,7 +140,7 @@ def check(case_file: CaseFile, settings: Settings = []) -> None:  # noqa: B006
     if missing:
         return
     with announced(err):
-        for part in survey(case.scene()):
+        for part in survey(case.scene(), times):
             show(part)
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed, quantity
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -52,7 +52,7 @@ def ballast(
         overwrite=overwrite,
         suffix=".png",
     )
-    at = _read("--time", time, "time", "s", "1 hour")
+    at = quantity("--time", time, "time", "s", "1 hour")
     scene = case.scene()
     having = [each.name for each in scene.bodies if each.tanks]
     if not having:
@@ -64,9 +64,9 @@ def ballast(
         found = conditions(compiled, at)
         lines = [table for each in found for table in tables(each, at)]
         if lift is not None or rise is not None:
-            weight = _read("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
-            up = _read("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
-            span = _read("--within", within, "time", "s", "1 hour")
+            weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
+            up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
+            span = quantity("--within", within, "time", "s", "1 hour")
             lines.append(_planned(plan(compiled, body or having[0], span, weight, up)))
     draw_loading(found, at, page)
     show(*lines, f"picture   {page.path}")
@@ -138,14 +138,3 @@ def _table(title: str, columns: list[str], rows: list[list[str]]) -> Table:
     for row in rows:
         table.add_row(*row)
     return table
-
-
-def _read(option: str, text: str | None, what: str, unit: str, example: str) -> float:
-    from pydantic_core import PydanticCustomError
-
-    from hydrosim.documents.units import Quantity
-
-    try:
-        return Quantity(what, unit, example).read(text)
-    except PydanticCustomError as error:
-        raise InputError(f"{option}: {error.message()}.") from None

@@ -71,6 +71,18 @@ def numbers(text: str, option: str, positive: bool = True) -> list[float]:
     return found
 
 
+def quantity(option: str, text: str | None, what: str, unit: str, example: str) -> float:
+    """A number with its unit, in SI, as a case file has it."""
+    from pydantic_core import PydanticCustomError
+
+    from hydrosim.documents.units import Quantity
+
+    try:
+        return Quantity(what, unit, example).read(text)
+    except PydanticCustomError as error:
+        raise InputError(f"{option}: {error.message()}.") from None
+
+
 def one_of(kind: type[Choice], name: str, option: str) -> Choice:
     """The value that a ``name`` is of a ``kind``."""
     if name.strip() in set(kind):

@@ -22,14 +22,16 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.studies.loading import as_at
 from hydrosim.studies.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.simulation import scene_step_limits
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
-def survey(scene: Scene) -> Iterator[RenderableType]:
-    """Size of the problem, databases, what is skipped, warnings, step limits, natural periods."""
+def survey(scene: Scene, times: Sequence[float] = ()) -> Iterator[RenderableType]:
+    """Size of the problem, databases, what is skipped, warnings, step limits, natural periods; the
+    limits and periods also as they are at ``times`` [s] and, if tanks change, at the end."""
     own = compile_scene(scene, in_plane=True)
     compiled = linearisable(own)
     scene, model, notes = compiled.scene, own.model, own.notes
@@ -69,11 +71,21 @@ def survey(scene: Scene) -> Iterator[RenderableType]:
         yield f"skipped: {line}"
     for line in notes.warnings:
         yield f"warning: {line}"
-    if not propagated(own.scene, own.model):
-        yield from _limits(compiled)
     whole = linearisable(own.whole) if own.whole else compiled
-    linear = linearise(whole.model, whole.state, time=whole.begin)
-    yield _periods(scene, natural_modes(linear))
+    yield from _linear(compiled, whole, "at the start of the run")
+    end = [compiled.begin + scene.duration] if model.elements.tanks.each.size else []
+    for time in sorted({*times, *end}):
+        yield from _linear(as_at(compiled, time), as_at(whole, time), f"at {time:g} s", time)
+
+
+def _linear(
+    compiled: Compiled, whole: Compiled, when: str, time: float | None = None
+) -> Iterator[RenderableType]:
+    """Step limits of a run, and natural periods of the ``whole`` scene."""
+    if not propagated(compiled.scene, compiled.model):
+        yield from (line if time is None else f"{when}: {line}" for line in _limits(compiled))
+    linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
+    yield _periods(compiled.scene, natural_modes(linear), when)
 
 
 def linearisable(compiled: Compiled) -> Compiled:
@@ -98,8 +110,8 @@ def _limits(compiled: Compiled) -> Iterator[str]:
         yield accuracy_limit(compiled, found)
 
 
-def _periods(scene: Scene, modes: Sequence[NaturalMode]) -> Table:
-    table = Table(title="Natural periods at the start of the run")
+def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
+    table = Table(title=f"Natural periods {when}")
     for heading in ("body", "mode", "natural period [s]", "damped period [s]", "damping ratio"):
         justify: JustifyMethod = "left" if heading in ("body", "mode") else "right"
         table.add_column(escape(heading), justify=justify, no_wrap=True)

@@ -9,12 +9,14 @@ the stiffness of lines and contacts, too, they say how stable the body is as it 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import InputError
+from hydrosim.forces import without_friction
 from hydrosim.forces.ballast.loading import Loading, at_start, loaded
 from hydrosim.forces.ballast.pieces import LEVEL, at
 from hydrosim.forces.ballast.shapes import capacity, pieces
@@ -27,6 +29,7 @@ from hydrosim.linear.modes import STATIC
 from hydrosim.scene import Body, Tank
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
+from hydrosim.waves import following_model, wave_loads_model
 
 
 class TankState(NamedTuple):
@@ -74,6 +77,27 @@ def pumped(compiled: Compiled, time: float) -> State:
     state, p = compiled.first_state(), compiled.model.elements.tanks
     state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
     return state
+
+
+def as_at(compiled: Compiled, time: float) -> Compiled:
+    """The scene with what is in its tanks at a time [s], and with its bodies and their slow draught
+    at rest then, if they are anywhere: what it is made linear about."""
+    still, state, scene = _still(compiled.model), pumped(compiled, time), compiled.scene
+    calm = still._replace(
+        elements=without_friction(still.elements),
+        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
+        following=following_model((), ()),
+    )
+    weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
+    n, slow = calm.bodies.active.size, slice(calm.draught, calm.energy)
+    y = state.y.copy()
+    y[n : 2 * n] = 0.0
+    try:
+        found = equilibrium(calm, state._replace(y=y, modes=state.modes.copy()), time, weight)
+        y[:n], y[slow] = found.state.y[:n], found.state.y[slow]
+    except InputError:
+        y[:n], y[slow] = state.y[:n], state.y[slow]
+    return replace(compiled, state=state._replace(y=y))
 
 
 def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:

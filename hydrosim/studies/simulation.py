@@ -53,6 +53,7 @@ from hydrosim.stepping.state import (
 from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, holder
 from hydrosim.studies.checkpoint import Checkpoint, Keeper
+from hydrosim.studies.loading import as_at
 from hydrosim.studies.resolution import (
     fitting_step,
     linear_names,
@@ -182,6 +183,11 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     looked_at = scene_combinations(compiled)
     limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(compiled, looked_at)
     found = [limit.describe(step) for limit in limits if limit.step < step]
+    if limits and not found and compiled.model.elements.tanks.each.size:
+        end = compiled.begin + scene.duration
+        limits = scene_step_limits(as_at(compiled, end))
+        now = f", with tanks as at the end, {end:g} s"
+        found = [limit.describe(step) + now for limit in limits if limit.step < step]
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
     texts = [f"solver.step {step:g} s: {text}" for text in found]
