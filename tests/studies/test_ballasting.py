@@ -100,6 +100,23 @@ def test_free_surfaces_take_their_moments_from_the_metacentric_heights() -> None
     assert_allclose(frozen - free, loss, rtol=1e-9)
 
 
+def test_metacentric_heights_are_those_of_weight_and_buoyancy_whatever_holds_the_barge() -> None:
+    """K / (m g) of the database's stiffness with the free surfaces' loss; lines come on top."""
+    from hydrosim.forces import LinearMooring
+
+    roll, pitch = 2e9, 7e9
+    line = LinearMooring("barge", np.diag([0.0, 0.0, 0.0, roll, pitch, 0.0]))
+    scene = barge()
+    compiled = compile_in_calm(replace(scene, forces={**scene.forces, "line": line}))
+    (found,), (alone,) = conditions(compiled), conditions(compile_in_calm(scene))
+    C, weight = compiled.model.stiffness[0], found.loading.mass * G
+    floating = np.diag(C)[3:5] - C[2, 3:5] ** 2 / C[2, 2]
+    assert_allclose(found.metacentric, floating / weight - found.loss, rtol=1e-6)
+    assert_allclose(found.metacentric, alone.metacentric, rtol=1e-9)
+    held = np.array([roll, pitch]) / weight
+    assert_allclose(found.held - found.metacentric, held, rtol=1e-6)
+
+
 def corners(compiled: Compiled, lift: float, most: np.ndarray) -> float:
     """The least that must be pumped, by all corners of the polyhedron."""
     body, C = compiled.scene.bodies[0], compiled.model.stiffness[0]
