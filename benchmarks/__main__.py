@@ -23,6 +23,7 @@ LONG = (
     "short_waves",
     "score_card",
     "draughts",
+    "operability",
 )  # if named
 
 

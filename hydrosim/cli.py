@@ -29,6 +29,7 @@ from hydrosim.commands.compare import compare, record
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.explain import explain
 from hydrosim.commands.linear import linear
+from hydrosim.commands.operability import operability
 from hydrosim.commands.options import (
     CaseFile,
     Overwrite,
@@ -62,6 +63,7 @@ app.command()(case)
 app.command()(compare)
 app.command()(record)
 app.command()(linear)
+app.command()(operability)
 app.command()(statistics)
 app.command()(explain)
 app.command()(sweep)

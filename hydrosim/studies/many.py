@@ -98,7 +98,7 @@ def simulate_many(
     def write(path: Path, journal: Journal | None) -> Path:
         file = RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
         work = _Set(scenes, shared, digest, file, journal)
-        with _closed(file), _collected_here():
+        with _closed(file), collected_here():
             _run_all(work, workers or os.cpu_count() or 1, progress)
         return path
 
@@ -186,7 +186,7 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
 
 
 @contextmanager
-def _collected_here() -> Iterator[None]:
+def collected_here() -> Iterator[None]:
     """Leaves the collection of garbage to this thread: netCDF knows no threads, and a worker might
     come upon a file that somebody left open, and close it, while this thread writes."""
     gc.collect()

@@ -1,0 +1,101 @@
+"""`hydrosim operability`: in which seas a case holds its criteria, and what that is worth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.commands.compiling import announced
+from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.terminal import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.studies.operability.study import Limits
+
+err = Console(stderr=True)
+
+
+def operability(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="LIMITS.nc", help="Result file.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Limiting significant heights over peak periods, headings and swells, with their confidence;
+    workability in a scatter diagram, waiting times in a hindcast."""
+    from hydrosim.plot.operability import draw_limits
+    from hydrosim.results.output import write
+    from hydrosim.studies.operability.study import limits_of, load_limits
+    from hydrosim.studies.operability.weather import read_weather, weather_lines
+
+    with announced(err):
+        study = load_limits(study_file)
+    name = f"{study_file.stem}_operability"
+    result = placed(output, name, "limits", study_file, inputs=study.inputs, overwrite=overwrite)
+    page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    weather = read_weather(study_file.parent, study.wanted)
+    with announced(err), err.status("limits") as status:
+
+        def report(sea: str, runs: int, done: int) -> None:
+            status.update(f"{sea}: {done} seas done, {runs} runs")
+
+        found = limits_of(study, workers or os.cpu_count() or 1, report)
+    write(found, result)
+    draw_limits(found, page)
+    show(*_lines(study, found), *weather_lines(found, weather))
+    show(f"result    {result.path}, {page.path}")
+
+
+def _lines(study: Limits, found: xr.Dataset) -> Iterator[str]:
+    yield from found.attrs["criteria"].splitlines()
+    share = found.attrs["probability"]
+    if found.attrs["runs"]:
+        of, runs = found.attrs["runs_of_all"], found.attrs["runs"]
+        yield (
+            f"limits with {share:.3g} of the seas, {found.attrs['method']}: {runs} runs of"
+            f" {found.attrs['seeds']} seeds, {runs / of:.0%} of those of a whole grid"
+        )
+        guessed, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
+        yield f"of {guessed} runs at limits that were inferred from other heights, {wrong} differ"
+    else:
+        yield f"limits with a probability of {share:.3g}, {found.attrs['method']}"
+    if "failed" in found.attrs:
+        yield f"warning   {found.attrs['failed']}"
+    for stage in found.stage.values:
+        for swell in found.swell.values:
+            for heading in found.heading.values:
+                yield from _curve(found.sel(stage=stage, swell=swell, heading=heading))
+
+
+def _curve(found: xr.Dataset) -> Iterator[str]:
+    from numpy import degrees
+
+    swell = "" if str(found.swell.values) == "none" else f", swell {found.swell.values}"
+    yield f"{found.stage.values}, heading {degrees(float(found.heading)):g} deg{swell}:"
+    for period in found.peak_period.values:
+        at = found.sel(peak_period=period)
+        yield f"  Tp {period:g} s: {_limit(at)}  {at.governing.values}".rstrip()
+
+
+def _limit(at: xr.Dataset) -> str:
+    limit, low, high = (float(at[name]) for name in ("limit", "low", "high"))
+    lowest, highest = at.attrs["lowest"], at.attrs["highest"]
+    if not at.attrs["runs"]:
+        return f"Hs {limit:.3f} m"
+    if limit < lowest:
+        return f"no limit in the range: {lowest:g} m is too high already"
+    if limit > highest - 0.5 * at.attrs["apart"]:
+        return f"no limit in the range: all holds up to {highest:g} m"
+    ends = f"{max(low, 0.0):.2f} to {high:.2f} m" if high <= highest else f"{low:.2f} m or more"
+    return f"Hs {limit:.2f} m ({ends})"

@@ -1,0 +1,1 @@
+"""In which seas a scene holds its criteria."""

@@ -1,0 +1,142 @@
+"""The largest height at which enough seeds hold their criteria, by bisection on common seeds.
+
+Of N seeds, k fail at a height h with the probability of a binomial law of the true share q(h). The
+limit is the largest height of a grid at which no more fail than are allowed, k <= N (1 - p). The
+true limit, q(h) = 1 - p, is by 90 % where k is between the 5 % and 95 % quantiles of the law of
+N and 1 - p, which the same search finds.
+
+A seed that fails at a height is taken to fail at all greater ones, and one that holds to hold at
+all smaller ones, so that few have to be run. What is found is then run: at the limit there is no
+seed that was not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import binom
+
+from hydrosim.errors import InputError
+
+CONFIDENCE = 0.9
+CHUNK = 8  # runs at a time, after which there may be enough
+
+Outcomes = Callable[[Sequence[tuple[int, int]]], np.ndarray]
+"""Whether runs (height, seed) hold each criterion: (n, criteria) of truth values."""
+
+
+class Bound(NamedTuple):
+    """The limit between two heights by their numbers, -1 if the smallest fails: the last at which
+    no more fail than allowed, and the interval; how many seeds were ``inferred`` there before they
+    were run, and how many of these were ``otherwise``."""
+
+    limit: int
+    low: int
+    high: int
+    inferred: int
+    otherwise: int
+
+
+def fewest_seeds(probability: float) -> int:
+    """How many seeds bound a limit from below with this confidence."""
+    n = 1
+    while binom.ppf(0.5 * (1.0 - CONFIDENCE), n, 1.0 - probability) < 1:
+        n += 1
+    return n
+
+
+def allowed(count: int, probability: float) -> tuple[int, int, int]:
+    """How many of so many seeds may fail: at the limit, and at the ends of its interval."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
+    if low < 1:
+        raise InputError(
+            f"seeds: found {count}; expected {fewest_seeds(probability)} or more: with fewer, none"
+            f" need fail where {1.0 - probability:.3g} of all do, and nothing bounds the limit from"
+            " below."
+        )
+    return int(np.floor(count * (1.0 - probability) + 1e-9)), int(low) - 1, int(high)
+
+
+@dataclass
+class Search:
+    """Runs of a sea of any of the ``heights`` (how many) and seeds, and what is known of them."""
+
+    heights: int
+    seeds: int
+    outcomes: Outcomes
+    known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
+
+    def bound(self, criteria: Sequence[int], probability: float) -> Bound:
+        """The limit of some of the ``criteria``, all of which must hold."""
+        of = list(criteria)
+        most, least, largest = allowed(self.seeds, probability)
+        top = self.heights
+        inferred, otherwise = 0, 0
+        while True:
+            limit = self._last(of, most, top)
+            if limit < 0:
+                break
+            rest = [s for s in range(self.seeds) if (limit, s) not in self.known]
+            guesses = [(s, self._inferred(of, limit, s)) for s in rest]
+            self._run([(limit, s) for s in rest])
+            known = [(s, guess) for s, guess in guesses if guess is not None]
+            wrong = [guess != self._holds(of, (limit, s)) for s, guess in known]
+            inferred, otherwise = inferred + len(wrong), otherwise + sum(wrong)
+            if self._failing(of, limit) <= most:
+                break
+            top = limit
+        low = self._last(of, least, max(limit, 0) + 1)
+        high = self._last(of, largest, self.heights, limit) + 1
+        return Bound(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
+
+    def failures(self, criteria: Sequence[int], height: int) -> np.ndarray:
+        """How many seeds fail each criterion at a height, of those that were run there."""
+        found = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
+        return np.sum(~np.array(found)[:, list(criteria)], axis=0) if found else np.zeros(0)
+
+    def _last(self, of: list[int], most: int, above: int, below: int = -1) -> int:
+        """The last height below ``above`` at which no more than ``most`` seeds fail."""
+        while above - below > 1:
+            middle = (below + above) // 2
+            if self._within(of, most, middle):
+                below = middle
+            else:
+                above = middle
+        return below
+
+    def _within(self, of: list[int], most: int, height: int) -> bool:
+        """Whether no more than so many seeds fail, with as few runs as decide it."""
+        while True:
+            state = [self._inferred(of, height, s) for s in range(self.seeds)]
+            failing, unknown = state.count(False), [s for s, x in enumerate(state) if x is None]
+            if failing > most:
+                return False
+            if failing + len(unknown) <= most:
+                return True
+            self._run([(height, s) for s in unknown[:CHUNK]])
+
+    def _inferred(self, of: list[int], height: int, seed: int) -> bool | None:
+        """Whether a seed holds at a height, by its run there, or by those at others."""
+        if (height, seed) in self.known:
+            return self._holds(of, (height, seed))
+        for other in range(height - 1, -1, -1):
+            if (other, seed) in self.known and not self._holds(of, (other, seed)):
+                return False
+        for other in range(height + 1, self.heights):
+            if (other, seed) in self.known and self._holds(of, (other, seed)):
+                return True
+        return None
+
+    def _failing(self, of: list[int], height: int) -> int:
+        return sum(not self._holds(of, (height, s)) for s in range(self.seeds))
+
+    def _holds(self, of: list[int], run: tuple[int, int]) -> bool:
+        return bool(self.known[run][of].all())
+
+    def _run(self, runs: list[tuple[int, int]]) -> None:
+        if runs:
+            self.known |= dict(zip(runs, self.outcomes(runs), strict=True))

@@ -1,0 +1,105 @@
+"""Limits of linear scenes, from response spectra: no runs.
+
+A motion of spectral moments m0, m2 is Gaussian, of the period Tz = 2 pi sqrt(m0 / m2). Its largest
+value in a time T, n = T / Tz, is below a limit with the probability p where
+
+    limit = mean + s sqrt(-2 ln(1 - p^(1/n))),   s = s1 H,
+
+s1 being the standard deviation in a sea of 1 m (Longuet-Higgins 1952, narrow band). Smallest values
+are those of the other sign; both together are within limits with the product of the probabilities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import exp, inf, log, log1p, pi, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.dofs import DOFS
+from hydrosim.linear.linearity import nonlinearities
+from hydrosim.results.figures import Figure
+from hydrosim.scene import Scene, SecondOrder
+from hydrosim.studies.operability.seas import Sea, in_sea
+from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
+from hydrosim.studies.rest import at_rest
+from hydrosim.waves import sea as drawn
+
+MOTIONS = {"position": 0, "velocity": 1, "acceleration": 2}
+"""Channels that are linear in the motions, and how often they are derived."""
+ABOUT_MEAN = ("largest", "smallest", "largest_absolute", "std")
+
+
+class Spectral:
+    """A linear scene, and limits of its motions."""
+
+    def __init__(self, calm: Compiled) -> None:
+        self.scene, rest = calm.scene, at_rest(calm, free=True)
+        self.rest = rest.position
+        self.about: Responder = responder(calm, rest.state)
+
+    def limit(self, sea: Sea, figure: Figure, limit: float, probability: float) -> float:
+        """The significant height [m] up to which a ``figure`` stays within its ``limit`` with this
+        probability, infinite where waves do not move it; 0 if it never does."""
+        (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
+        name, body, dof = figure.channel.split(".")
+        names, order = [each.name for each in self.scene.bodies], MOTIONS[name]
+        at = 6 * names.index(body) + DOFS.index(dof)
+        energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
+        m0, m2 = float(energy.sum()), float(energy @ waves.omega**2)
+        if m0 == 0.0:
+            return inf
+        mean = self.rest.ravel()[at] if order == 0 else 0.0
+        duration = self.scene.duration - max(waves.ramp, figure.start)
+        count = duration * sqrt(m2 / m0) / (2.0 * pi)
+        rooms = _rooms(figure.statistic, limit, mean)
+        if min(rooms) <= 0.0:
+            return 0.0
+        if figure.statistic == "std":
+            return limit / sqrt(m0)
+        return _deviation(rooms, max(count, 1.0), probability) / sqrt(m0)
+
+
+def spectral(scene: Scene, figures: Sequence[Figure], swell: bool) -> Spectral | str:
+    """What gives limits by spectra; or, in words, why runs are needed."""
+    for figure in figures:
+        name, *rest = figure.channel.split(".")
+        if name not in MOTIONS or len(rest) != 2 or rest[1] not in DOFS:
+            return f"{figure.channel} is no motion of a body"
+        if figure.statistic not in ABOUT_MEAN or figure.phase is not None:
+            return f"{figure} has no closed form"
+    if swell:
+        return "there is swell"
+    if any(body.wave_forces.second_order != SecondOrder.NONE for body in scene.bodies):
+        return "second-order loads are not Gaussian"
+    calm = compile_for_linear(scene, Radiation.MODEL)
+    reason = next(nonlinearities(calm.scene, calm.model), None)
+    return reason or Spectral(calm)
+
+
+def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
+    """What is left for the waves, on one side of the mean or on both."""
+    match statistic:
+        case "smallest":
+            return [mean - limit]
+        case "largest":
+            return [limit - mean]
+        case "largest_absolute":
+            return [limit - mean, limit + mean]
+    return [limit]
+
+
+def _deviation(rooms: list[float], count: float, probability: float) -> float:
+    """The standard deviation of which the largest of ``count`` waves is within the ``rooms`` with
+    this probability."""
+    room = min(rooms)
+
+    def excess(part: float) -> float:
+        levels = [each / (part * room) for each in rooms]
+        inside = sum(log1p(-exp(-0.5 * level**2)) for level in levels)
+        return count * inside - log(probability)
+
+    return room * float(brentq(excess, 1e-2, 1e2, xtol=1e-12))

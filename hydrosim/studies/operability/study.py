@@ -1,0 +1,282 @@
+"""Limiting significant heights of a scene over peak periods, headings and swells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.case.load import load_case
+from hydrosim.documents.units import factor
+from hydrosim.errors import InputError
+from hydrosim.results.figures import Figure
+from hydrosim.scene import Scene
+from hydrosim.studies.many import prepared
+from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
+from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
+from hydrosim.studies.operability.spectral import Spectral, spectral
+from hydrosim.studies.operability.trials import Trials
+from hydrosim.studies.study_file import Operability, StudyFile
+from hydrosim.studies.sweep import read_study
+from hydrosim.studies.trial import check_figures
+
+ALL = "all"  # stages together
+SEEDS = 50  # where the study says none
+Progress = Callable[[str, int, int], None]
+"""Called with the sea, the number of runs until now, and the seas that are done."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``."""
+
+    path: Path
+    scene: Scene
+    data: StudyFile
+    wanted: Operability
+    figures: tuple[Figure, ...]
+    limits: tuple[float, ...]
+    units: dict[str, str]
+    inputs: tuple[Path, ...]
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds, 1 to 50 if the study says none."""
+        return self.data.seeds or tuple(range(1, SEEDS + 1))
+
+    @property
+    def swells(self) -> list[Swell | None]:
+        """The swells, of which one is none."""
+        found = [Swell(s.significant_height, s.peak_period, s.heading) for s in self.wanted.swells]
+        return [None, *found]
+
+    @property
+    def headings(self) -> tuple[float, ...]:
+        """Headings [rad]: those of the study, or that of the case."""
+        return self.wanted.headings or (wind_sea(self.scene).heading,)
+
+    def stages(self) -> dict[str, list[int]]:
+        """The numbers of the criteria of all stages together and of each."""
+        found = {ALL: list(range(len(self.figures)))}
+        for k, figure in enumerate(self.figures):
+            if figure.phase is not None:
+                found.setdefault(figure.phase, []).append(k)
+        return found
+
+    def held(self, values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+        """Whether figures (n, nf) of runs hold their limits: not where a run failed; where a run
+        never came to a phase there is nothing to hold."""
+        least = np.array([figure.statistic == "smallest" for figure in self.figures])
+        limits = np.array(self.limits)
+        held = np.where(least, ~(values < limits), ~(values > limits))
+        return np.asarray(held & complete[:, None])
+
+
+def load_limits(path: Path) -> Limits:
+    """The study of limits in a YAML file; InputError says what is not valid, and which criteria are
+    on channels that the case has not."""
+    data = read_study(path)
+    if data.operability is None or not data.criteria:
+        lacks = "operability" if data.operability is None else "criteria"
+        raise InputError(
+            f"{path}: found no key {lacks}; expected criteria and seas, as in criteria: {{crawl:"
+            " {channel: position.barge.surge, statistic: end_absolute, limit: 1 m}} and"
+            " operability: {heights: {from: 0.5 m, to: 4 m, apart: 0.25 m}, peak_periods: [6 s, 8"
+            " s]}."
+        )
+    if data.parameters or data.studies:
+        raise InputError(f"{path}: found parameters and operability; expected a file for each.")
+    fixed = {"duration": data.duration, "output.step": data.output.step}
+    case = load_case(path.parent / data.case, {k: v for k, v in fixed.items() if v is not None})
+    scene = prepared(case)
+    wind_sea(scene)
+    figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
+    units = check_figures(path, scene, figures)
+    _check_units(path, data, units)
+    limits = tuple(each.limit.value for each in data.criteria.values())
+    named = [data.operability.scatter, data.operability.hindcast]
+    files = (path.parent / name for name in named if name is not None)
+    inputs = (path, *case.inputs(), *files)
+    return Limits(path, scene, data, data.operability, figures, limits, units, inputs)
+
+
+def _check_units(path: Path, data: StudyFile, units: dict[str, str]) -> None:
+    """Refuse limits of another kind than what they are limits of."""
+    for name, criterion in data.criteria.items():
+        if name not in units or criterion.limit.unit is None:
+            continue
+        unit = units[name].replace("1", "")
+        try:
+            factor(criterion.limit.unit, unit)
+        except ValueError as error:
+            raise InputError(
+                f'{path}: criteria.{name}.limit: found "{criterion.limit.text}"; expected a limit'
+                f" in {unit or 'plain numbers'}, which {criterion.channel} has; {error}"
+            ) from None
+
+
+def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None) -> xr.Dataset:
+    """Limiting heights ``limit`` [m] by stage, swell, heading and peak period, with their intervals
+    and the criterion that governs; 0 where the smallest height fails (``status`` below), infinite
+    where no criterion is reached, and the largest height where that holds (above)."""
+    about = spectral(study.scene, study.figures, bool(study.wanted.swells))
+    known = isinstance(about, Spectral)
+    if not known:
+        allowed(len(study.seeds), study.wanted.probability)
+    trials = Trials(study.figures, workers)
+    table = _Table(study)
+    for done, (at, sea) in enumerate(_seas(study)):
+        progress(_named(sea), trials.count, done)
+        if isinstance(about, Spectral):
+            table.add_spectral(at, sea, about)
+        else:
+            table.add_searched(at, sea, trials)
+    found = table.dataset()
+    found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
+    found.attrs["runs"] = trials.count
+    found.attrs["runs_of_all"] = (
+        0 if known else sum(1 for _ in _seas(study)) * len(table.heights) * len(study.seeds)
+    )
+    if trials.failed:
+        found.attrs["failed"] = (
+            f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
+        )
+    return found
+
+
+def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
+    for i, swell in enumerate(study.swells):
+        for j, heading in enumerate(study.headings):
+            for k, period in enumerate(study.wanted.peak_periods):
+                yield (i, j, k), Sea(period, heading, swell)
+
+
+def _named(sea: Sea) -> str:
+    swell = f", swell {sea.swell.significant_height:g} m" if sea.swell else ""
+    return f"Tp {sea.peak_period:g} s, heading {np.degrees(sea.heading):g} deg{swell}"
+
+
+@dataclass
+class _Table:
+    """Limits as they are found."""
+
+    study: Limits
+    values: dict[str, np.ndarray] = field(init=False)
+
+    def __post_init__(self) -> None:
+        study = self.study
+        self.heights = np.array(study.wanted.heights.values())
+        self.stages = study.stages()
+        shape = len(study.swells), len(study.headings), len(study.wanted.peak_periods)
+        size = (len(self.stages), *shape)
+        self.values = {name: np.full(size, np.nan) for name in ("limit", "low", "high")}
+        self.values |= {name: np.zeros(size, int) for name in ("inferred", "otherwise")}
+        self.values["governing"] = np.full(size, "", dtype=object)
+        self.values["runs"] = np.zeros(shape, int)
+
+    def add_spectral(self, at: tuple[int, ...], sea: Sea, about: Spectral) -> None:
+        study = self.study
+        each = [
+            about.limit(sea, figure, limit, study.wanted.probability)
+            for figure, limit in zip(study.figures, study.limits, strict=True)
+        ]
+        for s, criteria in enumerate(self.stages.values()):
+            least = min(criteria, key=lambda k: each[k])
+            for name in ("limit", "low", "high"):
+                self.values[name][(s, *at)] = each[least]
+            self.values["governing"][(s, *at)] = study.figures[least].name
+
+    def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
+        study, before = self.study, trials.count
+
+        def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
+            scenes = [
+                in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
+            ]
+            return study.held(*trials.values(scenes))
+
+        search = Search(len(self.heights), len(study.seeds), outcomes)
+        for s, criteria in enumerate(self.stages.values()):
+            found = search.bound(criteria, study.wanted.probability)
+            place = (s, *at)
+            self.values["limit"][place] = self._height(found.limit)
+            self.values["low"][place] = self._height(found.low)
+            self.values["high"][place] = self._height(found.high)
+            self.values["inferred"][place] = found.inferred
+            self.values["otherwise"][place] = found.otherwise
+            self.values["governing"][place] = self._governing(search, criteria, found.limit)
+        self.values["runs"][at] = trials.count - before
+
+    def _height(self, number: int) -> float:
+        if number < 0:
+            return 0.0
+        return float(self.heights[number]) if number < len(self.heights) else inf
+
+    def _governing(self, search: Search, criteria: list[int], limit: int) -> str:
+        """Which criterion fails most at the first height beyond the limit that was run."""
+        for height in range(limit + 1, len(self.heights)):
+            failing = search.failures(criteria, height)
+            if failing.size and failing.any():
+                return self.study.figures[criteria[int(failing.argmax())]].name
+        return ""
+
+    def dataset(self) -> xr.Dataset:
+        study, of = self.study, ("stage", "swell", "heading", "peak_period")
+        said = {
+            "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
+            "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
+            "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
+            "inferred": ("seeds at the limit that were inferred, then run", "1"),
+            "otherwise": ("of these, seeds that then failed", "1"),
+            "runs": ("runs", "1"),
+            "governing": ("the criterion that fails first", ""),
+        }
+        found = {
+            name: (of if values.ndim == len(of) else of[1:], _plain(values), _said(*said[name]))
+            for name, values in self.values.items()
+        }
+        swells = [
+            "none"
+            if s is None
+            else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
+            for s in study.swells
+        ]
+        coordinates = {
+            "stage": [*self.stages],
+            "swell": swells,
+            "heading": ("heading", np.array(study.headings), _said("where waves go to", "rad")),
+            "peak_period": (
+                "peak_period",
+                np.array(study.wanted.peak_periods),
+                _said("peak period", "s"),
+            ),
+        }
+        attributes = {
+            "title": study.scene.title,
+            "probability": study.wanted.probability,
+            "confidence": CONFIDENCE,
+            "seeds": len(study.seeds),
+            "criteria": "\n".join(_criteria(study)),
+            "lowest": float(self.heights[0]),
+            "highest": float(self.heights[-1]),
+            "apart": study.wanted.heights.apart,
+        }
+        return xr.Dataset(found, coordinates, attributes)
+
+
+def _criteria(study: Limits) -> Iterator[str]:
+    for figure, limit in zip(study.figures, study.limits, strict=True):
+        side = "at least" if figure.statistic == "smallest" else "at most"
+        yield f"{figure.name}: {figure} {side} {limit:g} {study.units.get(figure.name, '')}"
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    return values.astype(str) if values.dtype == object else values
+
+
+def _said(what: str, unit: str) -> dict[str, str]:
+    return {"long_name": what, **({"units": unit} if unit else {})}

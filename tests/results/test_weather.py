@@ -1,0 +1,146 @@
+"""Workability and waiting: a hindcast whose windows are known, the table of alpha factors that is
+printed in DNV-OS-H101, tables and netCDF as wavespectra writes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.documents.text import Source
+from hydrosim.errors import InputError
+from hydrosim.results.weather import (
+    Alpha,
+    Curve,
+    Hindcast,
+    Scatter,
+    waiting,
+    windows,
+    workability,
+)
+from hydrosim.results.weather_files import read_hindcast, read_scatter
+
+HOUR = 3600.0
+FLAT = Curve(np.array([4.0, 12.0]), np.array([2.0, 2.0]))
+
+
+def calm_from(*spans: tuple[int, int], hours: int = 100) -> Hindcast:
+    """States of an hour each, 1 m high within the spans [h] and 3 m outside."""
+    time = np.arange(hours)
+    calm = np.any([(time >= a) & (time < b) for a, b in spans], axis=0)
+    return Hindcast(HOUR * time, np.where(calm, 1.0, 3.0), np.full(hours, 8.0))
+
+
+def test_windows_and_waiting_times_of_a_hindcast_that_is_known() -> None:
+    """Calm from 10 to 20 h, 30 to 33 h and 60 to 90 h; for twelve hours begin at 60 to 78 h. Of
+    100 h, 60 wait down to nothing, 18 nothing, 22 for ever: half of them wait no more than
+    32 h (18 + 32), and 90 % never come to begin."""
+    hindcast = calm_from((10, 20), (30, 33), (60, 90))
+    assert windows(hindcast, FLAT, 12 * HOUR) == [(60 * HOUR, 90 * HOUR)]
+    found = waiting(hindcast, FLAT, 12 * HOUR)
+    assert found.median == pytest.approx(32 * HOUR, rel=1e-14)
+    assert found.p90 == np.inf
+    assert (found.none, found.workable, found.startable) == pytest.approx((0.22, 0.43, 0.18))
+
+
+def test_waiting_for_shorter_windows() -> None:
+    """Three hours: begin at 10 to 17, 30 exactly, 60 to 87 h: gaps of 10, 13 and 30 h, 34 h at
+    once, 13 h for ever. With w above 13 h 34 + 10 + 13 + w = 80 gives the 80 % quantile, 23 h."""
+    hindcast = calm_from((10, 20), (30, 33), (60, 90))
+    found = waiting(hindcast, FLAT, 3 * HOUR)
+    assert found.startable == pytest.approx(0.34)
+    assert found.none == pytest.approx(0.13)
+    assert found.median == pytest.approx((50 - 34) / 3 * HOUR)
+    random = np.random.default_rng(1).uniform(0.0, 100.0, 200_000)
+    begins = [(10.0, 17.0), (30.0, 30.0), (60.0, 87.0)]
+    waits = [min((max(a - t, 0.0) for a, b in begins if t <= b), default=np.inf) for t in random]
+    assert found.median / HOUR == pytest.approx(np.quantile(waits, 0.5), abs=0.1)
+
+
+def test_workability_of_a_scatter_diagram() -> None:
+    """By hand: the limit is 2 m at 6 s, 1.5 m at 8 s, 1 m at 10 s; nothing is known of 14 s."""
+    curve = Curve(np.array([6.0, 10.0]), np.array([2.0, 1.0]))
+    count = np.array([[10, 20, 5, 5], [10, 10, 10, 0], [10, 10, 10, 0.0]])
+    scatter = Scatter(np.array([0.75, 1.25, 1.75]), np.array([6.0, 8.0, 10.0, 14.0]), count)
+    workable, unknown = workability(scatter, curve)
+    assert workable == pytest.approx((10 + 20 + 5 + 10 + 10 + 10) / 100)
+    assert unknown == pytest.approx(0.05)
+
+
+DNV = Alpha(
+    "table 4-1 of DNV-OS-H101",
+    HOUR * np.array([12.0, 24, 36, 48, 72]),
+    np.array([1.0, 2, 4, 6]),
+    np.array(
+        [
+            [0.65, 0.76, 0.79, 0.80],
+            [0.63, 0.73, 0.76, 0.78],
+            [0.62, 0.71, 0.73, 0.76],
+            [0.60, 0.68, 0.71, 0.74],
+            [0.55, 0.63, 0.68, 0.72],
+        ]
+    ),
+)
+
+
+def test_alpha_factors_are_those_of_the_table() -> None:
+    """All 20 of them, lines between the heights, the next longer time between the times."""
+    for planned, row in zip(DNV.planned, DNV.factors, strict=True):
+        assert np.array_equal(DNV.factor(planned, DNV.heights), row)
+    assert DNV.factor(6 * HOUR, np.array([1.5, 3.0, 9.0])) == pytest.approx([0.705, 0.775, 0.80])
+    assert DNV.factor(13 * HOUR, np.array([2.0])) == pytest.approx([0.73])
+    assert np.isnan(DNV.factor(6 * HOUR, np.array([0.9])))
+    with pytest.raises(InputError, match="found 73 h; expected at most 72 h"):
+        DNV.factor(73 * HOUR, np.array([2.0]))
+
+
+def test_tables(tmp_path: Path) -> None:
+    path = tmp_path / "scatter.csv"
+    path.write_text("hs, 6, 8\n0.5, 3, 4\n1.5, 1, 2\n")
+    scatter = read_scatter(Source(path))
+    assert scatter.period.tolist() == [6, 8]
+    assert scatter.count.tolist() == [[3, 4], [1, 2]]
+    path.write_text("time [h], Tp, Hs [cm]\n0, 8, 100\n3, 9, 150\n")
+    hindcast = read_hindcast(Source(path))
+    assert hindcast.time.tolist() == [0, 10800]
+    assert hindcast.height.tolist() == pytest.approx([1.0, 1.5])
+    assert hindcast.ends.tolist() == [10800, 21600]
+
+
+def test_spectra_as_wavespectra_has_them(tmp_path: Path) -> None:
+    """A constant density from 0.1 to 0.2 Hz with a peak: Hs = 4 sqrt(integral), by trapezes."""
+    freq, direction = np.linspace(0.05, 0.25, 21), np.arange(0.0, 360.0, 30.0)
+    over_freq = np.where((freq > 0.099) & (freq < 0.201), 2.0, 0.0)
+    over_freq[np.isclose(freq, 0.15)] = 3.0
+    efth = np.ones((2, 1, 1)) * over_freq[None, :, None] / 360.0 * np.ones((2, 21, 12))
+    time = np.array(["2020-01-01T00", "2020-01-01T01"], dtype="datetime64[ns]")
+    of = ("time", "freq", "dir")
+    data = xr.Dataset({"efth": (of, efth)}, {"time": time, "freq": freq, "dir": direction})
+    data.to_netcdf(tmp_path / "spectra.nc")
+    found = read_hindcast(Source(tmp_path / "spectra.nc"))
+    assert found.time.tolist() == [0, 3600]
+    area = 2.0 * 0.1 + 0.01 * (2.0 + 1.0)
+    assert found.height == pytest.approx(2 * [4.0 * np.sqrt(area)], rel=1e-12)
+    assert found.period == pytest.approx(2 * [1.0 / 0.15])
+    xr.Dataset({"hs": ("time", [1.0, 2.0]), "tp": ("time", [7.0, 8.0])}, {"time": time}).to_netcdf(
+        tmp_path / "stats.nc"
+    )
+    assert read_hindcast(Source(tmp_path / "stats.nc")).height.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a, b\n1, 2\n3, 4\n", "expected time, hs and tp"),
+        ("time, hs, tp\n0, 1, 8\n0, 1, 8\n", "expected it to rise"),
+        ("time [m], hs, tp\n0, 1, 8\n1, 1, 8\n", "expected it in s"),
+        ("time, hs, tp\n0, -1, 8\n1, 1, 8\n", "below zero"),
+    ],
+)
+def test_hindcasts_that_are_none(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "hindcast.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_hindcast(Source(path))
