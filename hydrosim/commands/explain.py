@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +14,7 @@ from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 
@@ -34,24 +37,71 @@ def explain(
 ) -> None:
     """Mean forces, friction by what makes it, and displacement and work by contact mode, per stage.
 
-    Of a run with `output: {impulses: true}`; of a sweep of such runs means over the runs, with
-    intervals of 90 %.
+    Of a run with `output: {impulses: true}`; of a study of such runs means over the runs of each
+    combination of its parameters, with intervals of 90 %, and a picture of the first.
     """
     from hydrosim.plot.explain import draw_explained
-    from hydrosim.results.explain import read_explained
     from hydrosim.results.explain_rows import AXES, explanation
-    from hydrosim.results.output import write
+    from hydrosim.results.output import read, write
+    from hydrosim.results.runs_file import open_runs
 
     if direction not in AXES:
         raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
     name = f"{run_file.stem}_explained"
     result = placed(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
-    run, found = read_explained(run_file, start, until)
+    run = open_runs(run_file)
+    many = run is not None
+    if run is None:
+        run = read(run_file)
+    try:
+        found, parts = _of_many(run, start, until) if many else _of_one(run, start, until)
+    except InputError as error:
+        raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
     write(found, result)
-    draw_explained(run, found, moved, direction, page)
-    show(*explanation(found, moved, direction), f"result    {result.path}, {page.path}")
+    draw_explained(run, next(iter(parts.values())), moved, direction, page)
+    for title, part in parts.items():
+        show(*([title] if title else []), *explanation(part, moved, direction))
+    show(f"result    {result.path}, {page.path}")
+
+
+Parts = dict[str, "xr.Dataset"]
+"""What is explained of a run, or of each combination of parameters of many, by its name."""
+
+
+def _of_one(run: xr.Dataset, start: float | None, until: float | None) -> tuple[xr.Dataset, Parts]:
+    from hydrosim.results.explain import explained
+
+    found = explained(run, -inf if start is None else start, inf if until is None else until)
+    return found, {"": found}
+
+
+def _of_many(
+    runs: xr.Dataset, start: float | None, until: float | None
+) -> tuple[xr.Dataset, Parts]:
+    from hydrosim.results.explain import of_runs
+
+    if start is not None or until is not None:
+        raise InputError("found a sweep; expected one run, for --from and --until.")
+    found = of_runs(runs)
+    return found, {title: found.isel(run=at) for title, at in _combined(runs)}
+
+
+def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+    """Each combination of the parameters of a study in words, and its runs."""
+    import numpy as np
+
+    from hydrosim.results.effects import combinations, plans
+
+    if "design" not in runs.attrs:
+        yield "", np.arange(runs.sizes["run"])
+        return
+    for plan in plans(runs):
+        own = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
+        for values, at in combinations(plan):
+            said = ", ".join(f"{key} {value}" for key, value in values.items())
+            yield ": ".join(part for part in (plan.name, said) if part), own[at]
 
 
 def _body(found: xr.Dataset, direction: str, name: str | None) -> str:

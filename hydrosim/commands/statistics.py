@@ -25,6 +25,10 @@ def statistics(
         float | None,
         typer.Option(metavar="SECONDS", help="Of the extremes; else that of the record."),
     ] = None,
+    channels: Annotated[
+        str,
+        typer.Option(metavar="NAMES", help='Of more channels: "speed.*,force_mooring.*".'),
+    ] = "",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Result file.")
     ] = None,
@@ -33,6 +37,7 @@ def statistics(
     """Means, periods, extremes with two kinds of intervals, spectra, crawl by phase."""
     from hydrosim.commands.study import tables
     from hydrosim.errors import InputError
+    from hydrosim.results.channels import chosen, names
     from hydrosim.results.output import read, write
     from hydrosim.results.runs_file import open_runs
     from hydrosim.results.sentences import lines
@@ -55,6 +60,7 @@ def statistics(
             f"--duration: found {duration:g} s; expected a tenth of the record, {least:g} s, or"
             " more: of a shorter time the record itself holds many."
         )
-    found = of_run(run, start, duration)
+    asked = [name.strip() for name in channels.split(",") if name.strip()]
+    found = of_run(run, start, duration, chosen(names(run), asked, "--channels"))
     write(found, result)
     show(*lines(found), f"result    {result.path}")

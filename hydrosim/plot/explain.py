@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import Panel, bands, lines, picture
+from hydrosim.results.effects import spread
 from hydrosim.results.explain import PARTS
-from hydrosim.results.explain_rows import AXES, half, lasting, matter
+from hydrosim.results.explain_rows import AXES, lasting, matter
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
 MEGA, KILO = 1e-6, 1e-3
@@ -92,13 +93,13 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     shown = matter(values, dim, LITTLE)
     width = 0.8 / max(len(shown), 1)
     for k, name in enumerate(shown):
-        each = [values.sel({dim: name, "span": stage}) for stage in stages]
+        each = [spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
         place = np.arange(len(stages)) + (k - 0.5 * len(shown) + 0.5) * width
         axis.bar(
             place,
-            [float(x.mean()) for x in each],
+            [x.mean for x in each],
             width,
-            yerr=[half(x.values) for x in each],
+            yerr=np.nan_to_num([x.high - x.mean for x in each]),
             label=str(name),
             capsize=2,
         )

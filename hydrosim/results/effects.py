@@ -119,24 +119,25 @@ def spread(values: np.ndarray) -> Spread:
     return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
 
 
-def rows(plan: Plan) -> Iterator[Row]:
-    """Each figure at each combination of values, over seeds, in the order of the runs."""
+def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+    """The values of the parameters, by coordinate, and the runs (n,) of the plan that have them, in
+    their order."""
     names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
     names += ["varied"] if plan.design == "one_at_a_time" else []
     each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
     each = each or [()] * plan.runs.sizes["run"]
     for values in dict.fromkeys(each):
         at = np.array([k for k, other in enumerate(each) if other == values])
+        yield dict(zip(names, values, strict=True)), at
+
+
+def rows(plan: Plan) -> Iterator[Row]:
+    """Each figure at each combination of values, over seeds, in the order of the runs."""
+    for values, at in combinations(plan):
         for figure in plan.figures:
             found = plan.runs[figure]
-            yield Row(
-                plan.name,
-                dict(zip(names, values, strict=True)),
-                figure,
-                str(found.attrs.get("units", "")),
-                spread(found.values[at]),
-                at,
-            )
+            unit = str(found.attrs.get("units", ""))
+            yield Row(plan.name, values, figure, unit, spread(found.values[at]), at)
 
 
 def differences(plan: Plan) -> Iterator[Difference]:

@@ -14,17 +14,13 @@ law gives less than mu_k N is `OTHER`. In `STICK` friction is what holds.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
-from hydrosim.results.output import read
 from hydrosim.results.phases import Phase
-from hydrosim.results.runs_file import RUN
 
 NEEDED = ("impulse", "work", "momentum")
 REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
@@ -89,36 +85,12 @@ def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) ->
     return found
 
 
-def read_explained(
-    path: Path, start: float | None = None, until: float | None = None
-) -> tuple[xr.Dataset, xr.Dataset]:
-    """A run in a file, and what is `explained` of it; of a sweep of such runs it is in its file
-    already, along ``run``. Raises InputError where the file is neither, or has no impulses."""
-    runs = _runs(path)
-    if runs is None:
-        run = read(path)
-        try:
-            limits = -np.inf if start is None else start, np.inf if until is None else until
-            return run, explained(run, *limits)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-    if start is not None or until is not None:
-        raise InputError("--from, --until: found a sweep; expected one run, for these.")
+def of_runs(runs: xr.Dataset) -> xr.Dataset:
+    """What is explained of each of many runs, of a file of them; InputError where it is not."""
     if "mean_force" not in runs:
-        raise InputError(f"{path}: found runs without impulses; {REMEDY}.")
+        raise InputError(f"found runs without impulses; {REMEDY}, or a study with the same.")
     groups = [name for name in ("fender_group", "fender_kinetic") if name in runs]
-    return runs, runs.set_coords(groups)[[name for name in SAID if name in runs]]
-
-
-def _runs(path: Path) -> xr.Dataset | None:
-    """What is in a file of many runs; None if it is none."""
-    if no_file(path):
-        return None
-    try:
-        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as file:
-            return file.load() if RUN in file.dims else None
-    except (OSError, ValueError, RuntimeError):
-        return None
+    return runs.set_coords(groups)[[name for name in SAID if name in runs]].load()
 
 
 def stages(run: xr.Dataset) -> Iterator[Stage]:

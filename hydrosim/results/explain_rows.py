@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.stats import t as student
 
+from hydrosim.results.effects import spread
 from hydrosim.results.explain import OTHER, PARTS
-from hydrosim.results.gumbel import INTERVAL
 
 AXES = {"surge": "x", "sway": "y", "heave": "z"}
 LITTLE = 1e-6  # of the largest: what is less throughout is not shown
@@ -55,23 +54,15 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[str]:
 
 
 def figure(values: xr.DataArray, scale: float = 1.0, digits: int = 2) -> str:
-    """A number, or of many ``run`` their mean and half of its interval by Student's law (Gosset
-    1908); nothing where there is none."""
+    """A number, or of many ``run`` their mean and half of its interval, see `effects.spread`;
+    nothing where there is none."""
     x = scale * np.atleast_1d(values.values)
     x = x[np.isfinite(x)]
     if x.size == 0:
         return ""
-    spread = f" ± {half(x):.{digits}f}" if "run" in values.dims and x.size > 1 else ""
-    return f"{x.mean() + 0.0:.{digits}f}{spread}"
-
-
-def half(x: np.ndarray) -> float:
-    """Half of the interval of the mean of values, of those that are numbers."""
-    x = x[np.isfinite(x)]
-    if x.size < 2:
-        return 0.0
-    odds = student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1)
-    return float(odds * x.std(ddof=1) / np.sqrt(x.size))
+    of = spread(x)
+    apart = f" ± {of.high - of.mean:.{digits}f}" if "run" in values.dims and x.size > 1 else ""
+    return f"{of.mean + 0.0:.{digits}f}{apart}"
 
 
 def lasting(values: xr.DataArray) -> list[str]:

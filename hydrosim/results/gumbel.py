@@ -55,6 +55,12 @@ class Gumbel(NamedTuple):
         return np.asarray(self.location + self.scale * ends)
 
 
+def exceeding(probability: float) -> float:
+    """In how many times the length of a record a value is exceeded once on average below which its
+    largest is with a ``probability``: such a quantile is `expected` of so long a time."""
+    return float(-1.0 / np.log(probability))
+
+
 def fit_maxima(maxima: np.ndarray) -> Gumbel:
     """The law of independent maxima (n,), not all of one value."""
     location, scale = _fit(maxima)

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.results.extremes import LAWS, Basis
-from hydrosim.results.gumbel import fit_maxima
+from hydrosim.results.gumbel import exceeding, fit_maxima
 from hydrosim.results.stages import stage_lines
 from hydrosim.results.statistics import FIGURES, NAMES, SIDES
 
 RUNS = 8  # to fit Gumbel's law to
+P90 = 0.9  # probability that the largest of a run is below
 ANGLES = ("roll", "pitch", "yaw")
 NAMED = {
     Basis.GAUSSIAN: "a Gaussian process",
@@ -66,6 +67,10 @@ def lines(found: xr.Dataset) -> Iterator[str]:
     for kind in ("fender", "spring"):
         for name in found[kind].values if kind in found.coords else ():
             yield from _channel(found, f"{kind}_force", {kind: name}, str(name), Scale(1e-3, "kN"))
+    for name in found.channel.values if "channel" in found.dims else ():
+        unit = found.unit.sel(channel=name).item()
+        yield from _channel(found, "named", {"channel": name}, str(name), Scale(1.0, str(unit)))
+        yield from _in_phases(found, str(name), str(unit))
     if "phase_crawl" in found:
         yield from _phases(found)
     yield from stage_lines(found)
@@ -99,6 +104,19 @@ def _channel(
         extreme = scale.factor * found[f"{kind}_extreme"].sel({**at, "side": side})
         text = _extreme(extreme, basis[side]) if basis[side] in LAWS else _none(basis[side], values)
         yield f"  {side} {values[side]}, {text}"
+
+
+def _in_phases(found: xr.Dataset, name: str, unit: str) -> Iterator[str]:
+    """Figures of a channel in each phase."""
+    for group in found.contact_group.values if "named_phase" in found else ():
+        for phase in found.phase.values:
+            at = found.named_phase.sel(contact_group=group, phase=phase, channel=name)
+            of = {str(k): float(at.sel(statistic=k)) for k in NAMES}
+            if not np.isnan(of["mean"]):
+                yield (
+                    f"  {group} {phase}: mean {of['mean']:.4g}, std {of['std']:.4g},"
+                    f" {of['smallest']:.4g} to {of['largest']:.4g} {unit}"
+                )
 
 
 def _none(basis: Basis, values: Mapping[str, object]) -> str:
@@ -135,9 +153,12 @@ def _of_runs(low: np.ndarray, high: np.ndarray) -> Iterator[str]:
         if np.ptp(maxima) > 0.0:
             law = fit_maxima(maxima)
             (a, b), (c, d) = (np.sort(sign * f(1.0)) for f in (law.confidence, law.prediction))
+            ratio = exceeding(P90)
+            low90, high90 = np.sort(sign * law.confidence(ratio))
             yield (
                 f"  {side} of a run: most probable {sign * law.expected(1.0):.3f} ({a:.3f} to"
-                f" {b:.3f}), of another run {c:.3f} to {d:.3f}"
+                f" {b:.3f}), P90 {sign * law.expected(ratio):.3f} ({low90:.3f} to {high90:.3f}), of"
+                f" another run {c:.3f} to {d:.3f}"
             )
 
 

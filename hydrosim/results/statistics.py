@@ -7,14 +7,18 @@ such run. Where there are none, for a channel is not stationary or too short, it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from scipy import signal
 
+from hydrosim.results.channels import series
 from hydrosim.results.contact import contact_statistics
 from hydrosim.results.extremes import (
     CHANGES,
     LAWS,
+    ROUNDING,
     Basis,
     Extremes,
     extremes,
@@ -27,14 +31,17 @@ from hydrosim.results.series import lowest_frequency, upcrossings
 from hydrosim.results.stages import stages
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
-NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest")
+MOMENTS = ("skewness", "kurtosis")  # the kurtosis of a Gaussian record is 3
+NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS)
 SIDES = ("smallest", "largest")
 FIGURES = Extremes._fields[:-1]
 A_WHILE = 0.05  # of the record, in a phase
 PART = 0.2  # of a record: its first and its last part
 SEGMENTS = 8  # of a run, whose spectra are averaged
 EVEN = 1e-6  # of a step
+FEWEST = 4  # values of a phase
 MOTION = ("body", "dof")
+NAMED = "named"  # of those that are asked for by name
 CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
     "motion": ("position", MOTION, "m, rad or s"),
     "wave": ("wave_elevation", (), "m or s"),
@@ -43,11 +50,17 @@ CHANNELS = {  # that a run may have: name, variable, its dimensions but time, un
 }
 
 
-def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = None) -> xr.Dataset:
-    """Statistics of motions, of the wave, of fenders and springs from ``start`` [s] on, by
+def statistics(
+    run: xr.Dataset,
+    start: float = 0.0,
+    exposure: float | None = None,
+    channels: Sequence[str] = (),
+) -> xr.Dataset:
+    """Statistics of motions, of the wave, of fenders and springs, and of the ``channels`` that are
+    asked for (`hydrosim.results.channels`), of these by phase, too, from ``start`` [s] on, by
     ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
     and, of the whole run, of each fender the time in each mode and slip, and of each group of them
-    crawl by phase."""
+    crawl by phase. InputError where there is no such channel."""
     late = _even(run.sel(time=slice(start, None)))
     step = float(np.diff(late.time.values[:2])[0])
     length = step * late.time.size
@@ -56,8 +69,12 @@ def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = Non
     found: dict[str, xr.DataArray] = {}
     for name, (variable, dims, unit) in CHANNELS.items():
         if variable in late:
-            series = late[variable].transpose(*dims, "time")
-            found |= _of_channels(name, series, (step, exposure, slowest), growing, unit)
+            each = late[variable].transpose(*dims, "time")
+            found |= _of_channels(name, each, (step, exposure, slowest), growing, unit)
+    if channels:
+        named = _named(late, channels)
+        found |= _of_channels(NAMED, named, (step, exposure, slowest), growing, "see unit")
+        found |= _by_phase(late, named, step)
     if _has_phases(late):
         found = _without_laws(found)
     frequency, spectrum = _spectrum(late.position.transpose(*MOTION, "time").values, step)
@@ -80,6 +97,38 @@ def statistics(run: xr.Dataset, start: float = 0.0, exposure: float | None = Non
     return dataset.assign(contact_statistics(run)).assign(stages(run))
 
 
+def _named(run: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
+    """Channels (channel, time) by their names, and the ``unit`` of each."""
+    each = [series(run, name) for name in names]
+    units = ("channel", [unit for _, unit in each])
+    coords = {"channel": list(names), "unit": units, "time": run.time}
+    return xr.DataArray([values for values, _ in each], coords, ("channel", "time"))
+
+
+def _by_phase(run: xr.Dataset, series: xr.DataArray, step: float) -> dict[str, xr.DataArray]:
+    """Figures of channels in the phases of each group of contacts; not a number where a phase has
+    fewer than `FEWEST` values."""
+    if "contact_group" not in run.dims:
+        return {}
+    phases = run.contact_phase.transpose("contact_group", "time").values
+    nothing = np.full((series.sizes["channel"], len(NAMES)), np.nan)
+    found = [
+        [
+            [_figures(x[of == phase], step) for x in series.values]
+            if np.count_nonzero(of == phase) >= FEWEST
+            else nothing
+            for phase in Phase
+        ]
+        for of in phases
+    ]
+    names = [phase.name.lower().replace("_", " ") for phase in Phase]
+    at = {"contact_group": run.contact_group, "phase": names, "channel": series.channel}
+    dims = (*at, "statistic")
+    said = _said("figures of a channel in a phase", "see unit")
+    values = xr.DataArray(found, {**at, "statistic": list(NAMES)}, dims, attrs=said)
+    return {f"{NAMED}_phase": values}
+
+
 def _of_channels(
     name: str,
     series: xr.DataArray,
@@ -95,7 +144,7 @@ def _of_channels(
     sides = [_judged(x, how, growing) for x in channels]
     values = [[side[:-1] for side in both] for both in sides]
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
-    at = {dim: series[dim] for dim in dims}
+    at = {str(coord): series[coord] for coord in series.coords if "time" not in series[coord].dims}
     both, each = {"side": list(SIDES)}, {"extreme": list(FIGURES)}
     return {
         name: xr.DataArray(
@@ -121,7 +170,8 @@ def _of_channels(
 
 def _figures(x: np.ndarray, step: float) -> list[float]:
     """The values of `NAMES`: significant is four standard deviations, a double amplitude; period
-    the mean between upcrossings of the mean, NaN if there are fewer than two."""
+    the mean between upcrossings of the mean, NaN if there are fewer than two; skewness and kurtosis
+    the mean third and fourth powers of (x - mean) / std, NaN of what is constant."""
     mean, std = x.mean(), x.std()
     crossings, period = upcrossings(x - mean), np.nan
     if crossings.size > 1:
@@ -129,7 +179,9 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     size = max(int(PART * x.size), 1)
     parts = x[:size], x[-size:]
     ends = *(part.mean() for part in parts), *(part.std() for part in parts)
-    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max()))]
+    z = (x - mean) / std if std > ROUNDING * np.abs(x).max() else np.full(x.size, np.nan)
+    moments = (z**3).mean(), (z**4).mean()
+    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *moments))]
 
 
 def _judged(
@@ -153,7 +205,7 @@ def _has_phases(run: xr.Dataset) -> bool:
 def _without_laws(found: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:
     """What bodies and contacts do in an operation has no law, if any of it changes over the time:
     phases alone may be a long time without a contact."""
-    names = [name for name in CHANNELS if name != "wave" and name in found]
+    names = [name for name in (*CHANNELS, NAMED) if name != "wave" and name in found]
     if not any(np.isin(found[f"{name}_basis"], CHANGES).any() for name in names):
         return found
     for name in names:

@@ -12,6 +12,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    StrictBool,
     StrictInt,
     StrictStr,
     Tag,
@@ -128,9 +129,11 @@ class Plan(of.Strict):
 
 
 class Kept(of.Strict):
-    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on."""
+    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on; with
+    ``impulses`` what `hydrosim explain` says of it."""
 
     step: of.Period | None = None
+    impulses: StrictBool | None = None
     variables: tuple[StrictStr, ...] = ("position",)
     start: of.Instant = 0.0
 

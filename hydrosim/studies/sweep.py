@@ -178,7 +178,8 @@ class _Builder:
 
     def __init__(self, path: Path, data: StudyFile) -> None:
         self.path, self.case = path, path.parent / data.case
-        fixed = {"duration": data.duration, "output.step": data.output.step}
+        kept = {f"output.{key}": getattr(data.output, key) for key in ("step", "impulses")}
+        fixed = {"duration": data.duration, **kept}
         self.fixed = {key: value for key, value in fixed.items() if value is not None}
         self.inputs: dict[Path, None] = {path: None}
 

@@ -20,7 +20,7 @@ from hydrosim.results.explain import (
     WHOLE,
     explained,
 )
-from hydrosim.results.explain_rows import explanation, figure, half
+from hydrosim.results.explain_rows import explanation, figure
 from hydrosim.results.phases import Phase
 
 MU = 0.2
@@ -162,8 +162,7 @@ def test_a_run_without_impulses_is_told_what_it_lacks() -> None:
 def test_means_over_runs_have_the_interval_of_student() -> None:
     """Of five numbers with standard deviation sqrt(2.5): t(0.95, 4) = 2.1318 (tables)."""
     x = xr.DataArray([1.0, 2.0, 3.0, 4.0, 5.0], dims="run")
-    assert half(x.values) == pytest.approx(2.131847 * np.sqrt(2.5 / 5.0), rel=1e-6)
-    assert figure(x) == "3.00 ± 1.51"
+    assert figure(x, digits=4) == f"3.0000 ± {2.131847 * np.sqrt(2.5 / 5.0):.4f}"
     assert figure(x[:1]) == "1.00"
     assert figure(x * np.nan) == ""
 

@@ -13,6 +13,7 @@ from random_records import KINDS
 from hydrosim.dofs import DOFS
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.results.extremes import Basis
+from hydrosim.results.gumbel import fit_maxima
 from hydrosim.results.phases import contact_phases
 from hydrosim.results.sentences import RUNS, lines, lines_of_runs
 from hydrosim.results.statistics import statistics
@@ -68,6 +69,37 @@ def test_sine() -> None:
     assert found["significant"] == pytest.approx(4.0 * np.sqrt(2.0), rel=1e-12)
     assert found["period"] == pytest.approx(20.0, rel=1e-9)
     assert (found["smallest"], found["largest"]) == pytest.approx((1.0, 5.0))
+
+
+def test_moments_of_known_laws() -> None:
+    """A sine has a kurtosis of 3/2, its square a skewness of 0, an exponential record 2 and 9."""
+    found = of(record(heave=np.sin(2 * np.pi * TIME / 20.0)), "heave")
+    assert (found["skewness"], found["kurtosis"]) == pytest.approx((0.0, 1.5), abs=1e-9)
+    quantiles = -np.log(1.0 - (np.arange(TIME.size) + 0.5) / TIME.size)
+    found = of(record(heave=quantiles), "heave")
+    assert (found["skewness"], found["kurtosis"]) == pytest.approx((2.0, 9.0), rel=0.05)
+    assert np.isnan(of(record(), "sway")["kurtosis"])
+
+
+def test_channels_that_are_asked_for() -> None:
+    """The same figures as those of the motion that a channel is, also by phase."""
+    x = waves()
+    modes = np.where(TIME < 1000.0, OPEN, STICK)
+    run = with_contact(record(heave=x), modes, 1e6 * (modes == STICK))
+    run = run.assign_coords(fender_group=("fender", ["interface"]))
+    found = statistics(run, channels=["position.barge.heave", "fender_normal_force.interface"])
+    same = found.motion.sel(body="barge", dof="heave")
+    np.testing.assert_array_equal(found.named.sel(channel="position.barge.heave"), same)
+    after = found.named_phase.sel(contact_group="interface", phase="stuck")
+    assert float(after.sel(channel="position.barge.heave", statistic="mean")) == pytest.approx(
+        x[TIME >= 1000.0].mean()
+    )
+    assert float(after.sel(channel="fender_normal_force.interface", statistic="mean")) == 1e6
+    assert np.isnan(found.named_phase.sel(phase="compressed")).all()
+    text = "\n".join(lines(found))
+    assert "position.barge.heave: mean" in text
+    assert "  interface stuck: mean" in text
+    assert "nan" not in text
 
 
 def test_what_is_before_the_start_does_not_count() -> None:
@@ -233,5 +265,10 @@ def test_runs_by_gumbels_law() -> None:
     high = runs.motion.sel(body="barge", dof="heave", statistic="largest").values[:-1]
     assert text[0].startswith("barge heave: ")
     assert f"to {high.max():.3f} m" in text[0]
-    assert re.match(r"  largest of a run: most probable \S+ \(\S+ to \S+\), of another", text[2])
+    pattern = r"  largest of a run: most probable (\S+) \(.*\), P90 (\S+) \(.*\), of another"
+    said = re.match(pattern, text[2])
+    assert said is not None
+    law = fit_maxima(high)
+    p90 = law.location - law.scale * np.log(-np.log(0.9))
+    assert (float(said[1]), float(said[2])) == pytest.approx((law.location, p90), abs=6e-4)
     assert len(list(lines_of_runs(runs.isel(run=[0, 1])))) == 1
