@@ -39,6 +39,7 @@ from hydrosim.commands.options import (
     placed,
     quantity,
 )
+from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import printable, show
@@ -62,6 +63,7 @@ app.command()(ballast)
 app.command()(case)
 app.command()(compare)
 app.command()(record)
+app.command()(schema)
 app.command()(linear)
 app.command()(operability)
 app.command()(statistics)

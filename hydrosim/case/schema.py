@@ -162,6 +162,12 @@ Radiation = Annotated[
 ]
 
 
+_MODEL = BeforeValidator(
+    _with_model,
+    json_schema_input_type=Radiation | Literal["automatic", "state_space", "convolution", "none"],
+)
+
+
 class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
@@ -179,9 +185,7 @@ class Body(Strict):
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS
     initial: Initial = Initial()
-    radiation: Annotated[Radiation, BeforeValidator(_with_model)] = AutomaticRadiation(
-        model="automatic"
-    )
+    radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation(model="automatic")
     wave_forces: WaveForces = WaveForces()
     weight: Weight | None = None
     tanks: dict[Name, Tank] = Field(default_factory=dict)

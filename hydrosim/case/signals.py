@@ -6,7 +6,6 @@ from typing import Annotated, Generic, Self
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Discriminator,
     StrictInt,
     StrictStr,
@@ -40,7 +39,9 @@ class Recorded(Strict):
     file: StrictStr
     case: StrictStr | None = None
     column: Annotated[
-        tuple[StrictStr | StrictInt, ...], BeforeValidator(of.listed), AfterValidator(of.some)
+        tuple[StrictStr | StrictInt, ...],
+        of.one_or_more(StrictStr | StrictInt),
+        AfterValidator(of.some),
     ]
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
 
@@ -68,14 +69,14 @@ def _mapping(value: object) -> str:
 
 
 ForceOverTime = Annotated[
-    Annotated[tuple[of.Force, ...], BeforeValidator(of.listed), Tag("values")]
+    Annotated[tuple[of.Force, ...], of.one_or_more(of.Force), Tag("values")]
     | Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
     Discriminator(_form),
 ]
 MomentOverTime = Annotated[
-    Annotated[tuple[of.Moment, ...], BeforeValidator(of.listed), Tag("values")]
+    Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), Tag("values")]
     | Annotated[Table[of.Moment], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Moment], Tag("harmonic")],

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -221,5 +220,5 @@ def _listed(value: Any) -> Any:
     return [value] if isinstance(value, dict) else value
 
 
-Waves = Annotated[tuple[Train, ...], BeforeValidator(_listed)]
+Waves = Annotated[tuple[Train, ...], of.one_or_more(Train, _listed)]
 """One mapping, or a list of them."""

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Tag,
@@ -222,6 +223,11 @@ def several(values: tuple[Any, ...]) -> tuple[Any, ...]:
 def listed(value: Any) -> Any:
     """A list of one, if it is none."""
     return value if isinstance(value, list | tuple) else [value]
+
+
+def one_or_more(item: Any, listed: Callable[[Any], Any] = listed) -> BeforeValidator:
+    """Annotation of a tuple of ``item`` that a file may give as one of them, ``listed`` here."""
+    return BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
 
 
 RISING = _steps(operator.gt, "values that rise")

@@ -28,6 +28,9 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 # Products and quotients of names with small powers: pint computes whatever else it is given.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
 UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
+SIGNED, UNSIGNED = (
+    rf"^\s*{sign}(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s*[^\d\s].*)?$" for sign in ("[-+]?", "\\+?")
+)
 VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
 # pint takes rad for a plain number: a percentage is no angle, and a frequency in Hz no rad/s.
 STRICT = ("", "rad", "rad/s", "m^2*s/rad")
@@ -40,10 +43,13 @@ def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
-def _number_or_text(what: str, example: str) -> dict[str, Any]:
-    """JSON schema of a quantity."""
-    either = [{"type": "number"}, {"type": "string"}]
-    return {"anyOf": either, "description": f"{what}, in SI or with a unit", "examples": [example]}
+def _number_or_text(what: str, example: str, **bounds: float | None) -> dict[str, Any]:
+    """JSON schema of a quantity; a schema cannot tell one unit from another."""
+    number = {"type": "number"} | {key: x for key, x in bounds.items() if x is not None}
+    positive = bounds.get("exclusiveMinimum") == 0.0 or bounds.get("minimum") == 0.0
+    text = {"type": "string", "pattern": UNSIGNED if positive else SIGNED}
+    said = f"{what}, in SI or with a unit"
+    return {"anyOf": [number, text], "description": said, "examples": [example]}
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,11 @@ class Quantity:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
-        return _number_or_text(self.what, self.example)
+        limits = {"exclusiveMinimum": self.above, "minimum": self.at_least, "maximum": self.at_most}
+        found = _number_or_text(self.what, self.example, **limits)
+        if self.infinite:
+            found["anyOf"].append({"const": "infinite"})
+        return found
 
     def read(self, value: object) -> float:
         """The value in SI; raises PydanticCustomError where it is not such a quantity."""

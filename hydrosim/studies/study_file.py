@@ -49,7 +49,11 @@ def _some_once(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 Seed = Annotated[StrictInt, Field(ge=0)]
-Seeds = Annotated[tuple[Seed, ...], AfterValidator(_some_once), BeforeValidator(_spelled_out)]
+Seeds = Annotated[
+    tuple[Seed, ...],
+    AfterValidator(_some_once),
+    BeforeValidator(_spelled_out, json_schema_input_type=Seed | str | tuple[Seed, ...]),
+]
 Values = Annotated[tuple[Any, ...], AfterValidator(_some_once)]
 
 

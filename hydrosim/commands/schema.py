@@ -1,0 +1,47 @@
+"""`hydrosim schema`: what editors need to complete and check files as one types."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+
+class Kind(StrEnum):
+    """The files that hydrosim reads."""
+
+    CASE = "case"
+    STUDY = "study"
+    RECIPE = "recipe"
+
+
+def schema(kind: Annotated[Kind, typer.Argument(help="Of which files.")] = Kind.CASE) -> None:
+    """Print the JSON schema of case files, of studies, or of recipes of databases.
+
+    Keep it beside a case, hydrosim schema case > case.schema.json, and begin the case with the line
+    "# yaml-language-server: $schema=case.schema.json": editors with a YAML language server then
+    complete keys, show what they mean, and mark what is wrong.
+    """
+    typer.echo(json.dumps(schema_of(kind), indent=1))
+
+
+def schema_of(kind: Kind) -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of files of a ``kind``."""
+    from hydrosim.documents.json_schema import either, json_schema
+
+    match kind:
+        case Kind.CASE:
+            from hydrosim.case.schema import CaseFile
+
+            return json_schema(CaseFile, "Case of hydrosim")
+        case Kind.STUDY:
+            from hydrosim.studies.study_file import StudyFile
+
+            return json_schema(StudyFile, "Study of hydrosim")
+        case Kind.RECIPE:
+            from hydrosim.database.build.recipe import OneBody, SeveralBodies
+
+            one, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
+            return either("Recipe of a database of hydrosim", "bodies", several, one)

@@ -1,0 +1,139 @@
+"""JSON schemas for editors: they take what hydrosim takes, and find mistakes where they are."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError, best_match
+
+from hydrosim.commands.schema import Kind, schema_of
+from hydrosim.documents.nodes import compose, plain
+
+ROOT = Path(__file__).parents[2]
+CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")
+FILES = {
+    Kind.CASE: CASES,
+    Kind.STUDY: sorted((ROOT / "cases").rglob("studies/*.yaml")),
+    Kind.RECIPE: sorted((ROOT / "hydro_db").glob("*.yaml")),
+}
+BASE, STUDY = ROOT / "cases" / "reverse_float_over" / "base.yaml", FILES[Kind.STUDY][0]
+WHOLE = [(kind, path) for kind, paths in FILES.items() for path in paths]
+VALIDATORS = {kind: Draft202012Validator(schema_of(kind)) for kind in Kind}
+BARGE, FENDER = "bodies.barge", "forces.interface"
+GONE = object()
+
+
+def content(path: Path) -> Any:
+    return plain(compose(path.read_text(), str(path)))
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_schemas_are_schemas(kind: Kind) -> None:
+    Draft202012Validator.check_schema(schema_of(kind))
+
+
+@pytest.mark.parametrize(("kind", "path"), WHOLE, ids=lambda x: getattr(x, "stem", str(x)))
+def test_shipped_files_are_valid(kind: Kind, path: Path) -> None:
+    assert not list(VALIDATORS[kind].iter_errors(content(path)))
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("title", GONE),
+        ("title", 3),
+        ("duration", GONE),
+        ("duration", "long"),
+        ("duration", 0),
+        ("duration", "-5 s"),
+        ("duration", [100]),
+        ("durration", "100 s"),
+        ("bodies", GONE),
+        ("bodies", []),
+        ("environment.water_depth", "deep"),
+        ("environment.water_depth", -10),
+        ("environment.water_density", "heavy"),
+        ("environment.gravity", 0.0),
+        ("environment.depth", 10),
+        ("environment.waves.spectrum", "jonswop"),
+        ("environment.waves.spectrum", GONE),
+        ("environment.waves.peak_period", 0),
+        ("environment.waves.peak_period", "-8 s"),
+        ("environment.waves.peak_enhancement", 0.5),
+        ("environment.waves.seeds", 3),
+        ("environment.current", {"heading": "10 deg"}),
+        ("environment.current", {"speed": "-1 m/s"}),
+        ("environment.wind", 12.0),
+        (f"{BARGE}.mass", "-3 tonne"),
+        (f"{BARGE}.mass", True),
+        (f"{BARGE}.mas", 100.0),
+        (f"{BARGE}.centre_of_gravity", [0, 0]),
+        (f"{BARGE}.centre_of_gravity", [0, 0, 0, 0]),
+        (f"{BARGE}.centre_of_gravity", "0 m"),
+        (f"{BARGE}.radii_of_gyration", [1, 0, 1]),
+        (f"{BARGE}.dofs", "surge"),
+        (f"{BARGE}.dofs", [1, 2]),
+        (f"{BARGE}.radiation", "states"),
+        (f"{BARGE}.radiation", {"model": "convolution", "lenght": "80 s"}),
+        (f"{BARGE}.radiation", {"model": "constant"}),
+        (f"{BARGE}.wave_forces.second_order", "full"),
+        (f"{BARGE}.wave_forces.first_order", "yes"),
+        (f"{BARGE}.weight", "heavy"),
+        (f"{BARGE}.database_body", 0),
+        (f"{BARGE}.initial.position", [0, 0, 0]),
+        (f"{FENDER}.type", "fenders"),
+        (f"{FENDER}.type", GONE),
+        (f"{FENDER}.body", 1),
+        (f"{FENDER}.points", [[0, 0]]),
+        (f"{FENDER}.friction.law", "slip_stick"),
+        (f"{FENDER}.friction.static", -0.2),
+        (f"{FENDER}.plane.normal", [0, 1]),
+        ("solver.method", "rk5"),
+        ("solver.step", 0),
+        ("solver.step", "fast"),
+        ("solver.tolerance", 1e-6),
+        ("output.step", "-1 s"),
+        ("output.states", 1),
+        ("output.wave_probes", {"bow": [1, 2, 3]}),
+        ("accept", "plane"),
+        ("accept", ["plains"]),
+        ("initial", "resting"),
+    ],
+)
+def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
+    """The place of the most telling error begins with that of the mistake, or of what it is in."""
+    case = deepcopy(content(BASE))
+    *above, last = key.split(".")
+    place = case
+    for name in above:
+        place = place.setdefault(name, {})
+    if value is GONE:
+        del place[last]
+    else:
+        place[last] = value
+    errors = list(VALIDATORS[Kind.CASE].iter_errors(case))
+    assert errors
+    assert all(found(error)[: len(above)] == above for error in errors)
+
+
+def found(error: ValidationError) -> list[str]:
+    """The place of what is wrong, deep in the alternative that fits best."""
+    best = best_match([error])
+    assert best is not None
+    return [str(x) for x in best.absolute_path]
+
+
+def test_a_file_over_another_may_leave_keys_out_and_remove_them() -> None:
+    over = {
+        "extends": "base.yaml",
+        "bodies": {"barge": {"mass": "3 tonne"}},
+        "forces": {"lift": None},
+    }
+    case = VALIDATORS[Kind.CASE]
+    assert not list(case.iter_errors(over))
+    assert list(case.iter_errors(over | {"bodies": {"barge": {"mas": 3}}}))
+    assert list(case.iter_errors({"title": "alone", "duration": 3}))
