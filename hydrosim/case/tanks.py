@@ -20,7 +20,8 @@ from hydrosim.scene import FreeSurface
 SEA = "sea"
 Level = Annotated[float, Quantity("level", "m", "3 m", at_least=0)]
 Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
-AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4")]
+AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4", at_least=0)]
+MixedMoment = Annotated[float, Quantity("second moment of area", "m^4", "-1000 m^4")]
 Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
 Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.from_zero)]
@@ -53,7 +54,7 @@ class TankTable(Strict):
     centroid: tuple[of.Point, ...]
     longitudinal: tuple[AreaMoment, ...]
     transverse: tuple[AreaMoment, ...]
-    mixed: tuple[AreaMoment, ...] | None = None
+    mixed: tuple[MixedMoment, ...] | None = None
 
     @model_validator(mode="after")
     def _check_rows(self) -> Self:

@@ -41,6 +41,7 @@ def ballast(
     """Loading condition of bodies with tanks, as tables and a picture; plans of their pumps."""
     from hydrosim.case import load_case
     from hydrosim.compiling.compile import compile_in_calm
+    from hydrosim.forces.ballast.events import triggered_pumps
     from hydrosim.plot.loading import draw_loading
     from hydrosim.studies.ballasting import plan
     from hydrosim.studies.loading import conditions
@@ -62,12 +63,15 @@ def ballast(
     with announced(err), err.status("loading condition"):
         compiled = compile_in_calm(scene)
         found = conditions(compiled, at)
-        lines = [table for each in found for table in tables(each, at)]
+        lines: list[Table | str] = [table for each in found for table in tables(each, at)]
         if lift is not None or rise is not None:
             weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
             up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
             span = quantity("--within", within, "time", "s", "1 hour")
             lines.append(_planned(plan(compiled, body or having[0], span, weight, up)))
+    waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
+    if waiting:
+        lines.append(f"taken as not begun, since events decide: {', '.join(waiting)}")
     draw_loading(found, at, page)
     show(*lines, f"picture   {page.path}")
 

@@ -102,7 +102,9 @@ def _check(body: Body, family: Family, scene: Scene) -> None:
     draughts = [member.draught for member in family.members]
     key, found = f"bodies.{body.name}", ", ".join(f"{d:g}" for d in draughts)
     if len({*draughts}) < max(len(draughts), 2):
-        raise InputError(f"{key}.hydrodynamics: found draughts of {found} m; expected two others.")
+        raise InputError(
+            f"{key}.hydrodynamics: found draughts of {found} m; expected two or more, each another."
+        )
     if body.hydrostatics is None:
         raise InputError(
             f"{key}.hydrostatics: found matrix, and databases at draughts of {found} m; expected a"
@@ -112,7 +114,8 @@ def _check(body: Body, family: Family, scene: Scene) -> None:
     if isinstance(radiation_of(body), ConvolutionRadiation):
         raise InputError(
             f"{key}.radiation: found convolution, and databases at draughts of {found} m; expected"
-            " state_space or automatic, which takes states for a family."
+            " state_space or automatic, which takes states for a family: a convolution remembers"
+            " one velocity of a body, and a family has one for each of its draughts."
         )
     if scene.environment.current.speed != 0.0:
         raise InputError(

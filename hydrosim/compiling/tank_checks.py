@@ -15,14 +15,17 @@ from hydrosim.scene import Body, LevelReached, Pump, Scene, Tank, Weight
 SAME = 1e-9  # of a density
 
 
-def check_lightship(body: Body, displaced: float) -> None:
-    """Refuse a body that is heavier without what is in its tanks than what it displaces [kg]."""
+def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
+    """Refuse a body that is heavier without what is in its tanks than what it displaces [kg], at
+    rest or, where it then ``sinks``, with its whole hull."""
     empty = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
     if body.tanks and empty > displaced:
         raise InputError(
             f"bodies.{body.name}.lightship: found {empty:.4g} kg without what is in the tanks;"
-            f" expected at most {displaced:.4g} kg, what the hull displaces: with all tanks empty"
-            " it would still float deeper. Look at units, or at the draught of the database."
+            f" expected at most {displaced:.4g} kg, what the hull displaces"
+            f"{' when all of it is under water' if sinks else ''}: with all tanks empty it would"
+            f" still {'sink' if sinks else 'float deeper'}. Look at units, or at the"
+            f" {'hull' if sinks else 'draught of the database'}."
         )
 
 
@@ -82,11 +85,14 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
             " ends; expected one density: mixtures are not known."
         )
     for name, when in (("start", pump.start), ("stop", pump.stop)):
-        if isinstance(when, LevelReached) and when.tank not in [tank.name for tank in moved]:
+        if not isinstance(when, LevelReached):
+            continue
+        if when.tank not in [tank.name for tank in moved]:
             raise InputError(
                 f"{key}.{name}.tank: found {when.tank}, whose level nothing changes; expected a"
                 " tank that is pumped."
             )
+        _check_level(f"{key}.{name}", when.level, tanks[when.tank])
     first, last = pump.start, pump.stop
     if isinstance(first, float | int) and isinstance(last, float | int) and first >= last:
         raise InputError(f"{key}.stop: found {last:g} s; expected after the start, {first:g} s.")
@@ -117,7 +123,7 @@ def check_flow(scene: Scene, p: Tanks) -> None:
         " stop, a lower rate, more in the tank at the start, or no stop: it then ends when empty",
         "over": f"{tank} overflows at {problem.time:g} s, before the pump stops; expected an"
         " earlier stop, a lower rate, or no stop: it then ends when the tank is full",
-        "nothing": f"has nothing to pump at {problem.time:g} s: its source is empty or its target"
-        " full; expected a source that holds something when it starts",
+        "nothing": f"has nothing to pump at {problem.time:g} s: its source is empty, its target"
+        " full, or the level at which it stops is reached; expected something to pump then",
     }[problem.what]
     raise InputError(f"{flows[problem.flow]}: {text}.")

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrosim.compiling.tank_checks import check_lightship
 from hydrosim.database import HydroDatabase, needed
+from hydrosim.database.hull import integrals
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT
 from hydrosim.forces.weight import Weights
@@ -20,7 +21,10 @@ def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[
     carried = [i for i, body in enumerate(scene.bodies) if body.weight == Weight.CARRIED]
     _check_supports(scene, alone)
     for body in scene.bodies:
-        if body.name in alone and body.hydrostatics is None:
+        if body.hydrostatics is not None:
+            whole = scene.environment.water_density * integrals(body.hydrostatics.corners).volume
+            check_lightship(body, whole, sinks=True)
+        elif body.name in alone:
             check_lightship(body, _buoyancy(body, alone) / scene.environment.gravity)
     return Weights(
         np.array(carried, dtype=np.int64),

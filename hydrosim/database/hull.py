@@ -119,7 +119,8 @@ def _read(path: Path) -> Triangles:
     if not path.is_file():
         raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
     try:
-        mesh = meshio.read(path)
+        with np.errstate(over="ignore"):  # of its guess whether a text is binary
+            mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # readers of many formats raise whatever they like
         raise InputError(
             f"{path}: cannot be read as a mesh ({error}); expected a format that meshio knows, such"

@@ -195,6 +195,22 @@ def test_a_pump_by_an_event_is_the_pump_by_that_level(load: Load) -> None:
         ),
         ({"tanks": TANKS.replace("1000", "1025", 1)}, r"fluids of 1025 and 1000 kg/m\^3"),
         (
+            {"pumps": PUMPS.replace("below: 1.9 m", "below: 9 m")},
+            r"pumps\.trim\.start: found 9 m; expected 0 to 5 m, the height of the tank wing",
+        ),
+        (
+            {"pumps": "out: {source: wing, target: sea, rate: 1, stop: {tank: wing, below: 3 m}}"},
+            r"pumps\.out: has nothing to pump at 0 s: .* or the level at which it stops is reached",
+        ),
+        (
+            {"tanks": TANKS.replace("longitudinal: [100, 100", "longitudinal: [100, -100")},
+            r"longitudinal.*found -100; expected a second moment of area.*0 or more",
+        ),
+        (
+            {"pumps": "out: {source: wing, target: sea, rate: 1, stop: {channel: level}}"},
+            r"pumps\.out\.stop: found no value; expected either above or below",
+        ),
+        (
             {"pumps": PUMPS.replace("start: 60 s", "start: 40 min")},
             r"pumps\.out\.stop: found 1800 s; expected after the start",
         ),

@@ -58,3 +58,16 @@ def test_a_loading_condition_is_told_and_drawn(ballast: Command) -> None:
 def test_what_is_wrong_is_told(ballast: Command, arguments: list[str], said: str) -> None:
     done = ballast(*arguments)
     assert (done.code, said in done.err) == (2, True)
+
+
+def test_pumps_that_wait_for_events_are_told_and_meshes_drawn(ballast: Command) -> None:
+    """A tank from the recipe of a box, drawn by its triangles; its pump has not begun."""
+    event = "{channel: position.barge.heave, above: 0.3 m}"
+    tank = f"{{recipe: {ROOT / 'hydro_db' / 'box.yaml'}, depth: 8 m, level: 3 m}}"
+    code, said, error = ballast(
+        *("--time", "1 hour", "--set", f"bodies.barge.pumps.fore.start={event}"),
+        *("--set", f"bodies.barge.tanks.fore={tank}"),
+    )
+    assert code == 0, error
+    assert "taken as not begun, since events decide: bodies.barge.pumps.fore" in said
+    assert Path("case_ballast.png").stat().st_size > 10_000

@@ -260,7 +260,7 @@ def test_no_family_no_cost() -> None:
 
 REFUSED = {
     "expected a closed hull": {"hydrostatics": None},
-    "expected two others": {"hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))},
+    "expected two or more, each another": {"hydrodynamics": Family((AtDraught(4.4, FILES[4.4]),))},
     r"for a draught of 3.8 m: found a displaced volume of 4320 m\^3; expected .* 4560 m\^3": {
         "hydrodynamics": Family((AtDraught(4.4, FILES[4.4]), AtDraught(3.8, FILES[3.6])))
     },

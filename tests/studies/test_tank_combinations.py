@@ -17,6 +17,7 @@ from numpy.testing import assert_allclose
 import hydrosim as hs
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.errors import InputError
 from hydrosim.forces import Coulomb, LinearDamping
 from hydrosim.scene import (
     AtDraught,
@@ -26,6 +27,7 @@ from hydrosim.scene import (
     Family,
     Hull,
     Pump,
+    Question,
     Scene,
     Solver,
     Start,
@@ -163,3 +165,13 @@ def test_friction_lets_go_when_enough_weight_is_pumped_out() -> None:
     stuck = run.fender_mode.values[:, 0] == 1
     assert np.all(stuck == (t <= loose))
     assert_allclose(found[pumping], speed[pumping], atol=2e-4 * speed[pumping].max())
+
+
+def test_a_lightship_that_would_sink_with_its_hull_is_refused() -> None:
+    """60 x 20 x 8 m displace 9840 t; one that only floats deeper than its database is not refused
+    for that."""
+    heavy = DENSITY * AREA * 4.0 + 7e6
+    with pytest.raises(InputError, match=r"barge\.lightship: found 1\.0\d+e\+07 kg.*still sink"):
+        hs.compile_scene(afloat(barge(ALONE, 4.0, mass=heavy), 10.0))
+    deeper = barge(ALONE, 4.0, mass=DENSITY * AREA * 5.5)
+    hs.compile_scene(afloat(deeper, 10.0, accept=tuple(Question)))
