@@ -16,6 +16,7 @@ from hydrosim.scene import TankMesh, TankTable
 from hydrosim.studies.loading import Condition, TankState
 
 FLUID, WALL = "#4c8fbd", "#444444"
+PALE = "#b7d2e5"  # the fluid where triangles lie on each other, as pale as elsewhere
 AXES = "xyz"
 
 
@@ -68,7 +69,7 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
 def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes) -> None:
     surface = np.array([0.0, 0.0, corners[..., 2].min() + state.level])
     fluid = immersed(corners - surface) + surface
-    for triangles, face, edge in ((fluid, FLUID, "none"), (corners, "none", WALL)):
+    for triangles, face, edge in ((fluid, PALE, "none"), (corners, "none", WALL)):
         seen = list(triangles[..., [i, j]])
         shown = PolyCollection(seen, facecolor=face, edgecolor=edge, lw=0.3)
         axis.add_collection(shown)
