@@ -13,7 +13,7 @@ from hydrosim.commands.options import Overwrite, numbers, placed
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
-RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")]
+RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")]
 Channels = Annotated[
     str | None, typer.Option(help="Of the run, by commas; * stands for anything: position.*")
 ]
@@ -63,10 +63,13 @@ def compare(
 
     Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
     beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
-    what differs between any two results, to the bit, and nothing is written.
+    what differs between any two results, to the bit, and nothing is written. Of two files of many
+    runs it is said which of their numbers differ by more than chance.
     """
     if exact:
         _exactly(run_file, recorded, _patterns(but))
+        return
+    if _of_many(run_file, recorded):
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
@@ -101,6 +104,20 @@ def compare(
         show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
         raise typer.Exit(1)
+
+
+def _of_many(one: Path, other: Path) -> bool:
+    """Compare two files of many runs, if the first is one; InputError if the other is none then."""
+    from hydrosim.compare.studies import compare_studies, lines
+    from hydrosim.results.runs_file import open_runs
+
+    ours, theirs = open_runs(one), open_runs(other)
+    if ours is None:
+        return False
+    if theirs is None:
+        raise InputError(f"{other}: is no file of many runs, as {one} is; expected another such.")
+    show(*lines(compare_studies(ours, theirs)))
+    return True
 
 
 def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
+    from hydrosim.studies.cluster import Cluster
     from hydrosim.studies.sweep import Study
 
 SHOWN = 5  # failures, and combinations of parameters, that are told
@@ -36,6 +38,10 @@ def sweep(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a sweep that was killed or interrupted.")
     ] = False,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of dask, tcp://HOST:8786; local: own processes."),
+    ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
 ) -> None:
     """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
@@ -47,7 +53,8 @@ def sweep(
         err.print(f"warning   {line}", markup=False, highlight=False, soft_wrap=True)
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
-    with announced(err), _with_progress(study, result, workers, resume) as runs:
+    pool = _pool(scheduler, workers)
+    with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
         status, path = runs.status.values.tolist(), Path(runs.encoding["source"])
         show(*_lines(runs, study), f"result    {path}")
         if study.figures and "complete" in status:
@@ -60,7 +67,20 @@ def sweep(
         raise typer.Exit(3)
 
 
-def _with_progress(study: Study, result: Output, workers: int | None, resume: bool) -> xr.Dataset:
+def _pool(scheduler: str | None, workers: int | None) -> Cluster | None:
+    """The workers of a scheduler, if one was named."""
+    if scheduler is None:
+        return None
+    from hydrosim.studies.cluster import Cluster
+
+    pool = Cluster(scheduler, workers or os.cpu_count() or 1)
+    err.print(f"cluster   {pool.title}", markup=False, highlight=False, soft_wrap=True)
+    return pool
+
+
+def _with_progress(
+    study: Study, result: Output, workers: int | None, resume: bool, pool: Cluster | None
+) -> xr.Dataset:
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -80,7 +100,7 @@ def _with_progress(study: Study, result: Output, workers: int | None, resume: bo
         def report(done: int, _: int) -> None:
             bar.update(task, completed=done)
 
-        return run_study(study, result, workers, report, resume)
+        return run_study(study, result, workers, report, resume, pool)
 
 
 def _lines(runs: xr.Dataset, study: Study) -> list[str]:

@@ -12,12 +12,11 @@ import gc
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -30,7 +29,8 @@ from hydrosim.results.figures import Figure
 from hydrosim.results.journal import RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.studies.outcome import Outcome, digested, outcome_of
+from hydrosim.studies.outcome import Outcome, digested
+from hydrosim.studies.pools import Pool, Threads
 from hydrosim.studies.shared import Shared
 from hydrosim.studies.simulation import simulate
 from hydrosim.studies.stages import complete
@@ -39,7 +39,6 @@ from hydrosim.studies.unfinished import alone_with, begun, identity, is_whole
 if TYPE_CHECKING:
     from hydrosim.case import Case
 
-AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
 COLLECTED = 16  # runs after which garbage is collected
 FEWEST = 4  # output times, to have statistics of
 
@@ -59,8 +58,10 @@ def simulate_many(
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
+    pool: Pool | None = None,
 ) -> xr.Dataset:
-    """Run all cases or scenes, on as many cores as there are ``workers``, by default all.
+    """Run all cases or scenes, on as many cores as there are ``workers``, by default all, or by a
+    ``pool`` of others (`hydrosim.studies.cluster`), which is closed in the end.
 
     The dataset has a dimension ``run``, in the order of the cases, and of each run
 
@@ -99,7 +100,7 @@ def simulate_many(
         file = RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
         work = _Set(scenes, shared, digest, file, journal)
         with _closed(file), collected_here():
-            _run_all(work, workers or os.cpu_count() or 1, progress)
+            _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
 
     if result is None:
@@ -211,15 +212,17 @@ def _closed(file: RunsFile) -> Iterator[None]:
     file.close()
 
 
-def _run_all(work: _Set, workers: int, progress: Progress | None) -> None:
-    """Run the scenes by so many threads; what they find is kept by this one as it comes, and
-    written in order."""
-    stop, done = Event(), 0
+def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
+    """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
+    order."""
+    done = 0
     pending: deque[tuple[int, Future[Outcome]]] = deque()
 
     def take() -> None:
         nonlocal done
         run, first = pending[0]
+        if not first.done():
+            pool.flush()
         while not first.done():
             wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
             work.keep(pending)
@@ -233,21 +236,21 @@ def _run_all(work: _Set, workers: int, progress: Progress | None) -> None:
         if progress is not None:
             progress(done, len(work.scenes))
 
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            for run, scene in enumerate(work.scenes):
-                pending.append((run, work.begun(run, scene, pool, stop)))
-                while len(pending) > (1 + AHEAD) * workers:
-                    take()
-            while pending:
+    pool.begin(len(work.scenes))
+    try:
+        for run, scene in enumerate(work.scenes):
+            pending.append((run, work.begun(run, scene, pool)))
+            while len(pending) > pool.ahead:
                 take()
-        except KeyboardInterrupt:
-            stop.set()
-            progress = None
-            while pending:
-                take()
-        finally:
-            stop.set()
+        while pending:
+            take()
+    except KeyboardInterrupt:
+        pool.stop()
+        progress = None
+        while pending:
+            take()
+    finally:
+        pool.close()
 
 
 class _Set(NamedTuple):
@@ -259,12 +262,10 @@ class _Set(NamedTuple):
     file: RunsFile
     journal: Journal | None
 
-    def begun(
-        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
-    ) -> Future[Outcome]:
-        """A run that is done, or is being done by a thread."""
+    def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
+        """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
-            return pool.submit(outcome_of, self.shared.prepared(scene), self.digest, stop)
+            return pool.submit(self.shared.prepared(scene), self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
         known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))

@@ -32,6 +32,7 @@ from hydrosim.scene import Scene
 from hydrosim.studies import designs
 from hydrosim.studies.coordinates import at_key, column
 from hydrosim.studies.many import Progress, prepared, simulate_many
+from hydrosim.studies.pools import Pool
 from hydrosim.studies.study_file import Kept, Linked, Plan, Range, StudyFile
 from hydrosim.studies.trial import check_figures
 
@@ -86,6 +87,7 @@ def run_study(
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
+    pool: Pool | None = None,
 ) -> xr.Dataset:
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""
@@ -101,6 +103,7 @@ def run_study(
         workers=workers,
         progress=progress,
         resume=resume,
+        pool=pool,
     )
 
 

@@ -1,0 +1,224 @@
+"""Runs by the workers of dask.distributed (extra ``cluster``), on this machine or on others.
+
+Scenes go in batches, with what the client has compiled of them: databases are read and radiation is
+fitted once. Workers give back what is kept of each run, which this process puts on the disk as it
+comes, so that a study that was killed goes on here or on a cluster. A batch whose worker dies is
+made by another one; a run whose workers die again and again is marked as failed.
+
+The port of a scheduler, and those of its workers, run whatever is sent to them.
+"""
+
+from __future__ import annotations
+
+import logging
+import pickle
+from collections.abc import Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from math import ceil
+from threading import Event, Lock
+from typing import Any
+
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import InputError
+from hydrosim.results.runs_file import NOT_RUN
+from hydrosim.scene import Scene
+from hydrosim.studies.checkpoint import program
+from hydrosim.studies.outcome import Outcome, outcome_of
+from hydrosim.studies.pools import Digest
+from hydrosim.studies.shared import Work
+from hydrosim.waves import sea
+
+LOCAL = "local"
+PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
+LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
+DEATHS = 1  # of workers on this machine under one batch, that are no reason to give it up
+OPEN = "run whatever is sent to them: let nobody else reach these ports"
+
+
+class Cluster:
+    """A pool of the workers of the scheduler at an ``address`` ("tcp://HOST:8786"), or, if that is
+    "local", of so many processes of this machine.
+
+    Raises InputError where dask is missing, nobody answers, or a worker has another program.
+    """
+
+    def __init__(self, address: str, processes: int) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise InputError(
+                "--scheduler: needs dask.distributed; pip install 'hydrosim[cluster]'"
+            ) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self._own = _processes(processes) if address == LOCAL else None
+        self._client = self._connected(distributed, self._own or address, address)
+        try:
+            self._count = self._checked()
+        except BaseException:
+            self.close()
+            raise
+        self.size, self.ahead = LARGEST, LARGEST * self._count
+        self._waiting: list[tuple[Future[Outcome], Scene]] = []
+        self._calm: Compiled | None = None
+        self._digest: Digest | None = None
+        self._made: Any = None
+        self._tasks: dict[Any, list[Future[Outcome]]] = {}
+        self._lock = Lock()
+
+    def _connected(self, distributed: Any, target: Any, address: str) -> Any:
+        try:
+            return distributed.Client(target, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, ImportError) as error:
+            raise InputError(
+                f"--scheduler: found {address}, which does not answer within {PATIENCE} s"
+                f" ({type(error).__name__}); expected the address of a scheduler, such as"
+                " tcp://127.0.0.1:8786, or local. Is it running (dask scheduler), and may this"
+                " machine reach it?"
+            ) from None
+
+    def _checked(self) -> int:
+        """How many workers there are, all with this program."""
+        with suppress(TimeoutError):
+            self._client.wait_for_workers(1, timeout=PATIENCE)
+        own = program()
+        for worker, other in self._client.run(_program, on_error="return").items():
+            if isinstance(other, OSError):  # it has died just now: others make its runs
+                continue
+            if other != own:
+                said = other if isinstance(other, str) else "cannot import hydrosim.studies.cluster"
+                raise InputError(
+                    f"--scheduler: found the worker {worker} with another program ({said});"
+                    f" expected {own}. Install the same versions there."
+                )
+        count = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        if not count:
+            raise InputError("--scheduler: it has no workers; start some (dask worker ADDRESS).")
+        return count
+
+    @property
+    def title(self) -> str:
+        """Who works, and that its ports are open."""
+        scheduler = self._client.scheduler.address
+        return f"{self._count} workers at {scheduler}; scheduler and workers {OPEN}"
+
+    def begin(self, count: int) -> None:
+        """Choose batches of which each worker has several."""
+        self.size = min(LARGEST, ceil(count / (PARTS * self._count)))
+        self.ahead = (PARTS - 1) * self.size * self._count
+
+    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+        """A run that goes with the next batch."""
+        found: Future[Outcome] = Future()
+        if isinstance(work, Exception):
+            found.set_result(outcome_of(work, digest, Event()))
+            return found
+        if work.calm is not self._calm:
+            self.flush()
+            self._calm, self._made, self._digest = work.calm, None, digest
+        self._waiting.append((found, replace(work.scene, bodies=(), initial=None)))
+        if len(self._waiting) >= self.size:
+            self.flush()
+        return found
+
+    def flush(self) -> None:
+        """Send the batch that waits."""
+        if self._waiting:
+            batch, self._waiting = self._waiting, []
+            self._send(batch, self._compiled(), self._digest)
+
+    def _compiled(self) -> Any:
+        """What is compiled, as bytes in a task: it is made again where its worker died."""
+        if self._made is None:
+            compiled = pickle.dumps(self._calm)
+            self._made = self._client.submit(pickle.loads, compiled, pure=False)
+        return self._made
+
+    def _send(self, batch: Sequence[tuple[Future[Outcome], Scene]], made: Any, digest: Any) -> None:
+        scenes = [scene for _, scene in batch]
+        task = self._client.submit(run_batch, program(), made, scenes, digest, pure=False)
+        with self._lock:
+            self._tasks[task] = [future for future, _ in batch]
+        task.add_done_callback(partial(self._take, batch, made, digest))
+
+    def _take(
+        self, batch: Sequence[tuple[Future[Outcome], Scene]], made: Any, digest: Any, task: Any
+    ) -> None:
+        """Hand on what a batch came to; of one that killed its workers each run goes alone."""
+        with self._lock:
+            self._tasks.pop(task, None)
+        if task.status == "finished":
+            outcomes = task.result()
+        elif task.status == "cancelled":
+            outcomes = [Outcome(NOT_RUN)] * len(batch)
+        else:
+            error = task.exception()
+            if type(error).__name__ == "KilledWorker" and len(batch) > 1:
+                for each in batch:
+                    self._send([each], made, digest)
+                return
+            if isinstance(error, InputError):
+                for future, _ in batch:
+                    future.set_exception(error)
+                return
+            outcomes = [Outcome("failed", _told(error))] * len(batch)
+        for (future, _), outcome in zip(batch, outcomes, strict=True):
+            if not future.done():
+                future.set_result(outcome)
+
+    def stop(self) -> None:
+        """Runs that are not done are not run."""
+        with self._lock:
+            tasks = list(self._tasks)
+        for future, _ in self._waiting:
+            future.set_result(Outcome(NOT_RUN))
+        self._waiting = []
+        self._client.cancel(tasks, force=True)
+
+    def close(self) -> None:
+        """Leave the scheduler; end processes of our own."""
+        with suppress(Exception):
+            self._client.close(timeout=PATIENCE)
+        if self._own is not None:
+            self._own.close()
+
+
+def run_batch(
+    expected: str, calm: Compiled, scenes: Sequence[Scene], digest: Digest
+) -> list[Outcome]:
+    """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
+    if program() != expected:
+        raise InputError(f"--scheduler: a worker has {program()}; expected {expected}.")
+    bodies, initial = calm.scene.bodies, calm.scene.initial
+    found = []
+    for stripped in scenes:
+        scene = replace(stripped, bodies=bodies, initial=initial)
+        found.append(outcome_of(Work(scene, sea(scene.environment), calm), digest, Event()))
+    return found
+
+
+def _program() -> str:
+    return program()
+
+
+def _processes(count: int) -> Any:
+    """A scheduler and workers that this machine alone can reach."""
+    import dask
+    from distributed import LocalCluster
+
+    dask.config.set({"distributed.scheduler.allowed-failures": DEATHS})
+    return LocalCluster(
+        n_workers=count,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
+
+
+def _told(error: BaseException | None) -> str:
+    if type(error).__name__ == "KilledWorker":
+        return "the workers that made this run died, each time; look at their memory"
+    return f"{type(error).__name__}: {error}"

@@ -1,0 +1,66 @@
+"""Two sets of runs: what differs is named, what does not is not, as often as is promised."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.compare.studies import compare_studies, lines
+from hydrosim.errors import InputError
+
+RUNS, CHANNELS = 12, 20
+
+
+def runs(values: np.ndarray, seeds: np.ndarray | None = None) -> xr.Dataset:
+    """Runs (n, channels) with the seeds."""
+    found = xr.Dataset(
+        {"motion": (("run", "dof"), values, {"units": "m"}), "crawl": ("run", values[:, 0])},
+        {"dof": [f"d{k}" for k in range(values.shape[1])]},
+    )
+    return found if seeds is None else found.assign_coords(seed=("run", seeds))
+
+
+def test_pairs_in_the_same_waves_find_what_independent_runs_do_not() -> None:
+    """A shift of a tenth of the scatter over seeds, in another order of the runs."""
+    random = np.random.default_rng(1)
+    seeds, waves = np.arange(RUNS), random.normal(0.0, 1.0, (RUNS, CHANNELS))
+    other = waves + random.normal(0.0, 0.01, waves.shape)
+    other[:, 3] -= 0.1
+    order = random.permutation(RUNS)
+    found = compare_studies(runs(waves, seeds), runs(other[order], seeds[order]))
+    assert found.paired
+    assert [each.channel for each in found.channels if each.differs] == ["motion.d3"]
+    (each,) = (one for one in found.channels if one.differs)
+    assert each.low < 0.1 < each.high
+    apart = compare_studies(runs(waves), runs(other))
+    assert not apart.paired
+    assert not any(each.differs for each in apart.channels)
+    text = " ".join(lines(found))
+    assert "motion.d3" in text
+    assert "of 21 channels 1 differ" in text
+
+
+def test_by_chance_something_is_named_as_often_as_is_said() -> None:
+    """5 % of 400 comparisons of the same law; 3 standard deviations are 3.3 %."""
+    random = np.random.default_rng(5)
+    named = 0
+    for _ in range(400):
+        one, other = random.normal(0.0, 1.0, (2, RUNS, 5))
+        named += any(each.differs for each in compare_studies(runs(one), runs(other)).channels)
+    assert named / 400 < 0.083
+
+
+def test_equal_runs_and_constant_differences() -> None:
+    values = np.random.default_rng(1).normal(size=(RUNS, 2))
+    same = compare_studies(runs(values, np.arange(RUNS)), runs(values, np.arange(RUNS)))
+    assert not any(each.differs for each in same.channels)
+    assert "3 are equal in all runs" in " ".join(lines(same))
+    constant = runs(np.ones((RUNS, 2)))
+    moved = compare_studies(constant, runs(np.zeros((RUNS, 2))))
+    assert all(each.differs and each.difference == 1.0 for each in moved.channels)
+
+
+def test_too_few_runs() -> None:
+    with pytest.raises(InputError, match="found no channel that 3 runs or more"):
+        compare_studies(runs(np.ones((2, 2))), runs(np.ones((2, 2))))
