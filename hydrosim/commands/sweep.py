@@ -14,6 +14,7 @@ from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, placed
 from hydrosim.commands.study import draw_runs, tables
 from hydrosim.commands.terminal import show
+from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,9 @@ def sweep(
         err.print(f"warning   {line}", markup=False, highlight=False, soft_wrap=True)
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
+    if study.until is not None:
+        _until(study, result, workers, resume or scheduler is not None)
+        return
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
         status, path = runs.status.values.tolist(), Path(runs.encoding["source"])
@@ -65,6 +69,29 @@ def sweep(
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
+
+
+def _until(study: Study, result: Output, workers: int | None, other: bool) -> None:
+    """A study with more and more seeds; its rounds are kept nowhere."""
+    from hydrosim.results.runs_file import open_runs
+    from hydrosim.studies.precise import run_until
+    from hydrosim.studies.sweep import run_study
+
+    if other or study.until is None:
+        raise InputError("until: a study with it goes without --resume and --scheduler.")
+
+    def run(part: Study, path: Path) -> xr.Dataset:
+        runs = run_study(part, path, workers)
+        if {"interrupted", "not run"} & {*runs.status.values.tolist()}:
+            raise KeyboardInterrupt
+        return runs
+
+    with announced(err), err.status("runs"):
+        said = run_until(study, study.seeds, study.until, run, result)
+    runs = open_runs(result.path)
+    assert runs is not None
+    show(said, *_lines(runs, study), f"result    {result.path}")
+    show(*tables(runs, result.path, None, result.overwrite))
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Cluster | None:

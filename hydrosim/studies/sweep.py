@@ -33,7 +33,7 @@ from hydrosim.studies import designs
 from hydrosim.studies.coordinates import at_key, column
 from hydrosim.studies.many import Progress, prepared, simulate_many
 from hydrosim.studies.pools import Pool
-from hydrosim.studies.study_file import Kept, Linked, Plan, Range, StudyFile
+from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
 from hydrosim.studies.trial import check_figures
 
 STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
@@ -45,7 +45,8 @@ MOST_RUNS = 1_000_000
 class Study:
     """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
     kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
-    ``design`` in words of the file (JSON)."""
+    ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
+    there are to be more."""
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
@@ -53,6 +54,8 @@ class Study:
     inputs: tuple[Path, ...] = ()
     figures: tuple[Figure, ...] = ()
     design: str = "{}"
+    seeds: tuple[int, ...] = ()
+    until: Enough | None = None
 
 
 def read_study(path: Path) -> StudyFile:
@@ -78,6 +81,8 @@ def load_study(path: Path | str) -> Study:
         (*builder.inputs,),
         figures_of(data),
         json.dumps(described(data)),
+        data.seeds or (),
+        data.until,
     )
 
 
@@ -152,6 +157,10 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
             f" second they would take {count / 864_000:,.1f} days. Take a Latin hypercube, fewer"
             " values, or fewer seeds",
         )
+    known = [*data.figures, *data.criteria]
+    if data.until is not None and data.until.figure not in known:
+        text = f"found {data.until.figure}; expected one of: {', '.join(known) or 'none'}"
+        yield Problem(("until", "figure"), text)
     for name in data.figures.keys() & data.criteria.keys():
         yield Problem(("criteria", name), "found the name of a figure; expected another name")
     for name in [*data.figures, *data.criteria]:
