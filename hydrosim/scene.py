@@ -568,7 +568,8 @@ class Active:
 @dataclass(frozen=True)
 class ForceElement:
     """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on, and
-    it may be ``active`` for a time only.
+    it may be ``active`` for a time only. ``capacity`` [N] is what each of its contact points or
+    lines may carry: forces are compared with it, and nothing breaks.
 
     What an element that ``supplies`` does to the bodies is booked as work, else as dissipation. An
     element says in its own file what it can do; what it says nothing of costs speed alone.
@@ -577,6 +578,7 @@ class ForceElement:
     supplies: ClassVar[bool] = False
     body: str
     active: Active | None = field(default=None, kw_only=True)
+    capacity: float | None = field(default=None, kw_only=True)
 
     def check(self, name: str) -> None:
         """Raises InputError where the element is wrong as no case file can be, but one written in

@@ -61,6 +61,8 @@ def statistics(
             " more: of a shorter time the record itself holds many."
         )
     asked = [name.strip() for name in channels.split(",") if name.strip()]
-    found = of_run(run, start, duration, chosen(names(run), asked, "--channels"))
+    known = names(run)
+    asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
+    found = of_run(run, start, duration, chosen(known, asked, "--channels"))
     write(found, result)
     show(*lines(found), f"result    {result.path}")

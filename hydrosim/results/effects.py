@@ -172,7 +172,9 @@ def _by_seed(runs: xr.Dataset) -> dict[Any, xr.Dataset]:
 def _changed(pairs: list[tuple[xr.Dataset, xr.Dataset]]) -> float:
     if not pairs or "contact_sequence" not in pairs[0][0]:
         return np.nan
-    return float(np.mean([int(a.contact_sequence) != int(b.contact_sequence) for a, b in pairs]))
+    each = [(float(a.contact_sequence), float(b.contact_sequence)) for a, b in pairs]
+    known = [a != b for a, b in each if np.isfinite([a, b]).all()]  # runs that failed have none
+    return float(np.mean(known)) if known else np.nan
 
 
 def indices(plan: Plan) -> Iterator[Index]:

@@ -110,6 +110,15 @@ def spring_names(scene: Scene) -> list[str]:
     return _units(scene, Spring)
 
 
+def capacities(scene: Scene, kind: type[ForceElement]) -> np.ndarray:
+    """What each unit of a kind of elements may carry [N]; NaN where that is not said."""
+    each = [
+        (e.capacity, len(e.unit_names(n))) for n, e in scene.forces.items() if isinstance(e, kind)
+    ]
+    known = [np.nan if capacity is None else capacity for capacity, _ in each]
+    return np.repeat(np.array(known, float), [count for _, count in each])
+
+
 def guide_names(scene: Scene) -> list[str]:
     """Names of the contact points that a wall holds sideways."""
     walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))

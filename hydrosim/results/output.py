@@ -26,7 +26,7 @@ import xarray as xr
 from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import own_modes, spring, trigger
+from hydrosim.forces import Contact, Spring, own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact import fender, guide, loop
 from hydrosim.forces.contact.fender import (
@@ -47,6 +47,7 @@ from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import ballast, impulses, memory, points
 from hydrosim.results.ledger import guarded
 from hydrosim.results.names import (
+    capacities,
     contact_groups,
     fender_names,
     force_names,
@@ -426,6 +427,7 @@ def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **_fender_coordinates(scene),
         **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
+        **_capacities(scene),
         **ballast.coordinates(scene),
         **impulses.coordinates(scene),
         **({"guide": ("guide", names)} if (names := guide_names(scene)) else {}),
@@ -457,6 +459,14 @@ def _fender_coordinates(scene: Scene) -> dict[str, object]:
         "fender_group": ("fender", groups, said),
         "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
     }
+
+
+def _capacities(scene: Scene) -> dict[str, object]:
+    """Capacities of contact points and of springs, if any are said."""
+    said = {"long_name": "capacity: what the unit may carry", "units": "N"}
+    each = {dim: capacities(scene, kind) for dim, kind in (("fender", Contact), ("spring", Spring))}
+    known = {dim: values for dim, values in each.items() if np.isfinite(values).any()}
+    return {f"{dim}_capacity": (dim, values, said) for dim, values in known.items()}
 
 
 def _describe(dataset: xr.Dataset) -> None:

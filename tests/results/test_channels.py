@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
+from dry_scenes import block, moving, on_floor, scene
 
+import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.forces import Frictionless, Spring
 from hydrosim.results.channels import KINDS, names, series
 
 TIME = np.linspace(0.0, 20.0, 81)
@@ -112,3 +117,24 @@ def test_what_accelerations_need_is_said() -> None:
     assert not [name for name in names(run) if "acceleration" in name]
     with pytest.raises(InputError, match="accelerations: true"):
         series(run, "point_acceleration.bow of barge.z")
+
+
+def test_capacities_of_a_case_are_those_of_its_units() -> None:
+    """Each point of an element has it; those of others have none."""
+    law, line = Frictionless(), np.array([0.0, 1.0])
+    pad = on_floor(1e7, law, ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)))
+    forces = {
+        "pad": replace(pad, capacity=3e6),
+        "other": on_floor(1e7, law),
+        "line": Spring("block", (0, 0, 0), (5.0, 0, 0), 4.0, line, 1e5 * line, capacity=2e5),
+        "slack": Spring("block", (0, 0, 0), (-5.0, 0, 0), 9.0, line, 1e5 * line),
+    }
+    body = block(1e5, ("surge", "heave"), position=moving(heave=-0.1))
+    run = hs.simulate(scene(body, forces, 0.5, 0.1, step=0.01))
+    used = [name for name in names(run) if name.startswith("utilisation.")]
+    assert used == ["utilisation.pad 1", "utilisation.pad 2", "utilisation.line"]
+    force = run.fender_normal_force.sel(fender="pad 2")
+    np.testing.assert_allclose(series(run, "utilisation.pad 2")[0], force / 3e6)
+    tension = run.spring_tension.sel(spring="line")
+    assert float(tension.max()) > 0.5e5
+    np.testing.assert_allclose(series(run, "utilisation.line")[0], tension / 2e5)

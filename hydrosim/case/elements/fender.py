@@ -121,6 +121,7 @@ class Fender(Element):
     normal: Normal
     friction: Friction
     group: StrictStr | None = None
+    capacity: of.ReferenceForce | None = None
 
     @model_validator(mode="after")
     def _check_corners(self) -> Self:
@@ -155,4 +156,5 @@ class Fender(Element):
             normal=self.normal.build(count, where),
             friction=self.friction.build(count),
             group=self.group,
+            capacity=self.capacity,
         )

@@ -95,6 +95,7 @@ class Landing(Element):
     friction: Friction = Frictionless(law="none")
     wall: Wall | None = None
     group: StrictStr | None = None
+    capacity: of.ReferenceForce | None = None
 
     @model_validator(mode="after")
     def _check_seats(self) -> Self:
@@ -124,4 +125,5 @@ class Landing(Element):
             on=self.on.body,
             wall=self.wall.build() if self.wall else None,
             group=self.group,
+            capacity=self.capacity,
         )

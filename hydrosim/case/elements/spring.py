@@ -56,6 +56,7 @@ class Spring(Element):
     stiffness: of.Stiffness | None = None
     curve: Curve | None = None
     damping: of.Damping = 0.0
+    capacity: of.ReferenceForce | None = None
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
@@ -88,4 +89,5 @@ class Spring(Element):
             tension=tension,
             damping=self.damping,
             anchor_body=self.anchor_body,
+            capacity=self.capacity,
         )
