@@ -6,7 +6,6 @@ in `hydrosim.case.checks`.
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -44,15 +43,8 @@ from hydrosim.scene import (
     Weight,
 )
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 TURNS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
-
-
-def _named(name: str) -> str:
-    if not NAME.fullmatch(name):
-        raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
-    return name
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
@@ -61,7 +53,6 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(dofs, key=DOFS.index))
 
 
-Name = Annotated[str, AfterValidator(_named)]
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
 
 
@@ -188,10 +179,10 @@ class Body(Strict):
     radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation(model="automatic")
     wave_forces: WaveForces = WaveForces()
     weight: Weight | None = None
-    tanks: dict[Name, Tank] = Field(default_factory=dict)
-    pumps: dict[Name, Pump] = Field(default_factory=dict)
+    tanks: dict[of.Name, Tank] = Field(default_factory=dict)
+    pumps: dict[of.Name, Pump] = Field(default_factory=dict)
     constant_inertia: StrictBool = False
-    points: dict[Name, of.Point] = Field(default_factory=dict)
+    points: dict[of.Name, of.Point] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
@@ -279,6 +270,11 @@ class Clearance(Strict):
     def _check_other(self) -> Self:
         if len(given := self.given("to", "plane")) != 1:
             raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
+        if self.to == self.of:
+            raise problem(f"the distance of {self.of} from itself", "two points")
+        if self.plane and self.plane.corners:
+            found = "a plane with corners"
+            raise problem(found, "one without: a clearance is that from the whole plane")
         return self
 
 
@@ -292,8 +288,8 @@ class Output(Strict):
     states: StrictBool = False
     impulses: StrictBool = False
     accelerations: StrictBool = False
-    wave_probes: dict[Name, of.Position] = Field(default_factory=dict)
-    clearances: dict[Name, Clearance] = Field(default_factory=dict)
+    wave_probes: dict[of.Name, of.Position] = Field(default_factory=dict)
+    clearances: dict[of.Name, Clearance] = Field(default_factory=dict)
 
 
 class Start(Strict):
@@ -319,8 +315,8 @@ class CaseFile(Strict):
     title: StrictStr
     duration: of.Period
     environment: Environment | None = None
-    bodies: Annotated[dict[Name, Body], AfterValidator(of.some)]
-    forces: dict[Name, AnyElement] = Field(default_factory=dict)
+    bodies: Annotated[dict[of.Name, Body], AfterValidator(of.some)]
+    forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
     solver: Solver = Solver()
     output: Output = Output()
     initial: Begin | None = None

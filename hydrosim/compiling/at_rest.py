@@ -20,6 +20,7 @@ from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"
+NEAR = 1e-6  # m
 
 
 def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
@@ -32,7 +33,8 @@ def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
     try:
         rest = equilibrium(smooth, state, 0.0, weight)
     except InputError as error:
-        raise InputError(f"initial: {PROMISE}; {error}") from None
+        remedy = "Supports carry towards their axis, and on both sides of the centre of gravity."
+        raise InputError(f"initial: {PROMISE}; {error} {remedy}") from None
     if np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
         worst = int(np.abs(rest.drift).argmax())
         name, load = coordinate_names(scene)[worst], rest.drift[worst]
@@ -58,4 +60,9 @@ def _nearest(scene: Scene, model: Model, state: State) -> str:
     if not gaps:
         return ""
     name = min(gaps, key=gaps.__getitem__)
-    return f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: begin nearer to it)"
+    if gaps[name] < NEAR:
+        return f" (the nearest contact, {name}, is there but does not carry that way)"
+    return (
+        f" (the nearest open contact, {name}, is {gaps[name]:.3g} m away: put the body so much"
+        " nearer to it, with its initial.position)"
+    )

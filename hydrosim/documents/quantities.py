@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Annotated, Any, Generic, TypeVar
@@ -23,6 +24,7 @@ from pydantic import (
 from hydrosim.documents.units import Cyclic, Quantity, problem
 from hydrosim.dofs import DOFS
 
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _PER_HZ = 0.5 / math.pi  # of a density over frequency in Hz, in one over rad/s
 
 Length = Annotated[float, Quantity("length", "m", "12.4 m")]
@@ -206,6 +208,12 @@ def _round(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
+def _named(name: str) -> str:
+    if not NAME.fullmatch(name):
+        raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
+    return name
+
+
 def some(value: Any) -> Any:
     """Refuses an empty list or mapping."""
     if not value:
@@ -269,6 +277,7 @@ MassMatrix = Annotated[
 InertiaMatrix = Annotated[
     Vector[Vector[_Inertia]], AfterValidator(_symmetric), AfterValidator(_definite)
 ]
+Name = Annotated[str, AfterValidator(_named)]
 Offsets = Six[Length, Angle]
 Velocities = Six[Speed, TurnRate]
 Point = Vector[Length]

@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.results.effects import spread
 from hydrosim.results.extremes import LAWS, Basis
 from hydrosim.results.gumbel import exceeding, fit_maxima
-from hydrosim.results.stages import stage_lines
+from hydrosim.results.stages import FIGURES as OF_STAGES
+from hydrosim.results.stages import TIME, stage_lines
 from hydrosim.results.statistics import FIGURES, NAMES, SIDES
 
 RUNS = 8  # to fit Gumbel's law to
@@ -146,6 +148,7 @@ def lines_of_runs(runs: xr.Dataset) -> Iterator[str]:
             yield f"{body} {dof}: {low.min():.3f} to {high.max():.3f} {scale.unit}"
             if high.size >= RUNS:
                 yield from _of_runs(low, high)
+    yield from _stages(runs)
 
 
 def _of_runs(low: np.ndarray, high: np.ndarray) -> Iterator[str]:
@@ -160,6 +163,22 @@ def _of_runs(low: np.ndarray, high: np.ndarray) -> Iterator[str]:
                 f" {b:.3f}), P90 {sign * law.expected(ratio):.3f} ({low90:.3f} to {high90:.3f}), of"
                 f" another run {c:.3f} to {d:.3f}"
             )
+
+
+def _stages(runs: xr.Dataset) -> Iterator[str]:
+    """Stages and figures of each group over runs: mean with its 90 % interval, and between which
+    values they are."""
+    for name in runs.contact_group.values if TIME in runs else ():
+        of = runs.sel(contact_group=name)
+        stages_ = {str(s): of[TIME].sel(stage=s) for s in of.stage.values}
+        for what, each in {**stages_, **{OF_STAGES[f][0]: of[f] for f in OF_STAGES}}.items():
+            known = each.values[np.isfinite(each.values)]
+            if known.size and np.ptp(known) > 0.0:
+                at, unit = spread(known), each.attrs["units"]
+                yield (
+                    f"{name} {what}: mean {at.mean:.5g} ({at.low:.5g} to {at.high:.5g}),"
+                    f" {known.min():.5g} to {known.max():.5g} {unit}, in {known.size} runs"
+                )
 
 
 def _phases(found: xr.Dataset) -> Iterator[str]:

@@ -589,6 +589,26 @@ class TestFender:
                 '.body: found "blok"; expected a body of this case: block',
             ),
             (
+                "-1]",
+                "-1], corners: [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]]",
+                ".plane: found corners whose sides cross each other; expected each beside",
+            ),
+            (
+                "-1]",
+                "-1], corners: [[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]]",
+                ".plane: found a corner twice; expected each once",
+            ),
+            (
+                "type: fender",
+                'type: fender, group: ""',
+                '.group: found the name ""; expected letters',
+            ),
+            (
+                "type: fender",
+                "type: fender, when: {channel: sped.block, below: 1 m/s}",
+                ".when: found the channel sped.block; expected one that begins with position",
+            ),
+            (
                 "type: fender",
                 "type: fendr",
                 '.type: found "fendr"; expected one of: linear_mooring',

@@ -14,6 +14,7 @@ from hydrosim.dofs import DOFS
 
 UNITS = {"fender_normal_force": "N", "spring_tension": "N", "fender_compression": "m"}
 """Of channels; those of motions are in m or rad, with their speeds per second."""
+OTHERS = ("position", "velocity", "speed", "tank_level")
 
 
 class Event(Strict):
@@ -29,6 +30,10 @@ class Event(Strict):
         given = self.given("above", "below")
         if len(given) != 1:
             raise problem(" and ".join(given) or "no value", "either above or below")
+        kinds = (*OTHERS, *UNITS)
+        if self.channel.partition(".")[0] not in kinds:
+            expected = f"one that begins with {', '.join(kinds)}"
+            raise problem(f"the channel {self.channel}", expected, "as in speed.barge")
         unit, value = self._unit, self.above or self.below
         if value is not None and value.unit is not None:
             try:

@@ -35,6 +35,23 @@ class Plane(Strict):
             raise problem("the normal [0, 0, 0]", "a direction", "point it to the free side")
         return self
 
+    @model_validator(mode="after")
+    def _check_corners(self) -> Self:
+        if len({*self.corners}) < len(self.corners):
+            raise problem("a corner twice", "each once", "a polygon is closed by itself")
+        if len(self.corners) > 2 and not _goes_round_once(np.array(self.corners), self.normal):
+            expected = "each beside the one before it, once round the polygon"
+            raise problem("corners whose sides cross each other", expected, "put them in order")
+        return self
+
+
+def _goes_round_once(corners: np.ndarray, normal: Sequence[float]) -> bool:
+    """Whether corners (n, 3) are in the order of their angles about their middle, either way."""
+    across = np.delete(corners - corners.mean(axis=0), np.argmax(np.abs(normal)), axis=1)
+    angle = np.arctan2(across[:, 1], across[:, 0])
+    turns = np.mod(np.diff(angle, append=angle[:1]), 2.0 * np.pi).sum() / (2.0 * np.pi)
+    return round(turns) in (1, len(corners) - 1)
+
 
 def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | None) -> None:
     """Refuses a table that has not a force for each compression."""
@@ -120,7 +137,7 @@ class Fender(Element):
     plane: Plane
     normal: Normal
     friction: Friction
-    group: StrictStr | None = None
+    group: of.Name | None = None
     capacity: of.ReferenceForce | None = None
 
     @model_validator(mode="after")

@@ -94,7 +94,7 @@ class Landing(Element):
     normal: Normal
     friction: Friction = Frictionless(law="none")
     wall: Wall | None = None
-    group: StrictStr | None = None
+    group: of.Name | None = None
     capacity: of.ReferenceForce | None = None
 
     @model_validator(mode="after")
