@@ -9,7 +9,8 @@ stays at its smallest value (a contact that opens), unless
   quadratic in the waves, its tail nearly exponential (Naess 1986, Applied Ocean Research 8), and it
   has too few cycles to show its moments.
 
-Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers.
+Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers; those of a
+magnitude, which comes down to zero and is never below, over windows of its square.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a 
 PERIODIC = 0.05  # of the mean period: the same of periods
 UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
 FEWEST = 20  # waves
+NEAR = 0.02  # of the range: a magnitude comes so near to zero
+SPREAD = 0.9  # of the mean: std of a magnitude (0.52 of two Gaussian components, 0.76 of one)
 ROUNDING = 1e-12  # of the largest value
 
 
@@ -103,8 +106,25 @@ def extremes(
         return none(said), none(said)
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     record = _Record(long, share_below(z, step, slowest), ratio)
-    least, largest = _of_largest(-z, record).scaled(-1.0), _of_largest(z, record)
-    return least.scaled(size, middle), largest.scaled(size, middle)
+    least = _of_largest(-z, record).scaled(-1.0).scaled(size, middle)
+    if _is_magnitude(x):
+        return least, _of_squares(x, record)
+    return least, _of_largest(z, record).scaled(size, middle)
+
+
+def _is_magnitude(x: np.ndarray) -> bool:
+    """True of a record that comes down to zero, does not stay there, and scatters less than an
+    exponential one: a speed, a distance, the size of a motion."""
+    near = 0.0 <= x.min() < NEAR * np.ptp(x) and np.mean(x == x.min()) <= CLIPPED
+    return bool(near and x.std() < SPREAD * x.mean())
+
+
+def _of_squares(x: np.ndarray, record: _Record) -> Extremes:
+    """Of the largest value of a magnitude: its square is near to Gumbel's law, as the energy of a
+    Gaussian motion is, and so are its intervals."""
+    middle, size = float(np.median(x**2)), float(np.ptp(x**2))
+    found = _of_largest((x**2 - middle) / size, record).scaled(size, middle)
+    return _of(np.sqrt(found[:-1]), found.basis)
 
 
 def none(basis: Basis) -> Extremes:
