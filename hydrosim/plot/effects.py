@@ -27,7 +27,7 @@ SIZE = (5.0, 3.6)  # inches of a panel
 
 def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
     """A picture for each plan of the file of ``runs``, called after ``output`` and the plan."""
-    return [save_picture(_page(plan), place) for plan, place in planned_of(runs, output)]
+    return [save_picture(page(plan), place) for plan, place in planned_of(runs, output)]
 
 
 def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
@@ -47,7 +47,8 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
     return found
 
 
-def _page(plan: Plan) -> Figure:
+def page(plan: Plan) -> Figure:
+    """The picture of a plan: a panel for each figure, of samples one for each parameter too."""
     draw = _chart(plan)
     across = len(plan.parameters) if draw is _points else 1
     down = len(plan.figures)

@@ -1,0 +1,65 @@
+"""Pictures of studies show the means that the tables have."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.outputs import Output
+from hydrosim.plot.effects import draw_study, page
+from hydrosim.results import effects
+
+
+def runs_of(design: str, values: dict[str, list[object]], y: list[float]) -> xr.Dataset:
+    """Runs of one plan with the parameters a and b."""
+    plan = {"design": design, "samples": len(y) // 4, "parameters": {"a": ["a"], "b": ["b"]}}
+    if "b" not in values:
+        del plan["parameters"]["b"]  # type: ignore[attr-defined]
+    runs = xr.Dataset({"y": ("run", y, {"units": "m"})}, attrs={"title": "known"})
+    runs.attrs["design"] = json.dumps({"plans": {"": plan}, "figures": ["y"], "limits": {}})
+    return runs.assign_coords({name: ("run", x) for name, x in values.items()})
+
+
+def test_a_band_goes_through_the_means() -> None:
+    runs = runs_of("grid", {"a": [1.0, 1.0, 1000.0, 1000.0]}, [1.0, 3.0, 5.0, 5.0])
+    (axis,) = page(effects.plans(runs)[0]).axes
+    x, y = axis.containers[0].lines[0].get_data()  # type: ignore[attr-defined]
+    assert list(x) == [1.0, 1000.0]
+    assert list(y) == [2.0, 5.0]
+    assert axis.get_xscale() == "log"
+
+
+def test_a_heat_map_writes_the_means() -> None:
+    runs = runs_of("grid", {"a": [1.0, 1.0, 2.0, 2.0], "b": [5.0, 6.0, 5.0, 6.0]}, [1, 2, 3, 4])
+    axis = page(effects.plans(runs)[0]).axes[0]
+    assert np.array(axis.images[0].get_array()).tolist() == [[1, 3], [2, 4]]
+    assert sorted(text.get_text() for text in axis.texts) == ["1", "2", "3", "4"]
+
+
+def test_the_widest_bar_of_a_tornado_is_on_top() -> None:
+    values = {"a": [1.0, 0.0, 2.0, 1.0], "b": [5.0, 5.0, 5.0, 9.0], "varied": ["", "a", "a", "b"]}
+    runs = runs_of("one_at_a_time", values, [10.0, 8.0, 13.0, 11.0])
+    (axis,) = page(effects.plans(runs)[0]).axes
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["b", "a"]
+    assert [(bar.get_x(), bar.get_width()) for bar in axis.patches] == [(11.0, 0.0), (8.0, 5.0)]
+
+
+@pytest.mark.parametrize(("design", "panels"), [("sobol", 2), ("sobol_indices", 1)])
+def test_samples_and_indices(tmp_path: Path, design: str, panels: int) -> None:
+    random = np.random.default_rng(1)
+    a, b = random.random((2, 64))
+    runs = runs_of(design, {"a": list(a), "b": list(b)}, list(a + 0.1 * b))
+    assert len(page(effects.plans(runs)[0]).axes) == panels
+    (path,) = draw_study(runs, Output(tmp_path / "runs.nc", "picture", tmp_path / "runs.nc"))
+    assert path == tmp_path / "runs.png"
+
+
+def test_nothing_to_draw(tmp_path: Path) -> None:
+    runs = runs_of("grid", {"a": [1.0]}, [1.0]).drop_vars("y")
+    with pytest.raises(InputError, match="no figures or no parameters, so nothing to draw"):
+        draw_study(runs, Output(tmp_path / "runs.nc", "picture", tmp_path / "runs.nc"))
