@@ -239,6 +239,25 @@ def test_every_law_of_friction_acts_on_a_landing_and_the_ledger_closes(law):
         assert np.all(np.abs(force) <= (0.3 * N + 2e3) * (1 + 1e-9))
 
 
+@pytest.mark.parametrize("law", LAWS)
+def test_a_horizontal_landing_is_a_vertical_one_that_is_turned(law):
+    """About y by a quarter turn: what was up is ahead, what was ahead is down."""
+    dofs = ("surge", "heave")
+    up = block(MASS, dofs, position=moving(heave=0.1), velocity=moving(surge=0.5))
+    ahead = block(MASS, dofs, position=moving(surge=0.1), velocity=moving(heave=-0.5))
+    legs = leg(friction=LAWS[law]), leg(friction=LAWS[law], axis=(1.0, 0.0, 0.0))
+    pulls = steady(heave=-WEIGHT), steady(surge=-WEIGHT)
+    runs = [
+        hs.simulate(scene(body, {"leg": foot, "pull": pull}, 1.0, 0.02, step=1e-3))
+        for body, foot, pull in zip((up, ahead), legs, pulls, strict=True)
+    ]
+    vertical, horizontal = (run.position.values[:, 0] for run in runs)
+    assert horizontal[:, 0] == pytest.approx(vertical[:, 2], abs=1e-9)
+    assert -horizontal[:, 2] == pytest.approx(vertical[:, 0], abs=1e-9)
+    assert runs[0].fender_dissipated.values[-1, 0] > 1.0
+    assert runs[0].solver_events == runs[1].solver_events
+
+
 def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts():
     """A damped oscillator that is driven against an elastic landing: period one, stable; each piece
     is linear and known, and so are the times of its events, by Newton's method."""
