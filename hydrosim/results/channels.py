@@ -33,6 +33,7 @@ from hydrosim.errors import InputError
 RUN = Source(Path("run"))
 USUAL = ("position.*", "velocity.*", "wave_elevation", "force_*", "fender_*", "spring_*")
 TO = " to "  # between two points
+MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
 """Units that may have a capacity, `fender_capacity` and so on, and what is held against it."""
 
@@ -70,10 +71,9 @@ def unknown(run: xr.Dataset, name: str) -> str:
     """In words: that a run has no channel ``name``, and which it has."""
     kind, known = name.partition(".")[0], names(run)
     alike = [each for each in known if each.partition(".")[0] == kind]
-    kinds = list(dict.fromkeys(each.partition(".")[0] for each in known))
     if kind in NEEDS and not alike:
         return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
-    text = f"found {name}; expected a channel of the run: {', '.join(alike or kinds)}"
+    text = f"found {name}; expected a channel of the run: {', '.join(_some(name, known))}"
     return joined(text, suggestion(name, known))
 
 
@@ -89,9 +89,18 @@ def chosen(names: Iterable[str], patterns: Sequence[str], option: str) -> list[s
     known = list(names)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
-            text = f"{option}: found {pattern}; expected one of: {', '.join(known)}"
+            text = f"{option}: found {pattern}; expected one of: {', '.join(_some(pattern, known))}"
             raise InputError(joined(text, suggestion(pattern, known)))
     return [name for name in known if _fits(name, patterns)]
+
+
+def _some(name: str, known: Sequence[str]) -> list[str]:
+    """All names if they are few; else those of the kind of ``name``, or "KIND.*" of every kind."""
+    if len(known) <= MOST:
+        return list(known)
+    alike = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
+    kinds = (f"{each.partition('.')[0]}.*" if "." in each else each for each in known)
+    return alike or list(dict.fromkeys(kinds))
 
 
 def _fits(name: str, patterns: Sequence[str]) -> bool:

@@ -48,6 +48,8 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[str]:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
             own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
             own = own.sel(span=_of_group(found, str(group)))
+            if not own.friction_part.any():
+                continue
             yield from _section(f"mean friction of {group} in {direction} [kN]", _friction(own))
             yield from _section(f"mean of its points in {direction}", _points(own))
     yield _closing(found)

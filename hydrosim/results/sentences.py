@@ -70,7 +70,7 @@ def lines(found: xr.Dataset) -> Iterator[str]:
         for name in found[kind].values if kind in found.coords else ():
             yield from _channel(found, f"{kind}_force", {kind: name}, str(name), Scale(1e-3, "kN"))
     for name in found.channel.values if "channel" in found.dims else ():
-        unit = found.unit.sel(channel=name).item()
+        unit = found.unit.sel(channel=name).item().removeprefix("1")
         yield from _channel(found, "named", {"channel": name}, str(name), Scale(1.0, str(unit)))
         yield from _in_phases(found, str(name), str(unit))
     if "phase_crawl" in found:

@@ -13,7 +13,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import Frictionless, Spring
-from hydrosim.results.channels import KINDS, names, series
+from hydrosim.results.channels import KINDS, chosen, names, series
 
 TIME = np.linspace(0.0, 20.0, 81)
 OMEGA, ARM, DRIFT = 0.3, 7.0, 0.2
@@ -103,7 +103,7 @@ def test_every_name_has_a_series_of_one_unit() -> None:
         ("point_velocity.stern of barge.x", "point_velocity.bow of barge.x"),
         ("clearance.gap", "they need output: {clearances: ...}"),
         ("utilisation.pad 2", "utilisation.pad 1"),
-        ("nothing", "expected a channel of the run: position, velocity"),
+        ("nothing", "expected a channel of the run: position.*, velocity.*"),
     ],
 )
 def test_unknown_channels_are_told(name: str, said: str) -> None:
@@ -138,3 +138,14 @@ def test_capacities_of_a_case_are_those_of_its_units() -> None:
     tension = run.spring_tension.sel(spring="line")
     assert float(tension.max()) > 0.5e5
     np.testing.assert_allclose(series(run, "utilisation.line")[0], tension / 2e5)
+
+
+def test_a_message_names_the_kinds_of_many_channels() -> None:
+    many = [f"kind_{k}.{n}" for k in "ab" for n in range(40)]
+    with pytest.raises(InputError) as error:
+        chosen(many, ["kind_c.1"], "--channels")
+    assert "expected one of: kind_a.*, kind_b.*" in str(error.value)
+    with pytest.raises(InputError) as error:
+        chosen(many, ["kind_a.x*"], "--channels")
+    assert "kind_a.39" in str(error.value)
+    assert "kind_b.0" not in str(error.value)
