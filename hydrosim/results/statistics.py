@@ -26,13 +26,15 @@ from hydrosim.results.extremes import (
     trivial,
 )
 from hydrosim.results.gumbel import INTERVAL
+from hydrosim.results.peaks import fit_weibull, peaks
 from hydrosim.results.phases import Phase
 from hydrosim.results.series import lowest_frequency, upcrossings
 from hydrosim.results.stages import stages
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
 MOMENTS = ("skewness", "kurtosis")  # the kurtosis of a Gaussian record is 3
-NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS)
+PEAKS = ("peak_shape", "peak_scale")  # Weibull's law of the peaks above the mean
+NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS, *PEAKS)
 SIDES = ("smallest", "largest")
 FIGURES = Extremes._fields[:-1]
 A_WHILE = 0.05  # of the record, in a phase
@@ -171,7 +173,8 @@ def _of_channels(
 def _figures(x: np.ndarray, step: float) -> list[float]:
     """The values of `NAMES`: significant is four standard deviations, a double amplitude; period
     the mean between upcrossings of the mean, NaN if there are fewer than two; skewness and kurtosis
-    the mean third and fourth powers of (x - mean) / std, NaN of what is constant."""
+    the mean third and fourth powers of (x - mean) / std, NaN of what is constant; of its peaks
+    see `hydrosim.results.peaks`."""
     mean, std = x.mean(), x.std()
     crossings, period = upcrossings(x - mean), np.nan
     if crossings.size > 1:
@@ -181,7 +184,8 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     ends = *(part.mean() for part in parts), *(part.std() for part in parts)
     z = (x - mean) / std if std > ROUNDING * np.abs(x).max() else np.full(x.size, np.nan)
     moments = (z**3).mean(), (z**4).mean()
-    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *moments))]
+    more = (*moments, *fit_weibull(peaks(x)))
+    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
 
 
 def _judged(
