@@ -16,11 +16,12 @@ from hydrosim.errors import InputError
 from hydrosim.results.figures import Figure
 from hydrosim.scene import Scene
 from hydrosim.studies.many import prepared
+from hydrosim.studies.operability.file import Operability
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
-from hydrosim.studies.study_file import Operability, StudyFile
+from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep import read_study
 from hydrosim.studies.trial import check_figures
 

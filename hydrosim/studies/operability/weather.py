@@ -12,7 +12,7 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.results.weather import Alpha, Curve, Hindcast, Scatter, Waiting, waiting, workability
 from hydrosim.results.weather_files import read_hindcast, read_scatter
-from hydrosim.studies.study_file import Operability, Operation
+from hydrosim.studies.operability.file import Operability, Operation
 
 HOUR = 3600.0
 

@@ -1,0 +1,100 @@
+"""What a study file may say of limits of operation, as pydantic models."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import ConfigDict, Field, StrictStr, model_validator
+
+from hydrosim.documents import quantities as of
+from hydrosim.documents.units import Quantity, problem
+
+MOST_HEIGHTS = 1000
+
+
+class Heights(of.Strict):
+    """Significant heights among which a limit is looked for: from the first to the last, so far
+    ``apart``."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    low: of.Length = Field(alias="from")
+    high: of.Length = Field(alias="to")
+    apart: of.LineLength
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if not 0.0 < self.low < self.high or self.high - self.low < self.apart:
+            found = f"from {self.low:g} to {self.high:g} m, {self.apart:g} m apart"
+            raise problem(found, "heights above zero that rise, two or more")
+        if (self.high - self.low) / self.apart > MOST_HEIGHTS:
+            count = (self.high - self.low) / self.apart
+            raise problem(f"{count:,.0f} heights", f"{MOST_HEIGHTS:,} or fewer")
+        return self
+
+    def values(self) -> list[float]:
+        """All heights [m]."""
+        count = int((self.high - self.low) / self.apart + 1e-9) + 1
+        return [self.low + k * self.apart for k in range(count)]
+
+
+class SwellFile(of.Strict):
+    """A swell beside the wind sea: JONSWAP, with its own heading."""
+
+    significant_height: of.Height
+    peak_period: of.Period
+    heading: of.Angle
+
+
+class Operation(of.Strict):
+    """What weather an operation needs: its ``planned`` time and the contingency, as long again if
+    it is not given; factors of a table ``alpha`` by planned time and significant height."""
+
+    planned: of.Period
+    contingency: of.Span | None = None
+    alpha: AlphaFile | None = None
+
+
+class AlphaFile(of.Strict):
+    """A table of alpha factors: ``source`` says which, with its edition; a row of ``factors`` for
+    planned times up to each of ``planned``, a column for each of the ``heights`` of the limit."""
+
+    source: StrictStr
+    planned: tuple[of.Period, ...]
+    heights: tuple[of.Length, ...]
+    factors: tuple[tuple[of.Factor, ...], ...]
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> Self:
+        sizes = {len(row) for row in self.factors}
+        if sizes != {len(self.heights)} or len(self.factors) != len(self.planned):
+            raise problem(
+                f"{len(self.factors)} rows of {', '.join(map(str, sorted(sizes)))} factors",
+                f"{len(self.planned)} rows of {len(self.heights)}, as there are times and heights",
+            )
+        for values in (self.planned, self.heights):
+            if list(values) != sorted(set(values)):
+                raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
+        return self
+
+
+class Operability(of.Strict):
+    """In which seas the criteria hold with a ``probability``: heights, peak periods, headings, and
+    swells beside; the weather that there is, in files."""
+
+    heights: Heights
+    peak_periods: Annotated[tuple[of.Period, ...], Field(min_length=1)]
+    headings: tuple[of.Angle, ...] = ()
+    swells: tuple[SwellFile, ...] = ()
+    probability: Annotated[float, Quantity("probability", "", "90 %", above=0, at_most=0.999)] = 0.9
+    scatter: StrictStr | None = None
+    hindcast: StrictStr | None = None
+    operation: Operation | None = None
+
+    @model_validator(mode="after")
+    def _check_periods(self) -> Self:
+        for values in (self.peak_periods, self.headings):
+            if list(values) != sorted(set(values)):
+                raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
+        if self.hindcast is not None and self.operation is None:
+            raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
+        return self
