@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hydrosim.errors import HydrosimError, InputError, SimulationError
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
+    from hydrosim.plot.load import open_run
     from hydrosim.scene import Scene
     from hydrosim.studies.many import simulate_many
     from hydrosim.studies.simulation import simulate
@@ -32,6 +33,7 @@ _HOME = {
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.modes",
+    "open_run": "plot.load",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
     "simulate": "studies.simulation",
@@ -40,8 +42,14 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
+
+
 def __getattr__(name: str) -> Any:
     """Public names are loaded when first used, so that a command loads only what it needs."""
+    if name == "__version__":
+        return import_module("hydrosim.outputs").program_version()
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
     module = import_module(f"hydrosim.{_HOME[name]}")

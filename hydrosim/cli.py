@@ -70,6 +70,26 @@ app.command()(statistics)
 app.command()(explain)
 app.command()(sweep)
 err = Console(stderr=True)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from hydrosim.outputs import program_version
+
+        show(f"hydrosim {program_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _of_all(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
 # Loading makes many objects that stay: they need not be gone through for garbage all the time, nor
 # at the end, where it would take a third of a second.
 gc.set_threshold(50_000)
