@@ -21,7 +21,7 @@ DOCS = ROOT / "docs"
 BESIDE = ("cases", "hydro_db", "benchmarks")
 SHOWN = {".md", ".png", ".yaml"}
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
-WIDEST = 60  # characters of what a key holds
+PLAIN = {"string": "a text", "boolean": "true or false", "integer": "a whole number"}
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -96,7 +96,7 @@ def _keys(kind: Any, title: str) -> str:
         for key, value in each["properties"].items():
             if value is not False:
                 default = "needed" if key in needed else _default(value.get("default"))
-                parts.append(f"| `{key}` | {_holds(value)} | {default} |")
+                parts.append(f"| `{key}` | {_holds(value, shared)} | {default} |")
     return "\n".join(parts) + "\n"
 
 
@@ -109,33 +109,33 @@ def _default(value: object) -> str:
     return "" if value in (None, [], {}) else f"`{value}`" if not isinstance(value, dict) else ""
 
 
-def _holds(value: dict[str, Any]) -> str:
+def _holds(value: dict[str, Any], shared: dict[str, Any]) -> str:
     """What a value is, in words."""
     said, examples = value.get("description", ""), value.get("examples", [])
     example = f", such as `{examples[0]}`" if examples and isinstance(examples[0], str) else ""
     if "$ref" in value:
-        name = _plain(value["$ref"].rsplit("/", 1)[1])
-        return f"[{name}](#{name.lower()})"
+        full = value["$ref"].rsplit("/", 1)[1]
+        name, target = _plain(full), shared[full]
+        return f"[{name}](#{name.lower()})" if "properties" in target else _holds(target, {})
+    if "enum" in value:
+        return ", ".join(f"`{x}`" for x in value["enum"])
     if said:
         return f"{said.splitlines()[0]}{example}"
     if "const" in value:
         return f"`{value['const']}`"
-    if "enum" in value:
-        return ", ".join(f"`{x}`" for x in value["enum"])
     if "allOf" in value:
-        return " or ".join(_holds(each["then"]) for each in value["allOf"])
+        return " or ".join(_holds(each["then"], shared) for each in value["allOf"])
     if "anyOf" in value:
-        found = [_holds(each) for each in value["anyOf"] if each.get("type") != "null"]
+        found = [_holds(each, shared) for each in value["anyOf"] if each.get("type") != "null"]
         return " or ".join(dict.fromkeys(x for x in found if x))
     if value.get("type") == "array":
         inner = value.get("items") or (value.get("prefixItems") or [{}])[0]
         count = value.get("minItems")
-        return f"a list of {f'{count} times ' if count and count > 1 else ''}{_holds(inner)}"
+        times = f"{count} times " if count and count > 1 else ""
+        return f"a list of {times}{_holds(inner, shared)}"
     if isinstance(value.get("additionalProperties"), dict):
-        return f"by name, {_holds(value['additionalProperties'])}"
-    return {"boolean": "true or false", "integer": "a whole number"}.get(
-        value.get("type", ""), value.get("type", "")
-    )
+        return f"by name, {_holds(value['additionalProperties'], shared)}"
+    return PLAIN.get(value.get("type", ""), value.get("type", ""))
 
 
 def commands() -> str:
