@@ -39,6 +39,7 @@ from hydrosim.commands.options import (
     placed,
     quantity,
 )
+from hydrosim.commands.report import report
 from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.sweep import sweep
@@ -63,6 +64,7 @@ app.command()(ballast)
 app.command()(case)
 app.command()(compare)
 app.command()(record)
+app.command()(report)
 app.command()(schema)
 app.command()(linear)
 app.command()(operability)

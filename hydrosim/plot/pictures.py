@@ -15,6 +15,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.panels import Panel, Series, apart, bands, lines, peak, picture
+from hydrosim.results.contact import crawl
 from hydrosim.results.stages import transferred
 
 STILL = 1e-6  # m or rad: what moves less does not move
@@ -197,12 +198,7 @@ def _modes(run: xr.Dataset) -> Panel:
 
 def _crawl(run: xr.Dataset) -> Iterator[Panel]:
     """How far the contact nodes have gone since the start; while open, where they last touched."""
-    gone = run.fender_node - run.fender_node[0]
-    rows = np.arange(run.sizes["time"])[:, None]
-    last = np.maximum.accumulate(np.where(run.fender_mode > 0, rows, -1))
-    held = np.take_along_axis(gone.values, np.maximum(last, 0)[:, :, None], axis=0)
-    held[last < 0] = np.nan
-    for axis, component in _components(gone.copy(data=held)):
+    for axis, component in _components(crawl(run)):
         yield _lines(run, f"crawl {axis}", "m", component)
 
 

@@ -44,6 +44,19 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     }
 
 
+def crawl(run: xr.Dataset) -> xr.DataArray:
+    """How far the contact nodes (time, fender, axis) have gone since the start [m]; while open,
+    where they last touched, not a number before that."""
+    node = run.fender_node.transpose("time", "fender", "axis")
+    gone = (node - node[0]).values
+    rows = np.arange(run.sizes["time"])[:, None]
+    touches = run.fender_mode.transpose("time", "fender").values > 0
+    last = np.maximum.accumulate(np.where(touches, rows, -1))
+    held = np.take_along_axis(gone, np.maximum(last, 0)[:, :, None], axis=0)
+    held[last < 0] = np.nan
+    return node.copy(data=held)
+
+
 def _moved(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
     """Displacement (nb, 2) in x and y of the mean place from beginning to end of a phase."""
     place = run.position.transpose("time", "body", "dof").values[:, :, :2]

@@ -99,12 +99,14 @@ def _channel(
     values["unit"] = scale.unit
     values["ramp"] = found.attrs["wave_ramp"]
     if basis["smallest"] == basis["largest"] not in LAWS:
-        text = _none(basis["largest"], values)
+        text = reason(basis["largest"], values)
         yield f"  {values['smallest']} to {values['largest']} {scale.unit}, {text}"
         return
     for side in SIDES:
         extreme = scale.factor * found[f"{kind}_extreme"].sel({**at, "side": side})
-        text = _extreme(extreme, basis[side]) if basis[side] in LAWS else _none(basis[side], values)
+        text = (
+            _extreme(extreme, basis[side]) if basis[side] in LAWS else reason(basis[side], values)
+        )
         yield f"  {side} {values[side]}, {text}"
 
 
@@ -121,7 +123,8 @@ def _in_phases(found: xr.Dataset, name: str, unit: str) -> Iterator[str]:
                 )
 
 
-def _none(basis: Basis, values: Mapping[str, object]) -> str:
+def reason(basis: Basis, values: Mapping[str, object]) -> str:
+    """Why a channel has no extremes; ``values`` are its figures, its unit and ``ramp``."""
     if basis == Basis.REGULAR:
         return "regular"
     return f"no extremes: {REASONS[basis].format(**values)}"

@@ -1,0 +1,30 @@
+"""`hydrosim report`: one HTML file that shows a result to people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.terminal import show
+
+
+def report(
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="REPORT.html", help="Page.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a report as one HTML file that needs no network: the case and its assumptions, stages,
+    statistics with intervals, series to look closer at, energy."""
+    from hydrosim.report import report_of, written_page
+
+    name = f"{run_file.stem}_report"
+    page = placed(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
+    size = written_page(report_of(run_file), page)
+    show(f"report    {page.path}, {size / 1e6:.1f} MB")

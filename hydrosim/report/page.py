@@ -1,0 +1,108 @@
+"""From a document to HTML: one file without links to others, in which nothing of a case can run.
+
+Texts are escaped by the template; data are JSON in which no character can end the element around
+it; a content security policy allows the program's own scripts and styles alone, by their digests.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator
+from hashlib import sha256
+from importlib.resources import files
+from itertools import count
+from typing import Any
+
+from hydrosim.errors import InputError
+from hydrosim.outputs import Output
+from hydrosim.report.blocks import Block, Chart, Document, Replay
+from hydrosim.report.envelopes import base64_of, packed, stretch
+
+LARGEST = 10_000_000  # bytes of a page
+ESCAPED = {ord(c): f"\\u{ord(c):04x}" for c in "<>&'"}  # none of them stands outside a text
+
+
+def written_page(document: Document, output: Output) -> int:
+    """Write a page; how many bytes it has. InputError where it would be too large to be sent."""
+    page = html(document, output.mark).encode("utf-8", "backslashreplace")
+    if len(page) > LARGEST:
+        found = f"{len(page) / 1e6:.1f} MB; expected at most {LARGEST / 1e6:g} MB"
+        raise InputError(
+            f"{output.path}: the page would have {found}. hydrosim plot draws pictures instead."
+        )
+    with output.written() as path:
+        path.write_bytes(page)
+    return len(page)
+
+
+def html(document: Document, mark: str) -> str:
+    """The page; ``mark`` says what it is and of which file."""
+    try:
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+    except ImportError:
+        raise InputError(
+            "a page needs jinja2. Install it: pip install 'hydrosim[report]'."
+        ) from None
+    own = files("hydrosim.report") / "templates"
+    scripts = ["page.js", *(["replay.js"] if _of(document, Replay) else [])]
+    codes = [(own / name).read_text("utf-8") for name in scripts]
+    style = (own / "page.css").read_text("utf-8")
+    environment = Environment(
+        loader=PackageLoader("hydrosim.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    numbers = count()
+    return environment.get_template("page.html").render(
+        document=document,
+        mark=mark,
+        policy=_policy(codes, style),
+        scripts=codes,
+        style=style,
+        data=embedded(_data(document)),
+        next_chart=lambda: next(numbers),
+    )
+
+
+def embedded(data: Any) -> str:
+    """JSON that can stand in an element of HTML."""
+    return json.dumps(data, allow_nan=False).translate(ESCAPED)
+
+
+def _data(document: Document) -> dict[str, Any]:
+    """What the scripts of the page draw."""
+    charts, time = list(_of(document, Chart)), document.time
+    size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
+    replays = [replay.data for replay in _of(document, Replay)]
+    return {
+        "time": base64_of(time[::size]),
+        "end": float(time[-1]) if time.size else 0.0,
+        "stretch": size,
+        "charts": [packed(chart, size) for chart in charts],
+        "replay": replays[0] if replays else None,
+    }
+
+
+def _of(document: Document, kind: type[Any]) -> list[Any]:
+    return [block for block in _blocks(document) if isinstance(block, kind)]
+
+
+def _blocks(document: Document) -> Iterator[Block]:
+    for section in document.sections:
+        yield from section.blocks
+
+
+def _policy(scripts: list[str], style: str) -> str:
+    """Nothing from elsewhere; scripts and styles of these digests alone."""
+    allowed = " ".join(_digest(code) for code in scripts)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src {_digest(style)};"
+        " base-uri 'none'; form-action 'none'"
+    )
+
+
+def _digest(code: str) -> str:
+    return f"'sha256-{b64encode(sha256(code.encode()).digest()).decode()}'"

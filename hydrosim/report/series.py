@@ -1,0 +1,165 @@
+"""Charts of a run: its motions, waves, contacts and forces over time, and the energy ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.dofs import DOFS
+from hydrosim.report.blocks import Block, Chart, Table, number
+from hydrosim.results.channels import names
+from hydrosim.results.channels import series as channel
+from hydrosim.results.contact import crawl
+from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
+
+LITTLE = 1e-9  # of the largest of a chart's lines: what is less throughout is rounding
+PARTS = {"stored": "stored", "work": "work done", "dissipated": "lost"}
+
+
+class Motions(NamedTuple):
+    """Charts of the translations and of the rotations of a variable over body and degree of
+    freedom: what they are called, their units and what SI is multiplied by."""
+
+    title: str
+    linear: tuple[str, float]
+    angular: tuple[str, float]
+
+
+class Lines(NamedTuple):
+    """A chart of a variable over time and one dimension."""
+
+    dim: str
+    title: str
+    unit: str
+    scale: float = 1.0
+
+
+PLACE = Motions("", ("m", 1.0), ("deg", float(np.degrees(1.0))))
+RATES = Motions("velocity ", ("m/s", 1.0), ("deg/s", float(np.degrees(1.0))))
+LOADS = Motions("force ", ("kN", 1e-3), ("kN m", 1e-3))
+FIRST = {
+    "fender_normal_force": Lines("fender", "Normal force of contacts", "kN", 1e-3),
+    "spring_tension": Lines("spring", "Tension of lines", "kN", 1e-3),
+    "clearance": Lines("gap", "Clearances", "m"),
+    "tank_level": Lines("tank", "Levels of tanks", "m"),
+    "slow_draught": Lines("body", "Slow draught", "m"),
+}
+THEN = {
+    "contact_load": Lines("contact_group", "Load of groups of contacts", "kN", 1e-3),
+    "fender_compression": Lines("fender", "Compression of contacts, negative when open", "m"),
+    "fender_slip_distance": Lines("fender", "Distance slipped", "m"),
+    "guide_force": Lines("guide", "Force of guides", "kN", 1e-3),
+    "pump_rate": Lines("pump", "Pump rates", "kg/s"),
+    "wave_elevation_at_probe": Lines("probe", "Waves at probes", "m"),
+}
+
+
+def main_charts(run: xr.Dataset) -> Iterator[Chart]:
+    """What people look at first."""
+    for body in map(str, run.body.values):
+        yield from _motions(run.position, body, PLACE, "displacement", "rotation")
+    if np.any(run.wave_elevation):
+        yield Chart("Wave elevation at the origin", "m", {"wave": _over_time(run.wave_elevation)})
+    if "fender_mode" in run:
+        yield Chart("Contact modes", "share of time", _each(run, "fender_mode", "fender"), 1, True)
+    yield from _lines(run, FIRST)
+    used = {n: channel(run, n)[0] for n in names(run) if n.startswith("utilisation.")}
+    yield from _shown(Chart("Utilisation of capacities", "1", used))
+    if "fender_node" in run:
+        gone = crawl(run)
+        for axis in map(str, gone.axis.values):
+            each = _each(gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender")
+            yield from _shown(Chart(f"Crawl of contact points in {axis}", "m", each))
+    if WEIGHT in run.coords and IMPULSE in run:
+        share = transferred(run).to_dataset(name="share")
+        each = _each(share, "share", "contact_group")
+        yield Chart("Share of the weight transferred", "%", each, 100.0)
+
+
+def more_charts(run: xr.Dataset) -> Iterator[Chart]:
+    """What is folded away: velocities, forces one by one, and more of the contacts."""
+    yield from _lines(run, THEN, folded=True)
+    for axis in map(str, run.axis.values) if "fender_friction" in run else ():
+        each = _each(run.sel(axis=axis), "fender_friction", "fender")
+        yield from _shown(Chart(f"Friction of contacts in {axis}", "kN", each, 1e-3, folded=True))
+    for body in map(str, run.body.values):
+        if "velocity" in run:
+            yield from _motions(run.velocity, body, RATES, "of translation", "of rotation", True)
+        for row in sorted(str(name) for name in run.data_vars if str(name).startswith("force_")):
+            of = LOADS._replace(title=f"{row.removeprefix('force_').replace('_', ' ')}, ")
+            yield from _motions(run[row], body, of, "force", "moment", True)
+
+
+def energies(run: xr.Dataset) -> Iterator[Chart]:
+    """The ledger over time."""
+    yield Chart("Kinetic energy", "MJ", {"kinetic": run.energy_kinetic.values}, 1e-6, folded=True)
+    for part, label in PARTS.items():
+        each = {name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)}
+        yield from _shown(Chart(f"Energy {label}", "MJ", each, 1e-6, folded=True))
+    residual = {"residual": run.energy_residual.values}
+    yield Chart("Residual of the ledger", "MJ", residual, 1e-6, folded=True)
+
+
+def ledger(run: xr.Dataset) -> Iterator[Block]:
+    """What became of the energy from start to end."""
+    if run.time.size < 1:
+        return
+    kinetic = run.energy_kinetic.values
+    rows = [("kinetic", number(kinetic[-1] * 1e-6, "MJ"), "held at the end")]
+    for part, label in PARTS.items():
+        for name in _ledger_names(run, part):
+            value = float(run[f"energy_{part}_{name}"].values[-1])
+            rows.append((name.replace("_", " "), number(value * 1e-6, "MJ"), label))
+    last = float(run.energy_residual.values[-1])
+    rows.append(("residual", number(last * 1e-6, "MJ"), "not accounted for"))
+    yield Table(("energy", "at the end", "what it is, since the start"), rows)
+
+
+def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
+    start = f"energy_{part}_"
+    found = (str(name) for name in run.data_vars if str(name).startswith(start))
+    return [name.removeprefix(start) for name in found if run[name].any()]
+
+
+def _motions(
+    of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
+) -> Iterator[Chart]:
+    each = of.sel(body=body)
+    for label, dofs, (unit, scale) in (
+        (linear, DOFS[:3], how.linear),
+        (angular, DOFS[3:], how.angular),
+    ):
+        series = {dof: _over_time(each.sel(dof=dof)) for dof in dofs}
+        title = f"{body}: {how.title}{label}"
+        yield from _shown(Chart(title, unit, series, scale, folded=folded))
+
+
+def _lines(run: xr.Dataset, table: dict[str, Lines], folded: bool = False) -> Iterator[Chart]:
+    for name, of in table.items():
+        if name in run and run[name].dims:
+            series = _each(run, name, of.dim)
+            yield from _shown(Chart(of.title, of.unit, series, of.scale, folded=folded))
+
+
+def _shown(chart: Chart) -> Iterator[Chart]:
+    """The chart of those lines that are more than rounding; none where there is none."""
+    peaks = {name: _peak(values) for name, values in chart.series.items()}
+    least = LITTLE * max(peaks.values(), default=0.0)
+    kept = {name: values for name, values in chart.series.items() if peaks[name] > least}
+    if kept:
+        yield Chart(chart.title, chart.unit, kept, chart.scale, chart.modes, chart.folded)
+
+
+def _peak(values: np.ndarray) -> float:
+    return float(np.abs(np.nan_to_num(values)).max(initial=0.0))
+
+
+def _each(run: xr.Dataset, name: str, dim: str) -> dict[str, np.ndarray]:
+    return {str(label): _over_time(run[name].sel({dim: label})) for label in run[dim].values}
+
+
+def _over_time(values: xr.DataArray) -> np.ndarray:
+    return np.asarray(values.values)

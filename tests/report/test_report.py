@@ -1,0 +1,171 @@
+"""The page of a report: its numbers, its texts, its size, and what it is refused for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command
+from recorded_runs import made_run
+from report_pages import HOSTILE, Page, chart, data_of, hostile_run
+
+from hydrosim.report.page import LARGEST, html
+from hydrosim.report.run import PARTS, run_document
+from hydrosim.results.output import write
+
+
+@pytest.fixture
+def report(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """`hydrosim report` in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return command(monkeypatch, capsys, "report")
+
+
+def page_of(run: xr.Dataset) -> str:
+    return html(run_document(run), "hydrosim 0: report of [run.nc]")
+
+
+def test_every_section_is_there_and_linked() -> None:
+    page = Page(page_of(made_run()))
+    ids = [of["id"] for tag, of in page.elements if tag == "section"]
+    assert ids == list(PARTS)
+    links = [of["href"] for tag, of in page.elements if tag == "a"]
+    assert links == [f"#{name}" for name in ids]
+    assert "Not assessed by this run" in page.texts["p"]
+
+
+def test_numbers_are_those_of_the_result() -> None:
+    run, rng = made_run(), np.random.default_rng(5)
+    data = data_of(page_of(run))
+    assert data["stretch"] == 1
+    for _ in range(20):
+        k, dof = rng.integers(run.time.size), rng.choice(["surge", "sway", "heave"])
+        shown = chart(data, "barge: displacement")[str(dof)][k]
+        assert shown == np.float32(run.position.sel(dof=dof).isel(body=0, time=k))
+    forces = chart(data, "Normal force of contacts")
+    for i, name in enumerate(run.fender.values):
+        np.testing.assert_array_equal(forces[name], run.fender_normal_force[:, i].astype("f4"))
+
+
+def test_envelopes_hold_every_record() -> None:
+    run = made_run(duration=1500.0)
+    data = data_of(page_of(run))
+    size = data["stretch"]
+    assert size > 1
+    low, high = chart(data, "barge: displacement")["heave"]
+    heave = run.position.sel(dof="heave").values[:, 0].astype("f4")
+    for k, (a, b) in enumerate(zip(low, high, strict=True)):
+        part = heave[k * size : (k + 1) * size]
+        assert (a, b) == (part.min(), part.max())
+    assert f"of each {size} records" in Page(page_of(run)).texts["p"]
+
+
+def test_values_in_tables_are_exact() -> None:
+    run = made_run()
+    page = Page(page_of(run))
+    values = {float(str(of["value"])) for tag, of in page.elements if tag == "data"}
+    assert float(run.position.sel(dof="heave").max()) in values
+    mean = float(run.fender_normal_force.mean("time")[0] * 1e-3)
+    assert min(abs(value - mean) for value in values) < 1e-12 * mean  # sums in another order
+
+
+def test_hostile_texts_are_texts() -> None:
+    plain, text = Page(page_of(made_run(duration=60.0))), page_of(hostile_run())
+    page = Page(text)
+    for tag in ("script", "style", "img", "iframe", "link", "svg"):
+        assert page.count(tag) == plain.count(tag)
+    assert not any(key.startswith("on") for _, of in page.elements for key in of)
+    assert HOSTILE in page.texts["h1"]
+    assert "{{ 7 * 7 }}" in page.texts["td"]
+    assert HOSTILE in page.texts["pre"].replace('\\"', '"').replace("\\\\", "\\").replace(
+        "\\u2028\\u2029", "\u2028\u2029"
+    )
+    titles = [each["title"] for each in data_of(text)["charts"]]
+    assert f"0 {HOSTILE}: displacement" in titles
+
+
+def test_only_own_scripts_may_run() -> None:
+    page = Page(page_of(made_run(duration=60.0)))
+    policy = next(of for _, of in page.elements if "content" in of)
+    assert policy["http-equiv"] == "Content-Security-Policy"
+    content = str(policy["content"])
+    assert content.startswith("default-src 'none'; script-src 'sha256-")
+    assert "unsafe" not in content
+    assert "http" not in content
+
+
+def test_runs_that_failed_or_are_short_have_a_page() -> None:
+    failed = made_run(duration=60.0).assign_attrs(status="failed", status_message="It sank.")
+    failed.position[100:] = np.nan
+    failed.velocity[100:] = 1e300
+    page = Page(page_of(failed))
+    assert "The run is failed: It sank." in page.texts["li"]
+    assert "some are no numbers" in page.texts["p"]
+    for count in (0, 1, 2):
+        page = Page(page_of(made_run(duration=60.0).isel(time=slice(count))))
+        assert "too few records" in page.texts["p"]
+
+
+def test_what_a_result_lacks_is_said() -> None:
+    run = made_run(duration=60.0).drop_vars("velocity")
+    run["fender_mode"].attrs.clear()
+    assert "The rest cannot be made of this result" in Page(page_of(run)).texts["li"]
+
+
+def test_long_runs_with_much_in_them_fit() -> None:
+    run = made_run(duration=600.0)
+    count = 20001
+    time = xr.DataArray(0.5 * np.arange(count), dims="time", attrs={"units": "s"})
+    long = run.isel(time=np.arange(count) % run.time.size).assign_coords(time=time)
+    more = {f"force_{k}": long.force_mooring for k in range(40)}
+    assert len(page_of(long.assign(more))) < LARGEST
+
+
+def test_the_command_writes_a_page(report: Command, tmp_path: Path) -> None:
+    write(made_run(duration=60.0), tmp_path / "made.nc")
+    result = report("made.nc")
+    assert (result.code, result.out) == (0, "report made_report.html, 0.1 MB")
+    text = (tmp_path / "made_report.html").read_text()
+    assert "report of [made.nc]" in text
+    assert report("made.nc").code == 0  # its own is replaced
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("none.nc", None, "there is no such file"),
+        ("empty.nc", b"", "cannot be read as netCDF"),
+        ("text.nc", b"title: a case\n", "cannot be read as netCDF"),
+    ],
+)
+def test_what_is_no_result_is_refused(
+    report: Command, tmp_path: Path, name: str, content: bytes | None, said: str
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    result = report(name)
+    assert result.code == 2
+    assert said in result.err
+    assert not list(tmp_path.glob("*.html"))
+
+
+def test_foreign_files_and_inputs_as_outputs_are_refused(report: Command, tmp_path: Path) -> None:
+    xr.Dataset({"depth": ("x", np.zeros(3))}).to_netcdf(tmp_path / "foreign.nc")
+    result = report("foreign.nc")
+    assert result.code == 2
+    assert "is netCDF without position" in result.err
+    needed = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+    alike = xr.Dataset({name: ("x", np.zeros(3)) for name in needed})
+    alike.to_netcdf(tmp_path / "alike.nc")
+    result = report("alike.nc")
+    assert result.code == 2
+    assert "has no coordinate time, body, dof" in result.err
+    write(made_run(duration=60.0), tmp_path / "made.html.nc")
+    (tmp_path / "mine.html").write_text("a page of mine")
+    assert report("made.html.nc", "-o", "mine.html").code == 2
+    assert report("made.html.nc", "-o", "made.html.nc").code == 2
+    assert (tmp_path / "mine.html").read_text() == "a page of mine"
