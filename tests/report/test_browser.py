@@ -39,13 +39,9 @@ def test_charts_follow_keys_and_legends(tmp_path: Path) -> None:
         canvas = page.locator("canvas[data-chart]").first
         canvas.focus()
         legend = page.locator(".legend").first
-        for key, said_then in {
-            "ArrowRight": "at 306 s",
-            "+": "",
-            "ArrowRight ": "at 309 s",
-        }.items():
+        for key, read in (("ArrowRight", "at 306 s"), ("+", ""), ("ArrowRight", "at 309 s")):
             canvas.press(key)
-            assert until(page, lambda expected=expected: expected in legend.inner_text())
+            assert until(page, lambda read=read: read in legend.inner_text())
         assert " to " not in legend.inner_text()  # every record is drawn
         assert " m" in legend.inner_text()
         canvas.press("0")
