@@ -114,12 +114,17 @@ def assumed(run: xr.Dataset) -> Iterator[Block]:
         yield Points(warnings, grave=True)
     else:
         yield Text("The run holds no warnings.")
+    yield assumptions(run)
+
+
+def assumptions(run: xr.Dataset) -> Table:
+    """All that a run, or runs of which each has the same, says of its assumptions."""
     rows = [(label, _shown(run.attrs[key])) for key, label in SAID.items() if key in run.attrs]
     for start, label in OF_BODIES.items():
-        for body in map(str, run.body.values):
+        for body in map(str, run.body.values if "body" in run.coords else ()):
             if (key := f"{start}_{body}") in run.attrs:
                 rows.append((f"{label} {body}", _shown(run.attrs[key])))
-    yield Table(("assumption", ""), rows)
+    return Table(("assumption", ""), rows)
 
 
 def _environment(water: Any) -> Iterator[tuple[str, str]]:

@@ -69,6 +69,29 @@ class Chart:
 
 
 @dataclass(frozen=True)
+class Curve:
+    """A line through ``y`` (n,) over ``x`` (n,), from ``low`` to ``high``; ``remarks`` (n,) are
+    what points say when they are pointed at."""
+
+    x: np.ndarray
+    y: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    remarks: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves by their names, over something other than time."""
+
+    kind: ClassVar[str] = "curves"
+    title: str
+    x_label: str
+    y_label: str
+    curves: dict[str, Curve]
+
+
+@dataclass(frozen=True)
 class Replay:
     """A scene in three dimensions, as `hydrosim.report.replay` describes it."""
 
@@ -77,7 +100,7 @@ class Replay:
     notes: Sequence[str]
 
 
-Block = Text | Points | Table | Code | Chart | Replay
+Block = Text | Points | Table | Code | Chart | Curves | Replay
 
 
 @dataclass(frozen=True)
@@ -91,7 +114,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A page: its ``title``, what it is of in ``facts``, the ``time`` (nt,) [s] of its charts."""
+    """A page: its ``title``, what it is of in short, the ``time`` (nt,) [s] of its charts."""
 
     title: str
     subtitle: str

@@ -17,6 +17,7 @@ from typing import Any
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.report.blocks import Block, Chart, Document, Replay
+from hydrosim.report.curves import drawn
 from hydrosim.report.envelopes import base64_of, packed, stretch
 
 LARGEST = 10_000_000  # bytes of a page
@@ -64,6 +65,7 @@ def html(document: Document, mark: str) -> str:
         style=style,
         data=embedded(_data(document)),
         next_chart=lambda: next(numbers),
+        drawn=drawn,
     )
 
 

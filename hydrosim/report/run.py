@@ -9,10 +9,11 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.report.assumptions import assumed, case_blocks, outcome
-from hydrosim.report.blocks import Block, Document, Points, Section, Text
+from hydrosim.report.blocks import Block, Document, Text
 from hydrosim.report.convergence import convergence
 from hydrosim.report.envelopes import stretch
 from hydrosim.report.figures import contact_blocks, statistics_blocks
+from hydrosim.report.parts import sections_of, title_of
 from hydrosim.report.series import energies, ledger, main_charts, more_charts
 from hydrosim.results.output import REMEDY
 
@@ -29,35 +30,14 @@ def run_document(run: xr.Dataset) -> Document:
     """The report of a run, also of one that failed or was interrupted."""
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
-    parts = ((name, title, list(_tried(of, run))) for name, (title, of) in PARTS.items())
-    sections = [Section(*part) for part in parts if part[2]]
-    return Document(title_of(run), _subtitle(run), sections, run.time.values.astype(float))
-
-
-def _tried(of: Callable[[xr.Dataset], Iterator[Block]], run: xr.Dataset) -> Iterator[Block]:
-    """A part of the report; of a result of another version or origin, what of it can be made."""
-    try:
-        yield from of(run)
-    except (KeyError, ValueError, AttributeError, IndexError) as error:
-        found = f"{type(error).__name__}: {error}"
-        yield Points(
-            [
-                f"The rest cannot be made of this result, which lacks or has otherwise what"
-                f" this version of hydrosim writes ({found}). Run the case again."
-            ],
-            grave=True,
-        )
+    time = run.time.values.astype(float)
+    return Document(title_of(run), _subtitle(run), sections_of(PARTS, run), time)
 
 
 def _energy(run: xr.Dataset) -> Iterator[Block]:
     yield from ledger(run)
     if run.time.size > 1:
         yield from energies(run)
-
-
-def title_of(run: xr.Dataset) -> str:
-    """The title of a run, or that it has none."""
-    return str(run.attrs.get("title", "")).strip() or "Run without a title"
 
 
 def _subtitle(run: xr.Dataset) -> str:

@@ -1,0 +1,83 @@
+"""Where the points, bars and ticks of curves are in a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import ceil, floor, log10
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.report.blocks import Curve, Curves, digits_of
+
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 320, 70, 700, 24, 270
+PAD = 0.05  # of a range, on both sides
+STEPS = (1.0, 2.0, 5.0, 10.0)  # between ticks, times a power of ten
+
+
+class Point(NamedTuple):
+    """A point with its bar, and what is said of it."""
+
+    x: float
+    y: float
+    low: float
+    high: float
+    said: str
+
+
+class Drawn(NamedTuple):
+    """A picture of curves."""
+
+    lines: list[list[Point]]
+    x_ticks: list[tuple[float, str]]
+    y_ticks: list[tuple[float, str]]
+    width: int = WIDTH
+    height: int = HEIGHT
+    left: int = LEFT
+    right: int = RIGHT
+    top: int = TOP
+    bottom: int = BOTTOM
+
+
+def drawn(of: Curves) -> Drawn:
+    """The picture of curves, of those points that are numbers."""
+    each = list(of.curves.values())
+    x = _range(np.concatenate([c.x for c in each]))
+    y = _range(np.concatenate([part for c in each for part in (c.y, c.low, c.high)]))
+    across, up = _scale(x, LEFT, RIGHT), _scale(y, BOTTOM, TOP)
+    lines = [list(_points(name, c, across, up)) for name, c in of.curves.items()]
+    x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
+    return Drawn(lines, x_ticks, [(up(t), digits_of(t)) for t in ticks(*y)])
+
+
+def ticks(low: float, high: float, count: int = 6) -> list[float]:
+    """Round numbers from ``low`` to ``high``, about so many."""
+    power = 10.0 ** floor(log10((high - low) / count))
+    step = next(s * power for s in STEPS if s * power >= (high - low) / count)
+    return [k * step for k in range(ceil(low / step), floor(high / step) + 1)]
+
+
+def _points(
+    name: str, curve: Curve, across: Callable[[float], float], up: Callable[[float], float]
+) -> Iterator[Point]:
+    remarks = curve.remarks or [""] * curve.x.size
+    for x, y, low, high, remark in zip(
+        *(curve.x, curve.y, curve.low, curve.high, remarks), strict=True
+    ):
+        if np.isfinite([x, y]).all():
+            ends = [value if np.isfinite(value) else y for value in (low, high)]
+            said = f"{name}: {digits_of(y)} ({digits_of(ends[0])} to {digits_of(ends[1])}) {remark}"
+            yield Point(across(x), up(y), up(ends[0]), up(ends[1]), said.strip())
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    if known.size == 0:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    pad = PAD * (high - low) or PAD * abs(high) or 1.0
+    return low - pad, high + pad
+
+
+def _scale(of: tuple[float, float], begin: float, end: float) -> Callable[[float], float]:
+    return lambda value: round(begin + (value - of[0]) / (of[1] - of[0]) * (end - begin), 2)

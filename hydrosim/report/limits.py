@@ -1,0 +1,125 @@
+"""The report of limits of operation: significant heights, their confidence, what governs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.report.blocks import (
+    Block,
+    Curve,
+    Curves,
+    Document,
+    Number,
+    Points,
+    Table,
+    Text,
+    number,
+)
+from hydrosim.report.parts import sections_of, title_of
+
+NEEDED = ("limit", "low", "high", "governing")
+SAID = {
+    "method": "method",
+    "probability": "share of the seas that hold all criteria",
+    "confidence": "confidence of the intervals",
+    "seeds": "seeds",
+    "runs": "runs",
+    "runs_of_all": "runs of a whole grid",
+    "lowest": "lowest height looked at [m]",
+    "highest": "highest height looked at [m]",
+    "apart": "heights apart [m]",
+}
+OVER = ("stage", "swell", "heading", "peak_period")
+
+
+def is_limits(found: xr.Dataset) -> bool:
+    """Whether a dataset is what `hydrosim operability` writes."""
+    return all(name in found for name in NEEDED) and set(OVER) <= set(found.limit.dims)
+
+
+def limits_document(found: xr.Dataset) -> Document:
+    """The report of limits of operation."""
+    share = float(found.attrs.get("probability", np.nan))
+    said = f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
+    return Document(title_of(found), said, sections_of(PARTS, found))
+
+
+def _criteria(found: xr.Dataset) -> Iterator[str]:
+    yield from str(found.attrs.get("criteria", "none are named")).splitlines()
+
+
+def _outcome(found: xr.Dataset) -> Iterator[Block]:
+    yield Points(list(_criteria(found)))
+    if "failed" in found.attrs:
+        yield Points([str(found.attrs["failed"])], grave=True)
+    for stage in found.stage.values:
+        at = found.sel(stage=stage)
+        title = f"Limits of {stage}" if found.sizes["stage"] > 1 else "Limits"
+        curves = {name: _curve(each, found) for name, each in _each(at)}
+        yield Curves(title, "peak period [s]", "significant height [m]", curves)
+    head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
+    yield Table(head, list(_rows(found)))
+
+
+def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Limits over the peak period, of each heading and swell, by what the waves are."""
+    for swell in at.swell.values:
+        for heading in at.heading.values:
+            name = f"to {np.degrees(float(heading)):g} deg"
+            name += "" if swell == "none" else f", swell {swell}"
+            yield name, at.sel(swell=swell, heading=heading)
+
+
+def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
+    top = float(found.attrs.get("highest", np.inf))
+    points = zip(at.peak_period.values, at.governing.values, strict=True)
+    remarks = [f"m at {period:g} s {_governed(by)}" for period, by in points]
+    high = np.minimum(at.high.values, top)
+    return Curve(at.peak_period.values, at.limit.values, at.low.values, high, remarks)
+
+
+def _governed(by: object) -> str:
+    return f"governed by {by}" if str(by) else ""
+
+
+def _rows(found: xr.Dataset) -> Iterator[list[str | Number]]:
+    for stage in found.stage.values:
+        for name, at in _each(found.sel(stage=stage)):
+            for k, period in enumerate(at.peak_period.values):
+                one = at.isel(peak_period=k)
+                low, high = (number(float(one[end])).text for end in ("low", "high"))
+                interval = f"{low} to {'above all' if np.isinf(one.high) else high} m"
+                limit = number(float(one.limit), "m")
+                by = str(one.governing.values) or "none up to the highest"
+                yield [str(stage), name, number(float(period), "s"), limit, interval, by]
+
+
+def _assumed(found: xr.Dataset) -> Iterator[Block]:
+    known = {said: _shown(found.attrs[name]) for name, said in SAID.items() if name in found.attrs}
+    yield Table(("assumption", ""), list(known.items()))
+    yield Text(
+        "A limit of 0 is below all heights that were looked at; one at the highest of them may be"
+        " higher. Between peak periods nothing was computed."
+    )
+
+
+def _shown(value: object) -> str | Number:
+    return value if isinstance(value, str) else number(float(str(value)))
+
+
+def _convergence(found: xr.Dataset) -> Iterator[Block]:
+    if "otherwise" in found and found.attrs.get("runs"):
+        inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
+        yield Text(f"Of {inferred} runs at limits inferred from other heights, {wrong} differ.")
+    yield Text("Not assessed: how limits change with the step of the solver.")
+
+
+PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+    "outcome": ("Limits", _outcome),
+    "assumptions": ("Assumptions", _assumed),
+    "convergence": ("Convergence", _convergence),
+}
+"""Sections by name: the heading, and what makes it of limits."""

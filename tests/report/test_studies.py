@@ -1,0 +1,103 @@
+"""Reports of studies and of limits of operation."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from report_pages import HOSTILE, Page
+
+from hydrosim.report.curves import ticks
+from hydrosim.report.limits import is_limits, limits_document
+from hydrosim.report.page import html
+from hydrosim.report.study import study_document
+
+
+def study(values: int = 3, seeds: int = 4, text: str = "plain") -> xr.Dataset:
+    """A study of one parameter: crawl is 10 times that, +-1 over seeds; the last run failed."""
+    count = values * seeds
+    value = np.repeat(np.arange(values, dtype=float), seeds)
+    off = np.where(np.arange(count) % 2, 1.0, -1.0)
+    plan = {"design": "grid", "samples": None, "parameters": {"slip": ["slip"]}}
+    crawl = 10.0 * value + off
+    crawl[-1] = np.nan
+    return xr.Dataset(
+        {
+            "status": ("run", ["complete"] * (count - 1) + ["failed"]),
+            "status_message": ("run", [""] * (count - 1) + [text]),
+            "warnings": ("run", [text] * count),
+            "crawl": ("run", crawl, {"units": "m"}),
+            "energy_residual_relative": ("run", np.full(count, 1e-7)),
+        },
+        {"slip": ("run", value, {"units": "N s/m"}), "seed": ("run", np.arange(count) % seeds)},
+        {"title": text, "design": json.dumps({"plans": {"": plan}, "figures": ["crawl"]})},
+    )
+
+
+def limits(text: str = "heave") -> xr.Dataset:
+    over = ("stage", "swell", "heading", "peak_period")
+    limit = np.array([0.8, 0.9]).reshape(1, 1, 1, 2)
+    return xr.Dataset(
+        {
+            "limit": (over, limit),
+            "low": (over, limit - 0.1),
+            "high": (over, np.array([0.9, np.inf]).reshape(1, 1, 1, 2)),
+            "governing": (over, np.array([text, ""]).reshape(1, 1, 1, 2)),
+        },
+        {"stage": ["all"], "swell": ["none"], "heading": [0.5], "peak_period": [6.0, 9.0]},
+        {"title": text, "criteria": text, "probability": 0.9, "highest": 3.0, "seeds": 10},
+    )
+
+
+def test_a_study_shows_means_with_their_intervals() -> None:
+    page = Page(html(study_document(study()), "mark"))
+    values = [float(str(of["value"])) for tag, of in page.elements if tag == "data"]
+    assert {0.0, 10.0}.issubset(values)
+    assert page.count("circle") == 3
+    assert "failed: plain (1 runs: 11)" in page.texts["li"]
+    assert "plain (12 of 12 runs)" in page.texts["li"]
+    assert "crawl at 1: 10" not in page.texts["title"]
+    assert "crawl: 10 (" in page.texts["title"]
+    assert "90 % interval" in page.texts["p"]
+
+
+def test_points_stand_where_their_numbers_are() -> None:
+    page = Page(html(study_document(study()), "mark"))
+    circles = [of for tag, of in page.elements if tag == "circle"]
+    x, y = (np.array([float(str(of[key])) for of in circles]) for key in ("cx", "cy"))
+    np.testing.assert_allclose(np.diff(x, 2), 0.0, atol=0.02)  # slip is 0, 1, 2
+    third = np.mean([1.0, -1.0, -1.0])  # of the runs that are complete
+    assert (y[2] - y[1]) / (y[1] - y[0]) == pytest.approx((10.0 + third) / 10.0, abs=1e-3)
+
+
+def test_many_runs_fit() -> None:
+    assert len(html(study_document(study(10, 100)), "mark")) < 300_000
+
+
+def test_hostile_texts_are_texts() -> None:
+    for one in (study_document(study(text=HOSTILE)), limits_document(limits(HOSTILE))):
+        page = Page(html(one, "mark"))
+        assert page.count("script") == 2
+        assert page.count("img") == 0
+        assert HOSTILE in page.texts["h1"]
+
+
+def test_limits_are_shown_with_what_governs() -> None:
+    assert is_limits(limits())
+    assert not is_limits(study())
+    page = Page(html(limits_document(limits()), "mark"))
+    assert page.count("circle") == 2
+    assert "0.8 to above all m" in page.texts["td"]
+    assert "none up to the highest" in page.texts["td"]
+    assert "governed by heave" in page.texts["title"]
+
+
+def test_a_study_without_a_plan_says_so() -> None:
+    bare = study().drop_attrs()
+    assert "does not say its plan" in Page(html(study_document(bare), "mark")).texts["p"]
+
+
+def test_ticks_are_round() -> None:
+    np.testing.assert_allclose(ticks(0.7, 3.1), [1.0, 1.5, 2.0, 2.5, 3.0])
