@@ -25,20 +25,26 @@ ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 def ballast(
     case_file: CaseFile,
-    time: Annotated[str, typer.Option(help="Of the loading condition.")] = "0 s",
+    time: Annotated[
+        str, typer.Option(help="Show the loading condition at this time [s], or with a unit.")
+    ] = "0 s",
     lift: Annotated[
-        str | None, typer.Option(help='Plan: weight to take out, "20000 tonne_force".')
+        str | None, typer.Option(help='Plan to take out this weight [N]: "20000 tonne_force".')
     ] = None,
-    rise: Annotated[str | None, typer.Option(help='Plan: how far to rise, "0.5 m".')] = None,
-    within: Annotated[str, typer.Option(help="Time for the plan.")] = "1 hour",
-    body: Annotated[str | None, typer.Option(help="The body of the plan.")] = None,
+    rise: Annotated[
+        str | None, typer.Option(help='Plan to rise by this much [m]: "0.5 m".')
+    ] = None,
+    within: Annotated[
+        str, typer.Option(help="Let the plan take at most this time [s], or with a unit.")
+    ] = "1 hour",
+    body: Annotated[str | None, typer.Option(help="Plan for this body.")] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="Picture.")
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="Draw it there.")
     ] = None,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
-    """Loading condition of bodies with tanks, as tables and a picture; plans of their pumps."""
+    """Print and draw the loading condition of bodies with tanks; plan their pumps."""
     from hydrosim.case import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.forces.ballast.events import triggered_pumps

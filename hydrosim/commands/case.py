@@ -11,9 +11,9 @@ from hydrosim.errors import InputError
 
 
 def case(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
     number: Annotated[
-        int | None, typer.Option("--run", help="Which one of a result of many, from 0 on.")
+        int | None, typer.Option("--run", help="Take this run of a result of many, counted from 0.")
     ] = None,
 ) -> None:
     """Print the case that repeats a run, with every default and what was chosen for it.

@@ -13,49 +13,75 @@ from hydrosim.commands.options import Overwrite, numbers, placed
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
-RunFile = Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")]
+RunFile = Annotated[
+    Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
+]
 Channels = Annotated[
-    str | None, typer.Option(help="Of the run, by commas; * stands for anything: position.*")
+    str | None,
+    typer.Option(help="Take these channels of the run, by commas; * is anything: position.*"),
 ]
 
 
 def compare(
     run_file: RunFile,
     recorded: Annotated[
-        Path, typer.Argument(metavar="RECORDED", help="Text, MATLAB, HDF5, netCDF or a run.")
+        Path,
+        typer.Argument(
+            metavar="RECORDED", help="What to lay it over: text, MATLAB, HDF5, netCDF or a run."
+        ),
     ],
     mapping: Annotated[
         Path | None,
-        typer.Option("--mapping", "-m", metavar="MAP.yaml", help="Which column is which channel."),
+        typer.Option(
+            "--mapping",
+            "-m",
+            metavar="MAP.yaml",
+            help="Read from this file which column is which channel.",
+        ),
     ] = None,
     tolerance: Annotated[
         list[str],
-        typer.Option(metavar="[CHANNEL=]NUMBER", help="Of rms over std; exit code 1 beyond it."),
+        typer.Option(
+            metavar="[CHANNEL=]NUMBER", help="End with code 1 if rms over std is beyond this."
+        ),
     ] = [],  # noqa: B006  typer copies it
     shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
     channels: Channels = None,
     start: Annotated[
         float,
         typer.Option(
-            "--from", metavar="SECONDS", help="Leave out what is before.", show_default=False
+            "--from",
+            metavar="SECONDS",
+            help="Leave out what is before this time [s].",
+            show_default=False,
         ),
     ] = -inf,
     end: Annotated[
         float,
         typer.Option(
-            "--to", metavar="SECONDS", help="Leave out what is after.", show_default=False
+            "--to",
+            metavar="SECONDS",
+            help="Leave out what is after this time [s].",
+            show_default=False,
         ),
     ] = inf,
-    bands: Annotated[str, typer.Option(help="Edges of the wave band, in rad/s.")] = "0.1,2.5",
+    bands: Annotated[
+        str, typer.Option(help="Count as waves what is between these frequencies [rad/s].")
+    ] = "0.1,2.5",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="RESIDUALS.nc", help="Series and figures."),
+        typer.Option(
+            "--output", "-o", metavar="RESIDUALS.nc", help="Write series and figures there."
+        ),
     ] = None,
     exact: Annotated[
-        bool, typer.Option("--exact", help="Whether two results are identical; exit code 1 if not.")
+        bool,
+        typer.Option(
+            "--exact", help="Say whether two results are identical; end with code 1 if not."
+        ),
     ] = False,
     but: Annotated[
-        str, typer.Option(metavar="NAMES", help="What --exact leaves out, by commas.")
+        str, typer.Option(metavar="NAMES", help="Leave these names out of --exact, by commas.")
     ] = "",
     overwrite: Overwrite = False,
 ) -> None:
@@ -136,13 +162,21 @@ def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:
 
 def record(
     run_file: RunFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Text file.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Write this text file.")
+    ],
     channels: Channels = None,
     step: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Between times; else those of the run.")
+        float | None,
+        typer.Option(
+            metavar="SECONDS", help="Write a row every so often [s]; else at the run's times."
+        ),
     ] = None,
     digits: Annotated[
-        int, typer.Option(min=1, max=17, help="Significant; 17 are read back exactly.")
+        int,
+        typer.Option(
+            min=1, max=17, help="Write so many significant digits; 17 are read back exactly."
+        ),
     ] = 17,
     overwrite: Overwrite = False,
 ) -> None:

@@ -20,12 +20,16 @@ if TYPE_CHECKING:
     from hydrosim.database.given import Given
     from hydrosim.outputs import Output
 
-app = typer.Typer(no_args_is_help=True, help="Hydrodynamic databases: look, check, convert, make.")
+app = typer.Typer(
+    no_args_is_help=True, help="Look at, check, convert and make hydrodynamic databases."
+)
 
 PICTURES = (".png", ".pdf", ".svg")
 MOST = 1_000_000  # steps of a table
 
-DatabaseFile = Annotated[Path, typer.Argument(metavar="FILE", help="Hydrodynamic database.")]
+DatabaseFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="The hydrodynamic database to read.")
+]
 
 
 @app.command()
@@ -43,9 +47,11 @@ def info(file: DatabaseFile, given: Given) -> None:
 @with_given
 def check(
     file: DatabaseFile,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if one fails.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="End with code 1 if a check fails.")
+    ] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it, too.")
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it there, too.")
     ] = None,
     overwrite: Overwrite = False,
     *,
@@ -80,17 +86,19 @@ def check(
 @with_given
 def convert(
     file: DatabaseFile,
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="Its suffix is the format.")],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Where to write it; its suffix is the format.")
+    ],
     accept: Annotated[
-        str | None, typer.Option(help="Names of checks that do not refuse it, kept in .nc files.")
+        str | None, typer.Option(help="Accept what these checks find, by name; kept in .nc files.")
     ] = None,
     frequencies: Annotated[
-        str | None, typer.Option(help='Lowest and highest that are kept: "0, 3 rad/s".')
+        str | None, typer.Option(help='Keep frequencies between these [rad/s]: "0, 3 rad/s".')
     ] = None,
     without: Annotated[str | None, typer.Option(help="Leave out drift, qtf, loads.")] = None,
     symmetrise: Annotated[bool, typer.Option("--symmetrise", help="Mend the symmetries.")] = False,
     bodies_apart: Annotated[
-        bool, typer.Option("--bodies-apart", help="Without coupling between bodies.")
+        bool, typer.Option("--bodies-apart", help="Leave out the coupling between bodies.")
     ] = False,
     overwrite: Overwrite = False,
     *,
@@ -124,10 +132,10 @@ def convert(
 @with_given
 def kernel(
     file: DatabaseFile,
-    until: Annotated[float, typer.Option(min=1e-3, help="Last time, in seconds.")] = 100.0,
-    every: Annotated[float, typer.Option(min=1e-6, help="Between times, in seconds.")] = 0.1,
+    until: Annotated[float, typer.Option(min=1e-3, help="Write up to this time [s].")] = 100.0,
+    every: Annotated[float, typer.Option(min=1e-6, help="Write a row every so often [s].")] = 0.1,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Table.")
+        Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Write this table.")
     ] = None,
     overwrite: Overwrite = False,
     *,
@@ -153,11 +161,11 @@ def kernel(
 
 @app.command()
 def build(
-    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe of the database.")],
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="The recipe to read.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Database file.")
+        Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Write this database.")
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Use so many processes.")] = 1,
     picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it

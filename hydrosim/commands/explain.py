@@ -20,25 +20,29 @@ if TYPE_CHECKING:
 
 def explain(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a sweep.")
+        Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a sweep.")
     ],
-    direction: Annotated[str, typer.Option(help="Surge, sway or heave.")] = "surge",
-    body: Annotated[str | None, typer.Option(help="The body; else the first that moves.")] = None,
+    direction: Annotated[str, typer.Option(help="Explain surge, sway or heave.")] = "surge",
+    body: Annotated[
+        str | None, typer.Option(help="Explain this body; else the first that moves.")
+    ] = None,
     start: Annotated[
-        float | None, typer.Option("--from", metavar="SECONDS", help="Leave out what is before.")
+        float | None,
+        typer.Option("--from", metavar="SECONDS", help="Leave out what is before this time [s]."),
     ] = None,
     until: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Leave out what is after.")
+        float | None, typer.Option(metavar="SECONDS", help="Leave out what is after this time [s].")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="Result file.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="Where to write the result."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Mean forces, friction by what makes it, and displacement and work by contact mode, per stage.
+    """Say why a body moved: mean forces, friction by what makes it, displacement and work by mode.
 
-    Of a run with `output: {impulses: true}`; of a study of such runs means over the runs of each
-    combination of its parameters, with intervals of 90 %, and a picture of the first.
+    It takes a run with `output: {impulses: true}`. Of a study of such runs it tells means over the
+    runs of each combination of its parameters, with intervals of 90 %, and draws the first.
     """
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.explain_rows import AXES, explanation

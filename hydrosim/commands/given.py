@@ -29,13 +29,29 @@ class _Numbers(NamedTuple):
     of_body: int = 0
 
 
-_PLACE = ("x, y, z.", "coordinate", "m", "-4.9 m", 3)
+_PLACE = ("Give x, y, z [m].", "coordinate", "m", "-4.9 m", 3)
 _NUMBERS = {
-    "length": _Numbers("--length", "That a program divided by.", "length", "m", "1 m"),
-    "water_density": _Numbers("--density", "Of the water.", "density", "kg/m^3", "1.025 tonne/m^3"),
-    "gravity": _Numbers("--gravity", "", "acceleration", "m/s^2", "9.81 m/s^2"),
-    "water_depth": _Numbers("--depth", 'Of the water, or "infinite".', "depth", "m", "100 m"),
-    "volume": _Numbers("--volume", "Displaced.", "volume", "m^3", "1000 m^3", 1),
+    "length": _Numbers("--length", "Undo a division by this length [m].", "length", "m", "1 m"),
+    "water_density": _Numbers(
+        "--density",
+        "Give the density of the water [kg/m^3].",
+        "density",
+        "kg/m^3",
+        "1.025 tonne/m^3",
+    ),
+    "gravity": _Numbers(
+        "--gravity",
+        "Give the acceleration of gravity [m/s^2].",
+        "acceleration",
+        "m/s^2",
+        "9.81 m/s^2",
+    ),
+    "water_depth": _Numbers(
+        "--depth", 'Give the depth of the water [m], or "infinite".', "depth", "m", "100 m"
+    ),
+    "volume": _Numbers(
+        "--volume", "Give the displaced volume [m^3].", "volume", "m^3", "1000 m^3", 1
+    ),
     "centre_of_buoyancy": _Numbers("--centre-of-buoyancy", *_PLACE),
     "centre_of_gravity": _Numbers("--centre-of-gravity", *_PLACE),
     "reference_point": _Numbers("--reference-point", *_PLACE),
@@ -46,11 +62,16 @@ _OPTIONS: dict[str, Any] = {
         for name, row in _NUMBERS.items()
     },
     "frequency_column": Annotated[
-        str | None, typer.Option(help="What tables have: period, frequency or a wavenumber.")
+        str | None, typer.Option(help="Say what tables have: period, frequency or a wavenumber.")
     ],
-    "draught": Annotated[str | None, typer.Option(help="Name of one of several in the file.")],
+    "draught": Annotated[
+        str | None, typer.Option(help="Take this one of several draughts in the file, by its name.")
+    ],
     "port_starboard_symmetric": Annotated[
-        bool | None, typer.Option("--symmetric/--not-symmetric", help="Each body, in y = 0.")
+        bool | None,
+        typer.Option(
+            "--symmetric/--not-symmetric", help="Say whether each body is its own mirror image."
+        ),
     ],
 }
 

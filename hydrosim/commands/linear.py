@@ -33,27 +33,33 @@ SHOWN, LITTLE = 3, 0.05  # coordinates of a mode that are told; shares of energy
 
 def linear(
     case_file: CaseFile,
-    time: Annotated[float, typer.Option(help="Of the applied forces [s].")] = 0.0,
+    time: Annotated[
+        float, typer.Option(help="Take applied forces and tanks at this time [s].")
+    ] = 0.0,
     headings: Annotated[
-        str | None, typer.Option(help="Of the RAOs [deg], by commas; else the sea's.")
+        str | None,
+        typer.Option(help="Compute RAOs for these headings [deg], by commas; else the sea's."),
     ] = None,
     periods: Annotated[
-        str | None, typer.Option(help="Of the RAOs [s], by commas; else the databases'.")
+        str | None,
+        typer.Option(help="Compute RAOs at these periods [s], by commas; else the databases'."),
     ] = None,
     own: Annotated[
-        bool, typer.Option("--database", help="Added mass and damping of the databases.")
+        bool, typer.Option("--database", help="Use added mass and damping as databases have them.")
     ] = False,
     contacts: Annotated[
-        str, typer.Option(help="That are pressed at rest: stuck, sliding (no friction) or open.")
+        str,
+        typer.Option(help="Take contacts pressed at rest as stuck, sliding (no friction) or open."),
     ] = "stuck",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="LINEAR.nc", help="Result file.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="LINEAR.nc", help="Where to write the result."),
     ] = None,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
-    """Place at rest without friction, natural modes, RAOs, response in the sea: tables, picture and
-    netCDF."""
+    """Compute the place at rest without friction, natural modes, RAOs and the response in the sea;
+    print tables, draw a picture, write netCDF."""
     import numpy as np
 
     from hydrosim.case import load_case

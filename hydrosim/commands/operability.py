@@ -23,17 +23,23 @@ err = Console(stderr=True)
 
 
 def operability(
-    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file.")],
+    study_file: Annotated[
+        Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")
+    ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="LIMITS.nc", help="Result file.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="LIMITS.nc", help="Where to write the result."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
+        int | None,
+        typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Limiting significant heights over peak periods, headings and swells, with their confidence;
-    workability in a scatter diagram, waiting times in a hindcast."""
+    """Find limiting significant heights over peak periods, headings and swells, with confidence.
+
+    It also tells the workability in a scatter diagram and waiting times in a hindcast.
+    """
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.output import write
     from hydrosim.studies.operability.study import limits_of, load_limits

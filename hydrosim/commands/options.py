@@ -16,7 +16,7 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 
 Choice = TypeVar("Choice", bound=StrEnum)
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file.")]
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file to read.")]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
 ]
@@ -24,7 +24,9 @@ Settings = Annotated[
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace files that are not earlier results of the same."),
+    typer.Option(
+        "--overwrite", help="Replace files, too, that are not earlier results of the same."
+    ),
 ]
 
 

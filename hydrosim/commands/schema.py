@@ -17,7 +17,9 @@ class Kind(StrEnum):
     RECIPE = "recipe"
 
 
-def schema(kind: Annotated[Kind, typer.Argument(help="Of which files.")] = Kind.CASE) -> None:
+def schema(
+    kind: Annotated[Kind, typer.Argument(help="Say which files it is for.")] = Kind.CASE,
+) -> None:
     """Print the JSON schema of case files, of studies, or of recipes of databases.
 
     Keep it beside a case, hydrosim schema case > case.schema.json, and begin the case with the line

@@ -16,25 +16,29 @@ SHORTEST = 0.1  # of the record: what extremes can be asked for
 
 def statistics(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+        Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
     ],
     start: Annotated[
-        float, typer.Option("--from", metavar="SECONDS", help="Leave out what is before.")
+        float,
+        typer.Option("--from", metavar="SECONDS", help="Leave out what is before this time [s]."),
     ] = 0.0,
     duration: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Of the extremes; else that of the record."),
+        typer.Option(
+            metavar="SECONDS", help="Tell extremes of this time [s]; else of the record's."
+        ),
     ] = None,
     channels: Annotated[
         str,
-        typer.Option(metavar="NAMES", help='Of more channels: "speed.*,force_mooring.*".'),
+        typer.Option(metavar="NAMES", help='Take these channels, too: "speed.*,force_mooring.*".'),
     ] = "",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Result file.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Where to write the result."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Means, periods, extremes with two kinds of intervals, spectra, crawl by phase."""
+    """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
     from hydrosim.commands.study import tables
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names

@@ -28,12 +28,16 @@ err = Console(stderr=True)
 
 
 def sweep(
-    study_file: Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file.")],
+    study_file: Annotated[
+        Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")
+    ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="RUNS.nc", help="Result file.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="RUNS.nc", help="Where to write the result."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Runs at a time; else as many as there are cores.")
+        int | None,
+        typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
     ] = None,
     overwrite: Overwrite = False,
     resume: Annotated[
@@ -41,7 +45,10 @@ def sweep(
     ] = False,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Of dask, tcp://HOST:8786; local: own processes."),
+        typer.Option(
+            metavar="ADDRESS",
+            help="Run on the workers of dask at tcp://HOST:8786; local: own processes.",
+        ),
     ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
 ) -> None:

@@ -30,6 +30,11 @@ def show(*parts: RenderableType) -> None:
             out.print(_Shown(part))
 
 
+def say(text: str) -> None:
+    """A line of text as it is, to the standard error."""
+    Console(stderr=True).print(printable(text), markup=False, highlight=False, soft_wrap=True)
+
+
 class _Shown:
     """What is drawn, of characters that can be printed."""
 

@@ -157,7 +157,7 @@ def test_an_interrupt_in_the_first_stage(
     def interrupted(*_: object) -> xr.Dataset:
         return xr.Dataset(attrs={"status": "interrupted"})
 
-    monkeypatch.setattr("hydrosim.cli._simulate_with_progress", interrupted)
+    monkeypatch.setattr("hydrosim.commands.run.simulate_with_progress", interrupted)
     assert hydrosim("run", "second.yaml")[0] == 130
     assert not list(cases.glob("*.nc"))
 

@@ -1,0 +1,43 @@
+"""`hydrosim check`: what there is to say of a case before it is run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.commands.compiling import announced
+from hydrosim.commands.options import CaseFile, Settings, quantity
+from hydrosim.commands.terminal import show
+
+err = Console(stderr=True)
+
+
+def check(
+    case_file: CaseFile,
+    time: Annotated[
+        str,
+        typer.Option(help='Tell step limits and periods at these times, too: "30 min, 1 hour".'),
+    ] = "",
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Validate a case; print what the scene needs and skips, step limits and natural periods.
+
+    Where tanks change, those are told of the start and of the end. Of a case that is driven by the
+    runs of others it says which of those have to be made first.
+    """
+    from hydrosim.case import load_case
+    from hydrosim.studies.check import survey
+    from hydrosim.studies.stages import outdated
+
+    times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
+    case = load_case(case_file, settings)
+    missing = [reason for stage in case.stages() if (reason := outdated(stage))]
+    for reason in missing:
+        show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+    if missing:
+        return
+    with announced(err):
+        for part in survey(case.scene(), times):
+            show(part)

@@ -1,0 +1,55 @@
+"""`hydrosim converge`: error against run time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.commands.compiling import announced
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
+from hydrosim.commands.running import complete, simulate_with_progress
+from hydrosim.commands.terminal import show
+
+err = Console(stderr=True)
+
+
+def converge(
+    case_file: CaseFile,
+    methods: Annotated[str, typer.Option(help="Try these methods, by commas.")] = "rk2,rk4,dopri5",
+    steps: Annotated[str, typer.Option(help="Try these steps [s], by commas.")] = "0.1,0.05,0.025",
+    tolerances: Annotated[
+        str, typer.Option(help="Try these tolerances of adaptive methods, by commas.")
+    ] = "1e-5,1e-6,1e-7",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="STUDY.nc", help="Where to write the result."),
+    ] = None,
+    overwrite: Overwrite = False,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
+    from hydrosim.case import load_case
+    from hydrosim.commands.summary import convergence
+    from hydrosim.plot.work_precision import draw_work_precision
+    from hydrosim.results.output import write
+    from hydrosim.scene import Method
+    from hydrosim.studies.converge import converge as study_of
+    from hydrosim.studies.converge import to_dataset
+
+    chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
+    all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
+    case, name = load_case(case_file, settings), f"{case_file.stem}_converge"
+    inputs = case.inputs()
+    made = placed(output, name, "convergence", case_file, inputs=inputs, overwrite=overwrite)
+    page = made.at(made.path.with_suffix(".png"), "picture").checked()
+    complete(case, simulate_with_progress)
+    scene = case.scene()
+    with announced(err), err.status("running") as status:
+        study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
+    dataset = to_dataset(study, scene.title)
+    write(dataset, made)
+    draw_work_precision(dataset, page)
+    show(convergence(study), f"result    {made.path}, {page.path}")

@@ -1,0 +1,109 @@
+"""`hydrosim run`: simulate a case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed
+from hydrosim.commands.plot import plot
+from hydrosim.commands.running import complete, simulate_with_progress
+from hydrosim.commands.terminal import show
+from hydrosim.errors import InputError, SimulationError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from hydrosim.case import Case
+    from hydrosim.outputs import Output
+
+
+def run(
+    case_file: CaseFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="RUN.nc", help="Where to write the result."),
+    ] = None,
+    settings: Settings = [],  # noqa: B006  typer copies it
+    plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run that was killed or interrupted.")
+    ] = False,
+    every: Annotated[
+        float,
+        typer.Option(
+            "--checkpoint",
+            min=0.0,
+            metavar="SECONDS",
+            help="Keep the run on the disk so often [s].",
+        ),
+    ] = 60.0,
+) -> None:
+    """Simulate a case; write netCDF and print a summary."""
+    from hydrosim.case import load_case
+
+    case = load_case(case_file, settings)
+    inputs = case.inputs()
+    result = placed(output, case_file.stem, "run", case_file, inputs=inputs, overwrite=overwrite)
+    if plot_too:
+        _planned_pictures(result)
+
+    def simulated(case: Case, result: Output) -> xr.Dataset:
+        return simulate_with_progress(case, result, resume, every)
+
+    complete(case, simulated)
+    _require_room(case, result.path)
+    try:
+        dataset = simulated(case, result)
+    except SimulationError as error:
+        show(f"result    {_save(error.dataset, result)}")
+        raise
+    path = _save(dataset, result)
+    _summary(dataset, path)
+    if plot_too:
+        plot(path, overwrite=overwrite)
+    if dataset.attrs["status"] == "interrupted":
+        raise typer.Exit(130)
+
+
+def _require_room(case: Case, path: Path) -> None:
+    """Refuse a run whose result would not fit on the disk."""
+    from shutil import disk_usage
+
+    from hydrosim.compiling import sizes
+
+    size, free = sizes.result(case.scene()), disk_usage(path.parent).free
+    if size > free:
+        found = f"about {sizes.shown(size)}, and {sizes.shown(free)} are free"
+        raise InputError(f"--output: the result is {found}; record less often (output.step).")
+
+
+def _planned_pictures(result: Output) -> None:
+    """Refuses, before the run, pictures that would replace others."""
+    from hydrosim.plot.pictures import planned
+
+    planned(result.path.parent, result.path.stem, result.path, result.overwrite)
+
+
+def _save(dataset: xr.Dataset, result: Output) -> Path:
+    """Write a run; one that did not come to its end stands aside for one that did, and any for
+    what has come there meanwhile. Its path."""
+    from hydrosim.results.output import status_of, write
+    from hydrosim.studies.checkpoint import checkpoint_of
+
+    status = dataset.attrs["status"]
+    better = status != "complete" and status_of(result.path) == "complete"
+    place = result.aside() if better else result.settled()
+    write(dataset, place)
+    if status != "interrupted":
+        checkpoint_of(result).clear()
+    return place.path
+
+
+def _summary(dataset: xr.Dataset, path: Path) -> None:
+    from hydrosim.commands.summary import lines
+
+    show(*lines(dataset), f"result    {path}")
