@@ -27,6 +27,7 @@ from hydrosim.commands.check import check
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.converge import converge
 from hydrosim.commands.explain import explain
+from hydrosim.commands.export import export
 from hydrosim.commands.linear import linear
 from hydrosim.commands.operability import operability
 from hydrosim.commands.plot import plot

@@ -85,6 +85,16 @@ def quantity(option: str, text: str | None, what: str, unit: str, example: str) 
         raise InputError(f"{option}: {error.message()}.") from None
 
 
+def seconds(option: str, text: str, otherwise: float) -> float:
+    """A time [s] with its unit, or of a plain number in s; ``otherwise`` if nothing is given."""
+    return quantity(option, text, "time", "s", "10 min") if text else otherwise
+
+
+def names_in(text: str) -> list[str]:
+    """Names or patterns separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def one_of(kind: type[Choice], name: str, option: str) -> Choice:
     """The value that a ``name`` is of a ``kind``."""
     if name.strip() in set(kind):

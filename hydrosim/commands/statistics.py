@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.options import Overwrite, names_in, placed
 from hydrosim.commands.terminal import show
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
@@ -64,7 +64,7 @@ def statistics(
             f"--duration: found {duration:g} s; expected a tenth of the record, {least:g} s, or"
             " more: of a shorter time the record itself holds many."
         )
-    asked = [name.strip() for name in channels.split(",") if name.strip()]
+    asked = names_in(channels)
     known = names(run)
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
     found = of_run(run, start, duration, chosen(known, asked, "--channels"))

@@ -106,26 +106,31 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
     return Series(time, rows.sum(axis=1), units[0])
 
 
-def columns_of(run: xr.Dataset) -> Iterator[str]:
-    """The names of all columns: of what is measured over time, not of modes (flags)."""
+def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
+    """The names of all columns: of what is measured over time, or instead of ``modes`` (flags)."""
     for name, variable in run.data_vars.items():
-        if "time" in variable.dims and "flag_values" not in variable.attrs:
+        if "time" in variable.dims and ("flag_values" in variable.attrs) == modes:
             labels = [[str(label) for label in run[dim].values] for dim in _others(variable)]
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
 
 def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, str]:
     """Values (n,) and unit of ``VARIABLE.SELECTION.SELECTION``."""
-    name, *labels = column.split(".")
-    over_time = [str(n) for n, variable in run.data_vars.items() if "time" in variable.dims]
+    name, _, rest = column.partition(".")
+    labels = list[str]()
+    over_time = [str(n) for n in run.data_vars if "time" in run.variables[n].dims]
     if name not in over_time:
         source.unknown("variable over time", name, over_time)
     values = run[name]
-    for label in labels:
+    while rest:
         choices = {str(x): str(dim) for dim in _others(values) for x in run[dim].values}
-        if label not in choices:
-            source.unknown(f"selection from {name}", label, list(choices))
+        fitting = [x for x in choices if f"{rest}.".startswith(f"{x}.")]  # may hold points itself
+        if not fitting:
+            source.unknown(f"selection from {name}", rest.partition(".")[0], list(choices))
+        label = max(fitting, key=len)
         values = values.sel({choices[label]: label})
+        labels.append(label)
+        rest = rest[len(label) + 1 :]
     values = values.squeeze([dim for dim in _others(values) if values.sizes[dim] == 1])
     if left := list(_others(values)):
         example = ".".join([column, *(str(run[dim].values[0]) for dim in left)])

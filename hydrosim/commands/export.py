@@ -1,0 +1,117 @@
+"""`hydrosim export`: the channels of a run for other programs."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrosim.commands.options import Overwrite, names_in, placed, seconds
+from hydrosim.commands.terminal import show
+from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrosim.outputs import Output
+    from hydrosim.results.export.table import Table
+
+SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
+
+
+def export(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write this file: .nc (CF), .csv, .mat (MATLAB) or .parquet.",
+        ),
+    ],
+    channels: Annotated[
+        str,
+        typer.Option(metavar="NAMES", help='Take these channels alone: "position.*,speed.barge".'),
+    ] = "",
+    start: Annotated[
+        str,
+        typer.Option(
+            "--from", metavar="TIME", help='Leave out what is before: "10 min"; plain, s.'
+        ),
+    ] = "",
+    end: Annotated[
+        str,
+        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour"; plain, s.'),
+    ] = "",
+    date: Annotated[
+        str,
+        typer.Option(metavar="DATE", help="Let .nc begin at this date, in UTC: 2026-05-31T06:00."),
+    ] = "",
+    overwrite: Overwrite = False,
+) -> None:
+    """Write the channels of a run as CF netCDF, CSV, MATLAB or Parquet."""
+    from hydrosim.results.export.table import table_of
+    from hydrosim.results.output import read
+    from hydrosim.results.runs_file import open_runs
+
+    suffix = _suffix(output)
+    begin = _date(date, suffix)
+    window = (seconds("--from", start, -inf), seconds("--to", end, inf))
+    result = placed(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
+    if (runs := open_runs(run_file)) is not None:
+        raise InputError(
+            f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one, as"
+            " `hydrosim run` writes it. Run the case with the values of the one that is wanted."
+        )
+    table = table_of(read(run_file), names_in(channels), *window)
+    _write(table, result, begin)
+    count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
+    show(f"export    {count} channels at {table.time.size} times, {span}")
+    if (status := table.attributes.get("status", "complete")) != "complete":
+        show(f"warning   the run is {status}: {table.attributes.get('status_message', '')}")
+    show(f"result    {result.path}")
+
+
+def _suffix(output: Path) -> str:
+    if output.suffix not in SUFFIXES:
+        raise InputError(
+            f"--output: found {output}; expected a name that ends in {', '.join(SUFFIXES)}."
+        )
+    if output.suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise InputError(
+            f"--output: {output} needs pyarrow, which is not installed:"
+            " pip install 'hydrosim[export]'; or choose .csv, .mat or .nc."
+        )
+    return output.suffix
+
+
+def _date(text: str, suffix: str) -> datetime | None:
+    if not text:
+        return None
+    if suffix != ".nc":
+        raise InputError(f"--date: is for .nc alone; in {suffix} times are since the start.")
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        raise InputError(
+            f"--date: found {text!r}; expected one such as 2026-05-31T06:00."
+        ) from None
+    return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+
+
+def _write(table: Table, result: Output, date: datetime | None) -> None:
+    from hydrosim.results.export import cf, matlab, parquet, text
+
+    with result.written() as path:
+        match path.suffix:
+            case ".nc":
+                cf.write(table, path, result.mark, date)
+            case ".csv":
+                text.write(table, path, result.mark)
+            case ".mat":
+                matlab.write(table, path, result.mark)
+            case _:
+                parquet.write(table, path, result.mark)

@@ -1,0 +1,32 @@
+"""Parquet: ``time`` and a column for each channel, by its own name. The metadata of the file has
+under ``channels``, as JSON, the unit of each column, what it is, and what the numbers of a mode
+mean: any reader of Parquet gives these, not only that of Arrow.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from hydrosim.results.export.table import Column, Table
+
+
+def write(table: Table, path: Path, mark: str) -> None:
+    """Write the columns of a table as Parquet."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    arrays = {"time": table.time} | {column.name: column.values for column in table.columns}
+    said = {name: str(value) for name, value in table.attributes.items()}
+    said["channels"] = json.dumps(
+        {"time": {"units": "s"}} | {column.name: _said(column) for column in table.columns}
+    )
+    columns = pa.table({name: pa.array(values) for name, values in arrays.items()})
+    with parquet.ParquetWriter(path, columns.schema, store_schema=False) as file:
+        file.write_table(columns)
+        file.add_key_value_metadata({**said, "source": mark})  # last, where `outputs` looks for it
+
+
+def _said(column: Column) -> dict[str, str]:
+    said = {"units": column.unit, "long_name": column.what, "flag_meanings": column.meanings}
+    return {key: text for key, text in said.items() if text}

@@ -1,0 +1,90 @@
+"""The channels of a run as columns over one time, each with one unit: what every format writes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.documents.series import columns_of, select
+from hydrosim.documents.text import Source, require_finite, require_rising
+from hydrosim.errors import InputError
+from hydrosim.results.channels import RUN, chosen, names, series
+
+KEPT = ("title", "status", "status_message", "warnings", "skipped", "case", "case_resolved")
+NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A channel: its ``values`` (nt,), unit, and what it is. Modes are whole numbers, each with one
+    of the ``meanings``."""
+
+    name: str
+    unit: str
+    what: str
+    values: np.ndarray
+    meanings: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """``columns`` at the rising ``time`` (nt,) [s] since the start; what the run says of itself."""
+
+    time: np.ndarray
+    columns: Sequence[Column]
+    attributes: dict[str, object]
+
+
+def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float) -> Table:
+    """The channels of a run that one of the ``patterns`` fits, all that are recorded if there are
+    none, from ``start`` to ``end`` [s]; InputError where there is nothing."""
+    source = Source(run.encoding.get("source", "run"))
+    time = np.asarray(run["time"].values, dtype=float)
+    require_finite(source, time, None)
+    require_rising(source, time, None)
+    inside = (time >= start) & (time <= end)
+    if not inside.any():
+        there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "without any time"
+        raise InputError(
+            f"--from, --to: found {start:g} to {end:g} s; the run is {there}, with no record then."
+        )
+    recorded = [*columns_of(run), *columns_of(run, modes=True)]
+    known = dict.fromkeys([*recorded, *names(run)]) if patterns else recorded
+    picked, run = chosen(known, patterns or ["*"], "--channels"), run.isel(time=inside)
+    of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
+    columns = [_column(run, name, *(of.get(name) or series(run, name))) for name in picked]
+    said = {name: run.attrs[name] for name in KEPT if name in run.attrs}
+    return Table(time[inside], columns, said)
+
+
+def identifiers(columns: Iterable[Column], most: int, *taken: str) -> Iterator[tuple[str, Column]]:
+    """Columns by names of letters, digits and underscores that begin with a letter, at ``most`` so
+    long, each once, and none of those that are ``taken``."""
+    used = {*taken}
+    for column in columns:
+        bare = NOT_IN_NAMES.sub("_", column.name).strip("_")
+        bare = bare if bare[:1].isalpha() else f"channel_{bare}"
+        tries = (f"{bare[: most - len(end)]}{end}" for end in _ends())
+        name = next(name for name in tries if name not in used)
+        used.add(name)
+        yield name, column
+
+
+def _ends() -> Iterator[str]:
+    yield ""
+    for k in range(2, 1_000_000):
+        yield f"_{k}"
+
+
+def _column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> Column:
+    kind, *of = name.split(".")
+    said = run[kind].attrs if kind in run else {}
+    what = " ".join(str(said.get("long_name", kind.replace("_", " "))).split())
+    what = f"{', '.join(of)}: {what}" if of else what
+    if "flag_values" in said:
+        return Column(name, "1", what, values.astype(np.int8), str(said.get("flag_meanings", "")))
+    return Column(name, unit, what, values)

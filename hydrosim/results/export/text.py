@@ -1,0 +1,33 @@
+"""Comma-separated values: a remark on what made the file, the names, the units, then the numbers in
+as many digits as it takes to read them back to the bit.
+
+Names and units come from the run. Spreadsheets take a cell that begins with =, +, - or @ for a
+formula, and run it: such text gets an apostrophe ahead, also after what another spreadsheet takes
+for the border of a cell.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+from hydrosim.results.export.table import Table
+
+FORMULA = re.compile(r"(^|[,;\t\r\n])(?=\s*[=+\-@＝＋－＠])")
+
+
+def write(table: Table, path: Path, mark: str) -> None:
+    """Write the columns of a table as text."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"# {mark}\n")
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["time", *(harmless(column.name) for column in table.columns)])
+        rows.writerow(["s", *(harmless(column.unit) for column in table.columns)])
+        values = [table.time.tolist(), *(column.values.tolist() for column in table.columns)]
+        rows.writerows(zip(*values, strict=True))
+
+
+def harmless(text: str) -> str:
+    """The text, such that no spreadsheet takes it for a formula."""
+    return FORMULA.sub(r"\1'", text)

@@ -1,0 +1,260 @@
+"""Files for other programs, read back by other readers than our own; CF by the checker of IOOS."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command
+from numpy.testing import assert_array_equal
+from recorded_runs import made_run
+
+from hydrosim.documents.series import read_series
+from hydrosim.documents.text import Source
+from hydrosim.results.channels import series
+from hydrosim.results.export import matlab
+from hydrosim.results.export.table import Column, identifiers
+from hydrosim.results.export.text import harmless
+from hydrosim.results.output import write
+
+SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
+HOSTILE = '=HYPERLINK("http://a.b";"c")'
+
+
+@pytest.fixture
+def export(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """`hydrosim export` in a folder with a run."""
+    monkeypatch.chdir(tmp_path)
+    write(awkward_run(), Path("run.nc"))
+    return command(monkeypatch, capsys, "export")
+
+
+def awkward_run() -> xr.Dataset:
+    """A run with numbers that few digits do not tell, one that is missing, and names that
+    spreadsheets run and other programs do not take."""
+    run = made_run(duration=20.0)
+    run.fender_mode.attrs["flag_meanings"] = "open stick slip"
+    odd = np.array([0.1 + 0.2, 1e-310, -1.7976931348623157e308, np.pi, -0.0, np.nan])
+    run.fender_compression.values[:6, 0] = odd
+    return run.assign_coords(fender=[HOSTILE, "-2+3"])
+
+
+def read_csv(path: Path) -> tuple[list[str], list[str], np.ndarray]:
+    """Names, units and numbers, by Python's reader."""
+    with path.open(newline="", encoding="utf-8") as file:
+        mark, names, units, *rows = csv.reader(file)
+    assert mark[0].startswith("# hydrosim")
+    return names, units, np.array(rows, dtype=float)
+
+
+def same(found: np.ndarray, expected: np.ndarray) -> None:
+    """Equal to the bit; the sign of zero, too."""
+    assert np.ravel(found).astype(float).tobytes() == np.ravel(expected).astype(float).tobytes()
+
+
+def of_run(name: str) -> np.ndarray:
+    """A channel or mode of the run, straight from its file."""
+    with netCDF4.Dataset("run.nc") as file:
+        file.set_auto_mask(False)
+        kind, _, label = name.partition(".")
+        if kind == "position":
+            return file[kind][:, 0, list(file["dof"][:]).index(label.partition(".")[2])]
+        return file[kind][:, list(file["fender"][:]).index(label)] if label else file[kind][:]
+
+
+NAMES = (
+    "time",
+    "wave_elevation",
+    "position.barge.pitch",
+    f"fender_compression.{HOSTILE}",
+    "fender_mode.-2+3",
+)
+
+
+def test_csv_reads_back_exact_and_no_cell_is_a_formula(export: Command) -> None:
+    assert export("run.nc", "-o", "run.csv").code == 0
+    names, units, rows = read_csv(Path("run.csv"))
+    for name in NAMES:
+        same(rows[:, names.index(name)], of_run(name))
+    assert units[names.index("position.barge.pitch")] == "rad"
+    assert units[names.index("position.barge.surge")] == "m"
+    assert units[names.index("velocity.barge.yaw")] == "rad/s"
+    assert units[names.index("force_mooring.barge.yaw")] == "N m"
+    assert "" not in units
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", " =1", "a;=1", "a,+1", "a\n@x", "＝1"],
+)
+def test_what_spreadsheets_run_is_text(text: str) -> None:
+    """No cell, whatever parts the cells, begins with one of the signs that OWASP lists."""
+    for cells in (harmless(text).split(part) for part in (",", ";", "\t", "\n", "\r")):
+        assert not any(cell.strip().startswith(tuple("=+-@＝")) for cell in cells)
+    assert harmless(text).replace("'", "") == text
+
+
+def test_names_that_are_harmless_stay() -> None:
+    for text in ("position.barge.surge", "N m", "m/s^2", "interface 1", "a - b", "1e-3"):
+        assert harmless(text) == text
+
+
+def test_a_csv_drives_another_case(export: Command) -> None:
+    export("run.nc", "-o", "run.csv", "--channels", "position.*")
+    found = read_series(Source(Path("run.csv")), ["position.barge.heave"])
+    same(found.time, of_run("time"))
+    same(found.value, of_run("position.barge.heave"))
+
+
+def test_matlab_reads_back_exact(export: Command) -> None:
+    from scipy.io import loadmat
+
+    assert export("run.nc", "-o", "run.mat").code == 0
+    found = loadmat("run.mat")
+    assert found["time"].shape == (101, 1)
+    told = {
+        str(row[1][0]): [str(np.ravel(x)[0]) if x.size else "" for x in row]
+        for row in found["channels"]
+    }
+    same(found["time"], of_run("time"))
+    for name in NAMES[1:]:
+        same(found[told[name][0]], of_run(name))
+    assert told["position.barge.pitch"][2] == "rad"
+    assert told["fender_mode.-2+3"][4] == "open stick slip"
+    assert str(found["run"]["status"][0, 0][0]) == "complete"
+
+
+def test_parquet_reads_back_exact(export: Command) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert export("run.nc", "-o", "run.parquet").code == 0
+    found = parquet.read_table("run.parquet")
+    for name in NAMES:
+        same(found[name].to_numpy(), of_run(name))
+    said = json.loads(found.schema.metadata[b"channels"])
+    assert said["position.barge.pitch"]["units"] == "rad"
+    assert said["fender_mode.-2+3"]["flag_meanings"] == "open stick slip"
+    assert said.keys() == {*found.column_names}
+
+
+def test_cf_reads_back_exact(export: Command) -> None:
+    assert export("run.nc", "-o", "cf.nc", "--date", "2026-05-31T06:00+02:00").code == 0
+    found = xr.load_dataset("cf.nc")
+    by_name = {v.attrs.get("channel"): v for v in found.data_vars.values()}
+    for name in NAMES[1:]:
+        same(by_name[name].values, of_run(name))
+    assert found.time.values[5] == np.datetime64("2026-05-31T04:00:01")
+    same(found.elapsed_time.values, of_run("time"))
+    assert by_name["fender_mode.-2+3"].attrs["flag_meanings"] == "open stick slip"
+
+
+def test_cf_passes_the_checker(export: Command) -> None:
+    """Not one error of the IOOS checker for CF 1.11, nor a warning."""
+    runner = pytest.importorskip("compliance_checker.runner")
+    export("run.nc", "-o", "cf.nc")
+    suite = runner.CheckSuite()
+    suite.load_all_available_checkers()
+    scores = suite.run_all(suite.load_dataset("cf.nc"), ["cf:1.11"])
+    groups, errors = scores["cf:1.11"]
+    assert (errors, len(groups) > 20) == ({}, True)
+    whole = {True: (1, 1), False: (0, 1)}
+    points = [(group, whole.get(group.value, group.value)) for group in groups]
+    assert [group.msgs for group, (got, most) in points if got < most] == []
+
+
+def test_pint_knows_every_unit(export: Command) -> None:
+    import pint
+
+    export("run.nc", "-o", "run.csv")
+    known = pint.UnitRegistry()
+    for unit in {*read_csv(Path("run.csv"))[1]}:
+        known.parse_units(unit)
+
+
+def test_a_window_and_channels_that_follow(export: Command) -> None:
+    chosen = ("--channels", "speed.*, position.barge.heave", "--from", "0.1 min", "--to", "10")
+    assert "2 channels at 21 times, 6 to 10 s" in export("run.nc", "-o", "run.csv", *chosen).out
+    names, _, rows = read_csv(Path("run.csv"))
+    assert names == ["time", "position.barge.heave", "speed.barge"]
+    inside = slice(30, 51)
+    same(rows[:, 1], of_run("position.barge.heave")[inside])
+    assert_array_equal(rows[:, 2], series(awkward_run(), "speed.barge")[0][inside])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("run.nc", "-o", "run.xlsx"), "expected a name that ends in .nc, .csv, .mat, .parquet"),
+        (("run.nc", "-o", "run.nc"), "run.nc is read here and would be written over"),
+        (("run.nc", "-o", "nowhere/run.csv"), "there is no folder nowhere"),
+        (("none.nc", "-o", "a.csv"), "none.nc: "),
+        (("text.nc", "-o", "a.csv"), "text.nc: cannot be read as netCDF"),
+        (("foreign.nc", "-o", "a.csv"), "foreign.nc: is netCDF without position"),
+        (("runs.nc", "-o", "a.csv"), "runs.nc: holds 3 runs; expected the result of one"),
+        (("back.nc", "-o", "a.csv"), "back.nc: found time 0 s after 0.2 s in record 3"),
+        (("empty.nc", "-o", "a.csv"), "the run is without any time"),
+        (("run.nc", "-o", "a.csv", "--from", "1 h"), "found 3600 to inf s; the run is 0 to 20 s"),
+        (("run.nc", "-o", "a.csv", "--to", "3 kg"), "--to: "),
+        (("run.nc", "-o", "a.csv", "--channels", "positoin.*"), "--channels: found positoin.*"),
+        (("run.nc", "-o", "a.csv", "--date", "2026-01-01"), "--date: is for .nc alone"),
+        (("run.nc", "-o", "a.nc", "--date", "31.5.2026"), "--date: found '31.5.2026'; expected"),
+    ],
+)
+def test_what_cannot_be_is_said(export: Command, arguments: tuple[str, ...], said: str) -> None:
+    run = awkward_run()
+    Path("text.nc").write_text("no netCDF")
+    xr.Dataset({"x": ("time", np.zeros(3))}).to_netcdf("foreign.nc")
+    xr.Dataset({"status": ("run", ["complete"] * 3)}).to_netcdf("runs.nc")
+    run.isel(time=[0, 1, 0]).to_netcdf("back.nc")
+    run.isel(time=slice(0)).to_netcdf("empty.nc")
+    before = {path.name: path.read_bytes() for path in Path().iterdir()}
+    result = export(*arguments)
+    assert (result.code, result.out) == (2, "")
+    assert said in result.err
+    assert {path.name: path.read_bytes() for path in Path().iterdir()} == before
+
+
+def test_without_pyarrow_it_is_said(export: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hydrosim.commands.export.find_spec", lambda name: None)
+    result = export("run.nc", "-o", "run.parquet")
+    assert result.code == 2
+    assert "pip install 'hydrosim[export]'" in result.err
+
+
+def test_a_failed_run_is_exported_and_said(export: Command) -> None:
+    attributes = {"status": "failed", "status_message": "at 3 s the barge capsized"}
+    write(awkward_run().assign_attrs(attributes), Path("failed.nc"))
+    result = export("failed.nc", "-o", "failed.csv")
+    assert result.code == 0
+    assert "warning the run is failed: at 3 s the barge capsized" in result.out
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_it_is_made_again_and_nothing_else_is_replaced(export: Command, suffix: str) -> None:
+    """Also with so many columns that the heading and the metadata are long."""
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow")
+    run = awkward_run().isel(fender=np.zeros(100, int))
+    write(run.assign_coords(fender=[f"point {k}" for k in range(100)]), Path("many.nc"))
+    for _ in range(2):
+        assert export("many.nc", "-o", f"a{suffix}").code == 0
+    refused = export("run.nc", "-o", f"a{suffix}")
+    assert refused.code == 2
+    assert "is the export of [many.nc]" in refused.err
+    assert export("run.nc", "-o", f"a{suffix}", "--overwrite").code == 0
+
+
+def test_names_of_variables_are_short_and_apart() -> None:
+    names = ["a.b c", "a.b_c", "x" * 90 + "1", "x" * 90 + "2", "1.a", "time", "=", ""]
+    columns = [Column(name, "m", "", np.zeros(1)) for name in names]
+    found = [name for name, _ in identifiers(columns, matlab.LONGEST, "time")]
+    assert found[:2] == ["a_b_c", "a_b_c_2"]
+    assert len({*found, "time"}) == len(names) + 1
+    assert all(name.isidentifier() and name[0].isalpha() for name in found)
+    assert max(map(len, found)) <= matlab.LONGEST
