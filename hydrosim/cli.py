@@ -43,7 +43,7 @@ from hydrosim.interrupts import taken_as_interrupts
 # in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
 COMMANDS = (
     *(check, run, linear, ballast, converge),
-    *(plot, report, statistics, explain, compare, record, case),
+    *(plot, report, statistics, explain, export, compare, record, case),
     *(sweep, operability, schema),
 )
 

@@ -39,12 +39,12 @@ def export(
     start: Annotated[
         str,
         typer.Option(
-            "--from", metavar="TIME", help='Leave out what is before: "10 min"; plain, s.'
+            "--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'
         ),
     ] = "",
     end: Annotated[
         str,
-        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour"; plain, s.'),
+        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
     ] = "",
     date: Annotated[
         str,
