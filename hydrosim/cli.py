@@ -31,6 +31,7 @@ from hydrosim.commands.export import export
 from hydrosim.commands.linear import linear
 from hydrosim.commands.operability import operability
 from hydrosim.commands.plot import plot
+from hydrosim.commands.replay import replay
 from hydrosim.commands.report import report
 from hydrosim.commands.run import run
 from hydrosim.commands.schema import schema
@@ -43,7 +44,7 @@ from hydrosim.interrupts import taken_as_interrupts
 # in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
 COMMANDS = (
     *(check, run, linear, ballast, converge),
-    *(plot, report, statistics, explain, export, compare, record, case),
+    *(plot, report, replay, statistics, explain, export, compare, record, case),
     *(sweep, operability, schema),
 )
 

@@ -1,4 +1,4 @@
 """Reports: one HTML file that shows a run or a study to people, without a network."""
 
-from hydrosim.report.document import report_of
+from hydrosim.report.document import replay_of, report_of
 from hydrosim.report.page import written_page

@@ -8,6 +8,7 @@ import xarray as xr
 
 from hydrosim.report.blocks import Document
 from hydrosim.report.limits import is_limits, limits_document
+from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.report.study import study_document
 from hydrosim.results.output import read
@@ -22,6 +23,11 @@ def report_of(path: Path) -> Document:
             return study_document(runs)
     limits = _limits(path)
     return run_document(read(path)) if limits is None else limits_document(limits)
+
+
+def replay_of(path: Path) -> Document:
+    """The replay of the run in a file; InputError where it is none."""
+    return replay_document(read(path))
 
 
 def _limits(path: Path) -> xr.Dataset | None:

@@ -14,6 +14,7 @@ from hydrosim.report.convergence import convergence
 from hydrosim.report.envelopes import stretch
 from hydrosim.report.figures import contact_blocks, statistics_blocks
 from hydrosim.report.parts import sections_of, title_of
+from hydrosim.report.replay import replay_blocks
 from hydrosim.report.series import energies, ledger, main_charts, more_charts
 from hydrosim.results.output import REMEDY
 
@@ -71,6 +72,7 @@ PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
     "assumptions": ("Assumptions and warnings", assumed),
     "stages": ("Stages and contact", contact_blocks),
     "statistics": ("Statistics", statistics_blocks),
+    "replay": ("Replay", replay_blocks),
     "series": ("Series", _series),
     "energy": ("Energy", _energy),
     "convergence": ("Convergence", convergence),

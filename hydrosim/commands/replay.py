@@ -1,0 +1,27 @@
+"""`hydrosim replay`: a run in three dimensions, on a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.terminal import show
+
+
+def replay(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="REPLAY.html", help="Page.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a run as a moving scene in three dimensions: one HTML file that needs no network."""
+    from hydrosim.report import replay_of, written_page
+
+    name = f"{run_file.stem}_replay"
+    page = placed(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
+    size = written_page(replay_of(run_file), page)
+    show(f"replay    {page.path}, {size / 1e6:.1f} MB")

@@ -1,0 +1,169 @@
+"""The replay of a run in three dimensions: what its page draws, at moments of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.forces import Spring
+from hydrosim.forces.contact.fender import Contact, Fender
+from hydrosim.forces.contact.landing import Landing
+from hydrosim.report.blocks import Block, Document, Replay, Section
+from hydrosim.report.envelopes import base64_of
+from hydrosim.report.parts import title_of
+from hydrosim.report.scenery import scene_of, shape_of, waves_of
+from hydrosim.scene import Scene
+
+FRAMES = 3000  # moments
+FACTORS = (1, 2, 5, 10, 20, 50)  # of motions
+SEEN = 0.02  # of the size of the scene: how large motions are to be drawn
+PLANE = 0.12  # of the size of the scene: half a side of a plane without corners
+EARTH = -1  # in place of the number of a body
+
+
+def replay_document(run: xr.Dataset) -> Document:
+    """The replay of a run alone."""
+    section = Section("replay", "Replay", list(replay_blocks(run)))
+    if not section.blocks:
+        raise InputError("the run has fewer than two records: there is nothing to replay.")
+    return Document(title_of(run), f"{run.time.values[-1]:g} s", [section])
+
+
+def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
+    """The replay of a run of two records or more."""
+    if run.time.size < 2:
+        return
+    scene = scene_of(run)
+    shapes = (
+        [shape_of(body) for body in scene.bodies] if scene else [shape_of(None) for _ in run.body]
+    )
+    waves, water = waves_of(scene, run)
+    size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
+    step = -(-run.time.size // FRAMES)
+    frames = run.isel(time=slice(None, None, step))
+    notes = [
+        water,
+        *(f"{b} is drawn as {s.said}." for b, s in zip(run.body.values, shapes, strict=True)),
+    ]
+    every = float(frames.time[1] - frames.time[0])
+    notes.append(f"Motions are those of every {every:g} s, straight between.")
+    names = list(map(str, run.body.values))
+    data = {
+        "bodies": [
+            {"name": name, "triangles": base64_of(shape.triangles.ravel())}
+            for name, shape in zip(names, shapes, strict=True)
+        ],
+        "rest": _rest(run, scene),
+        "heading": [body.heading for body in scene.bodies] if scene else [0.0] * len(names),
+        "time": base64_of(frames.time.values),
+        "position": base64_of(_placed(frames).ravel()),
+        "size": size,
+        "factor": 1 if "fender_mode" in run else _factor(_placed(frames), size),
+        "waves": [_packed(each) for each in waves],
+        "planes": list(_planes(scene, size)) if scene else [],
+        **_contacts(frames, scene),
+        **_lines(frames, scene),
+    }
+    yield Replay(data, notes)
+
+
+def _placed(frames: xr.Dataset) -> np.ndarray:
+    """Displacements (nt, nb, 6)."""
+    return np.asarray(frames.position.transpose("time", "body", "dof").values)
+
+
+def _rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
+    """Centres of gravity at rest [m]."""
+    if "reference_position" in run:
+        return [list(map(float, x)) for x in run.reference_position.values]
+    if scene is None:
+        return [[0.0, 0.0, 0.0] for _ in run.body]
+    return [[*b.location, b.centre_of_gravity[2]] for b in scene.bodies]
+
+
+def _factor(position: np.ndarray, size: float) -> int:
+    """How many times as large motions are drawn at first."""
+    moves = float(np.nanstd(position[:, :, :3], axis=0).max())
+    turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
+    wanted = SEEN * size / max(moves, turns, 1e-9)
+    return max((f for f in FACTORS if f <= wanted), default=1)
+
+
+def _packed(waves: Any) -> dict[str, Any]:
+    each = ("omega", "amplitude", "phase", "wavenumber", "heading")
+    return {name: base64_of(getattr(waves, name)) for name in each} | {"ramp": waves.ramp}
+
+
+def _body_number(scene: Scene, name: str | None) -> int:
+    return EARTH if name is None else [body.name for body in scene.bodies].index(name)
+
+
+def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
+    """Contact points, on their bodies, with modes and forces (nt, nf)."""
+    if "fender_mode" not in frames or scene is None:
+        return {"contacts": [], "modes": "", "forces": ""}
+    places = [
+        (_body_number(scene, element.body), list(map(float, point)))
+        for element in scene.forces.values()
+        if isinstance(element, Contact)
+        for point in element.points
+    ]
+    names = map(str, frames.fender.values)
+    each = ("time", "fender")
+    return {
+        "contacts": [
+            {"name": name, "body": body, "point": point}
+            for name, (body, point) in zip(names, places, strict=True)
+        ],
+        "modes": base64_of(frames.fender_mode.transpose(*each).values.ravel()),
+        "forces": base64_of(frames.fender_normal_force.transpose(*each).values.ravel()),
+    }
+
+
+def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
+    """Planes of fenders as polygons, seats of landings as points, each on its body or the earth."""
+    for element in scene.forces.values():
+        if isinstance(element, Fender):
+            plane = element.plane
+            corners = plane.corners or _square(plane.point, plane.normal, PLANE * size)
+            number = _body_number(scene, plane.body)
+            yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
+        elif isinstance(element, Landing):
+            number = _body_number(scene, element.on)
+            for seat in element.seats:
+                corners = _square(seat, element.axis, 0.15 * PLANE * size)
+                yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
+
+
+def _square(point: Any, normal: Any, half: float) -> np.ndarray:
+    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    first = np.cross(n, np.eye(3)[int(np.abs(n).argmin())])
+    first /= np.linalg.norm(first)
+    second = np.cross(n, first)
+    around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return np.array([point + half * (a * first + b * second) for a, b in around])
+
+
+def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
+    """Springs from point to anchor, with tensions (nt, ns)."""
+    if "spring_tension" not in frames or scene is None:
+        return {"lines": [], "tensions": ""}
+    springs = {name: e for name, e in scene.forces.items() if isinstance(e, Spring)}
+    tension = frames.spring_tension.transpose("time", "spring").sel(spring=list(springs))
+    return {
+        "lines": [
+            {
+                "name": name,
+                "body": _body_number(scene, e.body),
+                "point": list(map(float, e.point)),
+                "anchor_body": _body_number(scene, e.anchor_body),
+                "anchor": list(map(float, e.anchor)),
+            }
+            for name, e in springs.items()
+        ],
+        "tensions": base64_of(tension.values.ravel()),
+    }

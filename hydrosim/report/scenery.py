@@ -1,0 +1,152 @@
+"""What stands in a replay: the scene of a run once more, hulls, contacts, planes, lines, waves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.case import load_case
+from hydrosim.errors import InputError
+from hydrosim.scene import Body, ChangedDatabase, Family, Hull, Scene
+from hydrosim.studies.repeat import case_of
+from hydrosim.waves import Components, sea
+
+DECK = 1.2  # times the draught: depth of a hull whose recipe names none
+UNKNOWN = 10.0  # m: side of a box for a body of which nothing is known
+THIN = 0.1  # of its longest side: the least of a box
+MOST = 1200  # components of the waves of a page
+SAME = 1e-6  # of the largest elevation: waves that are made again
+TRIED = 50  # records at which they are compared
+FACES = np.array(
+    [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+)
+CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+class Shape(NamedTuple):
+    """Triangles (nt, 3, 3) about the centre of gravity of a body, and what they are."""
+
+    triangles: np.ndarray
+    said: str
+
+
+def scene_of(run: xr.Dataset) -> Scene | None:
+    """The scene that a run is of, from the case in it; None where that cannot be read again."""
+    try:
+        text = case_of(run)
+        with TemporaryDirectory() as folder:
+            path = Path(folder, "case.yaml")
+            path.write_text(text, "utf-8")
+            scene = load_case(path).scene()
+    except (InputError, KeyError, TypeError, OSError, UnicodeError):
+        return None
+    return scene if [b.name for b in scene.bodies] == list(map(str, run.body.values)) else None
+
+
+def shape_of(body: Body | None) -> Shape:
+    """What a body is drawn as: its hull, or else a box of its radii of gyration."""
+    if body is None:
+        return Shape(box(np.full(3, UNKNOWN)), "a box: its case cannot be read again")
+    if body.hydrostatics is not None:
+        return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
+    found = _recipe_hull(body)
+    if found is not None:
+        said = f"the hull of its database's recipe, with a deck at {DECK:g} times the draught"
+        return Shape(found.corners - body.centre_of_gravity, said)
+    square = np.diag(body.inertia) / body.mass
+    sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
+    least = max(float(sides.max()), 1e-6) * THIN**2
+    return Shape(box(np.sqrt(np.maximum(sides, least))), "a box of its radii of gyration")
+
+
+def box(sides: np.ndarray) -> np.ndarray:
+    """Triangles (12, 3, 3) of a box about the origin."""
+    quads = (CORNERS * sides)[FACES]
+    return np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
+
+
+def _recipe_hull(body: Body) -> Hull | None:
+    """The hull of the recipe beside the database, if there is one with a draught."""
+    import netCDF4
+
+    from hydrosim.database.build.closed import hull_of_recipe
+
+    source = body.hydrodynamics
+    if isinstance(source, Family):
+        source = source.members[0].source
+    if isinstance(source, ChangedDatabase):
+        source = source.source
+    if not isinstance(source, Path):
+        return None
+    try:
+        with netCDF4.Dataset(source) as file:
+            name = str(getattr(file, "recipe", ""))
+    except (OSError, RuntimeError):
+        return None
+    recipe = source.parent / Path(name).name
+    if not (name and recipe.is_file()):
+        return None
+    for depth in (_depth(recipe, body.database_body), None):
+        try:
+            return hull_of_recipe(recipe, body.database_body, depth)
+        except (InputError, ValueError, OSError):
+            continue
+    return None
+
+
+def _depth(recipe: Path, body: int) -> float | None:
+    from hydrosim.database.build.recipe import load_recipe
+
+    parts = load_recipe(recipe).data.parts
+    draught = getattr(parts[body - 1].hull, "draught", None) if body <= len(parts) else None
+    return DECK * float(draught) if draught else None
+
+
+def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[Components], str]:
+    """The largest components of the waves of a run, and what they are; none where the waves of its
+    case are not those that it holds."""
+    if not np.any(run.wave_elevation):
+        return [], "There are no waves."
+    level = "The water is drawn level: the waves of the run cannot be made again from its case."
+    if scene is None:
+        return [], level
+    try:
+        sets = list(sea(scene.environment))
+    except InputError:
+        return [], level
+    at = np.unique(np.linspace(0, run.time.size - 1, TRIED).astype(int))
+    time, known = run.time.values[at], run.wave_elevation.values[at]
+    made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
+    if not np.allclose(made, known, rtol=0.0, atol=SAME * np.abs(run.wave_elevation).max().item()):
+        return [], level
+    return _largest(sets)
+
+
+def _at_origin(waves: Components, time: np.ndarray) -> np.ndarray:
+    """Elevation (nt,) at the origin."""
+    grown = np.clip(time / waves.ramp, 0.0, 1.0) if waves.ramp > 0.0 else np.ones(time.size)
+    angle = np.outer(time, waves.omega) + waves.phase
+    return np.asarray(0.5 * (1.0 - np.cos(np.pi * grown)) * (np.cos(angle) @ waves.amplitude))
+
+
+def _largest(sets: list[Components]) -> tuple[list[Components], str]:
+    amplitude = np.concatenate([waves.amplitude for waves in sets])
+    if amplitude.size <= MOST:
+        return sets, f"The water is the sum of all {amplitude.size} components of the waves."
+    least = np.sort(amplitude)[-MOST]
+    share = np.sum(amplitude[amplitude >= least] ** 2) / np.sum(amplitude**2)
+    kept = [_where(waves, waves.amplitude >= least) for waves in sets]
+    return kept, (
+        f"The water is the sum of the {MOST} largest of {amplitude.size} components of the waves,"
+        f" which have {share:.0%} of their energy."
+    )
+
+
+def _where(waves: Components, these: np.ndarray) -> Components:
+    each = ("omega", "amplitude", "phase", "wavenumber", "heading")
+    return replace(waves, **{name: getattr(waves, name)[these] for name in each})
