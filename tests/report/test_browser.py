@@ -38,15 +38,15 @@ def test_charts_follow_keys_and_legends(tmp_path: Path) -> None:
     with opened(written(tmp_path, made_run())) as (page, said, _):
         canvas = page.locator("canvas[data-chart]").first
         canvas.focus()
-        legend = page.locator(".legend").first
+        legend = page.locator(".chart .legend").first
         for key, read in (("ArrowRight", "at 306 s"), ("+", ""), ("ArrowRight", "at 309 s")):
             canvas.press(key)
             assert until(page, lambda read=read: read in legend.inner_text())
         assert " to " not in legend.inner_text()  # every record is drawn
         assert " m" in legend.inner_text()
         canvas.press("0")
-        page.locator(".legend button").first.click()
-        assert page.locator(".legend button").first.get_attribute("aria-pressed") == "false"
+        page.locator(".chart .legend button").first.click()
+        assert page.locator(".chart .legend button").first.get_attribute("aria-pressed") == "false"
         assert until(page, lambda: canvas.evaluate(COLOURS) > 8)
         assert said == []
 
