@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.report.blocks import Chart
 
-ROOM = 4_500_000  # bytes of all series of a page together, as numbers of four bytes
+ROOM = 4_000_000  # bytes of all series of a page together, as numbers of four bytes
 MOST = 5000  # stretches
 MODES = (1, 2)  # stick and slip: their shares of a stretch; what is left is open
 STRETCHES = 800  # of modes

@@ -34,7 +34,8 @@ def statistics_blocks(run: xr.Dataset) -> Iterator[Block]:
         f" between upcrossings. Figures are from {start:g} s on{GROWN if start else ''}. Extremes"
         f" are of {found.attrs['exposure']:g} s: the most probable"
         f" one with its {percent:.0f} % interval, and between which values that of another such run"
-        f" is by {percent:.0f} %. Where a channel has no extremes it is said why."
+        f" is by {percent:.0f} %. Where a channel has no extremes it is said why; --from is"
+        " an option of hydrosim statistics."
     )
     channels = list(_channels(found))
     moments = [row for each in channels for row in _moments(found, *each)]
@@ -113,12 +114,16 @@ def _extremes(
         name: scale.factor * float(found[kind].sel({**at, "statistic": name})) for name in NAMES
     }
     words = {name: f"{value:.3f}" for name, value in figures.items()}
-    for side in SIDES:
-        basis = Basis(int(found[f"{kind}_basis"].sel({**at, "side": side})))
+    said = {**words, "unit": scale.unit, "ramp": found.attrs["wave_ramp"]}
+    bases = {s: Basis(int(found[f"{kind}_basis"].sel({**at, "side": s}))) for s in SIDES}
+    if bases["smallest"] == bases["largest"] not in LAWS:
+        both = f"{_between(*(figures[side] for side in SIDES))} {scale.unit}"
+        yield [title, "both", both, "–", "–", reason(bases["largest"], said)]
+        return
+    for side, basis in bases.items():
         observed = number(figures[side], scale.unit)
         if basis not in LAWS:
-            said = reason(basis, {**words, "unit": scale.unit, "ramp": found.attrs["wave_ramp"]})
-            yield [title, side, observed, "–", "–", said]
+            yield [title, side, observed, "–", "–", reason(basis, said)]
             continue
         extreme = scale.factor * found[f"{kind}_extreme"].sel({**at, "side": side})
         of = {str(name): float(extreme.sel(extreme=name)) for name in extreme.extreme.values}

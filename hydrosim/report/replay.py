@@ -18,8 +18,11 @@ from hydrosim.report.parts import title_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
 from hydrosim.scene import Scene
 
-FRAMES = 3000  # moments
+ROOM = 2_200_000  # bytes of all moments, in numbers of four bytes
 FACTORS = (1, 2, 5, 10, 20, 50)  # of motions
+SHORT = 1.0  # s: moments further apart do not show waves
+COARSE = ", straight between: too far apart to follow waves"
+BETWEEN = ", straight between"
 SEEN = 0.02  # of the size of the scene: how large motions are to be drawn
 PLANE = 0.12  # of the size of the scene: half a side of a plane without corners
 EARTH = -1  # in place of the number of a body
@@ -43,14 +46,14 @@ def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
     )
     waves, water = waves_of(scene, run)
     size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
-    step = -(-run.time.size // FRAMES)
+    step = _stride(run)
     frames = run.isel(time=slice(None, None, step))
     notes = [
         water,
         *(f"{b} is drawn as {s.said}." for b, s in zip(run.body.values, shapes, strict=True)),
     ]
     every = float(frames.time[1] - frames.time[0])
-    notes.append(f"Motions are those of every {every:g} s, straight between.")
+    notes.append(f"Motions are those of every {every:g} s{COARSE if every > SHORT else BETWEEN}.")
     names = list(map(str, run.body.values))
     data = {
         "bodies": [
@@ -69,6 +72,12 @@ def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
         **_lines(frames, scene),
     }
     yield Replay(data, notes)
+
+
+def _stride(run: xr.Dataset) -> int:
+    """How many records there are from one moment to the next."""
+    each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + run.sizes.get("spring", 0)
+    return -(-run.time.size * 4 * each // ROOM)
 
 
 def _placed(frames: xr.Dataset) -> np.ndarray:
