@@ -62,23 +62,31 @@ def sweep(
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
     if study.until is not None:
-        _until(study, result, workers, resume or scheduler is not None)
+        _until(study, result, workers, resume or scheduler is not None, plot_too)
         return
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
-        status, path = runs.status.values.tolist(), Path(runs.encoding["source"])
-        show(*_lines(runs, study), f"result    {path}")
-        if study.figures and "complete" in status:
-            show(*tables(runs, path, None, overwrite))
-            if plot_too:
-                draw_runs(runs, path.parent, path, overwrite)
+        _told(runs, study, Path(runs.encoding["source"]), overwrite, plot_too)
+
+
+def _told(runs: xr.Dataset, study: Study, path: Path, overwrite: bool, plot_too: bool) -> None:
+    """Say and draw what came of the runs; the exit code is that of the worst of them."""
+    status = runs.status.values.tolist()
+    show(*_lines(runs, study), f"result    {path}")
+    if study.figures and "complete" in status:
+        show(*tables(runs, path, None, overwrite))
+        if plot_too:
+            draw_runs(runs, path.parent, path, overwrite)
+    elif plot_too:
+        lacks = "no run is complete" if study.figures else "the study asks for no figures"
+        show(f"picture   none: {lacks}")
     if {"interrupted", "not run"} & {*status}:
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
 
 
-def _until(study: Study, result: Output, workers: int | None, other: bool) -> None:
+def _until(study: Study, result: Output, workers: int | None, other: bool, plot_too: bool) -> None:
     """A study with more and more seeds; its rounds are kept nowhere."""
     from hydrosim.results.runs_file import open_runs
     from hydrosim.studies.precise import run_until
@@ -97,8 +105,8 @@ def _until(study: Study, result: Output, workers: int | None, other: bool) -> No
         said = run_until(study, study.seeds, study.until, run, result)
     runs = open_runs(result.path)
     assert runs is not None
-    show(said, *_lines(runs, study), f"result    {result.path}")
-    show(*tables(runs, result.path, None, result.overwrite))
+    show(said)
+    _told(runs, study, result.path, result.overwrite, plot_too)
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Cluster | None:

@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
@@ -36,12 +37,12 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
     found = []
     for plan in effects.plans(runs):
         stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
-        if plan.figures and plan.parameters:
+        if plan.figures:
             place = output.at(output.path.with_name(f"{stem}.png"), "picture")
             found.append((plan, place.checked()))
     if not found:
         raise InputError(
-            f"{output.origin}: its study has no figures or no parameters, so nothing to draw;"
+            f"{output.origin}: its study has no figures, so there is nothing to draw;"
             " ask for some: figures: {NAME: {channel: .., statistic: ..}}."
         )
     return found
@@ -76,6 +77,8 @@ def _chart(plan: Plan) -> Callable[[Sequence[Axes], Plan, str], None]:
         return _bars
     if plan.design in effects.DRAWN:
         return _points
+    if not plan.parameters:
+        return _by_seed
     if plan.design == "one_at_a_time":
         return _tornado
     return _heat if len(plan.parameters) == 2 else _band
@@ -89,13 +92,29 @@ def _label(plan: Plan, figure: str) -> str:
 def _named(plan: Plan, parameter: str) -> str:
     """The last two words of a key, and its unit."""
     name = plan.axis(parameter)
-    unit = plan.runs[name].attrs.get("units", "")
-    short = plan.short(parameter)
-    return f"{short} [{unit}]" if unit not in ("", "1") else short
+    unit, short = plan.unit(name), plan.short(parameter)
+    return f"{short} [{unit}]" if unit else short
 
 
 def _rows(plan: Plan, figure: str) -> list[Row]:
     return [row for row in effects.rows(plan) if row.figure == figure]
+
+
+def _by_seed(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
+    """Where nothing but seeds is varied: each of them, the mean with its interval, and the band
+    of 90 % of the seeds."""
+    axis, (row,) = axes[0], _rows(plan, figure)
+    seeds = plan.runs["seed"].values if "seed" in plan.runs else np.arange(row.runs.size)
+    names = seeds if seeds.ndim == 1 else seeds[:, 0]
+    s = row.spread
+    axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
+    axis.axhline(s.mean, color=COLOURS[0])
+    axis.plot(names, plan.runs[figure].values, ".", color="0.4")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.set_xlabel("seed")
+    axis.set_ylabel(_label(plan, figure))
+    axis.legend(frameon=False, fontsize="small")
 
 
 def _band(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
@@ -152,8 +171,12 @@ def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
     for row in rows:
         mean[y.index(row.values[second]), x.index(row.values[first])] = row.spread.mean
     image = axis.imshow(mean, origin="lower", aspect="auto", cmap="viridis")
+    known = mean[np.isfinite(mean)]
+    bright = known.min() + 0.6 * np.ptp(known) if known.size else np.nan
     for (j, i), value in np.ndenumerate(mean):
-        axis.text(i, j, f"{value:.3g}", ha="center", va="center", color="white", fontsize="small")
+        text = f"{value:.3g}" if np.isfinite(value) else "no value"
+        colour = "white" if value < bright else "black"
+        axis.text(i, j, text, ha="center", va="center", color=colour, fontsize="small")
     for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
         names = [f"{v:.4g}" if isinstance(v, float) else str(v) for v in values]
         set_ticks(range(len(values)), names)
@@ -164,27 +187,31 @@ def _heat(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
 
 
 def _tornado(axes: Sequence[Axes], plan: Plan, figure: str) -> None:
-    """From the least to the largest mean that each parameter makes, the widest on top, and the mean
-    of the case."""
+    """From the least to the largest mean that each parameter makes, that of the case among them,
+    the widest on top."""
     rows, axis = _rows(plan, figure), axes[0]
     base = next(row.spread.mean for row in rows if not row.values["varied"])
-    spans = []
+    bars: list[tuple[float, float, list[Row], str]] = []
     for parameter in plan.parameters:
-        own = [row for row in rows if row.values["varied"] == parameter]
-        of = sorted(own, key=lambda row: row.spread.mean)
-        spans.append((of[0], of[-1], plan.axis(parameter), _named(plan, parameter)))
-    spans.sort(key=lambda span: span[1].spread.mean - span[0].spread.mean)
-    for k, (least, most, key, _) in enumerate(spans):
-        low, high = least.spread.mean, most.spread.mean
+        own = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
+        means = [row.spread.mean for row in own] + [base] * bool(own and np.isfinite(base))
+        ends = (min(means), max(means)) if own else (base, base)
+        bars.append((*ends, sorted(own, key=lambda row: row.spread.mean), parameter))
+    bars.sort(key=lambda bar: bar[1] - bar[0])
+    for k, (low, high, own, parameter) in enumerate(bars):
         axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
-        for row, side in ((least, "right"), (most, "left")):
-            value = row.values[key]
+        for row in {id(row): row for row in (*own[:1], *own[-1:])}.values():
+            value, mean = row.values[plan.axis(parameter)], row.spread.mean
             text = f" {value:.3g} " if isinstance(value, float) else f" {value} "
-            axis.text(row.spread.mean, k, text, ha=side, va="center", fontsize="small")
+            side = "right" if mean < base or (row is own[0] and len(own) > 1) else "left"
+            axis.text(mean, k, text, ha=side, va="center", fontsize="small")
+        if not own and np.isfinite(base):
+            axis.text(base, k, " no run has a value", va="center", fontsize="small")
     axis.axvline(base, color="0.3")
+    axis.use_sticky_edges = False
     axis.margins(x=0.2)
-    axis.set_yticks(range(len(spans)), [span[3] for span in spans])
-    axis.set_xlabel(f"mean {_label(plan, figure)}")
+    axis.set_yticks(range(len(bars)), [_named(plan, bar[3]) for bar in bars])
+    axis.set_xlabel(f"mean {_label(plan, figure)}, line: the case")
 
 
 def _points(axes: Sequence[Axes], plan: Plan, figure: str) -> None:

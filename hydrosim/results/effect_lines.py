@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
+from math import floor, isnan, log10
 
 import xarray as xr
 
 from hydrosim.results import effects
-from hydrosim.results.effects import DRAWN, Plan, Row
+from hydrosim.results.effects import DRAWN, Difference, Plan, Row
 
 MOST = 60  # rows of a table on the screen
 COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
@@ -47,30 +48,58 @@ def _of_values(plan: Plan) -> Iterator[str]:
     rows = list(effects.rows(plan))
     yield "  mean with its 90 % interval, and between which values another seed is by 90 %"
     short = {plan.axis(parameter): plan.short(parameter) for parameter in plan.parameters}
-    table = [_cells(row, short) for row in rows[:MOST]]
+    units = {name: plan.unit(name) for name in short}
+    table = [_cells(row, short, units) for row in rows[:MOST]]
     yield from _aligned(table)
     if len(rows) > MOST:
         yield f"  and {len(rows) - MOST} more, see the file"
     for each in effects.differences(plan) if _differs(plan) else ():
-        at = each.spread
-        yield (
-            f"  d {each.figure} / d {plan.short(each.parameter)}, {each.low:g} to {each.high:g}:"
-            f" {at.mean:.3g} ({at.low:.3g} to {at.high:.3g}) {each.unit}, std over {at.n} seeds"
-            f" {each.std:.2g}; contacts went another way in {each.changed:.0%} of them"
-        )
+        yield "  " + _difference(plan, each)
+
+
+def _difference(plan: Plan, of: Difference) -> str:
+    """A slope in words; its interval where there are seeds to have one of, what contacts did where
+    there are contacts."""
+    at, ends = of.spread, f"{of.low:g} to {of.high:g}"
+    text = f"d {of.figure} / d {plan.short(of.parameter)}, {ends}: "
+    if not at.n:
+        return text + "no seed has a value at both"
+    if at.n == 1:
+        text += f"{at.mean:.3g} {of.unit}, of one run at each"
+    else:
+        sure = f"({at.low:.3g} to {at.high:.3g})"
+        text += f"{at.mean:.3g} {sure} {of.unit}, std over {at.n} seeds {of.std:.2g}"
+    return text if isnan(of.changed) else f"{text}; contacts went another way in {of.changed:.0%}"
 
 
 def _differs(plan: Plan) -> bool:
     return plan.design == "one_at_a_time" or len(plan.parameters) == 1
 
 
-def _cells(row: Row, short: Mapping[str, str]) -> list[str]:
-    values = [f"{short.get(name, name)} {_value(value)}" for name, value in row.values.items()]
+def _cells(row: Row, short: Mapping[str, str], units: Mapping[str, str]) -> list[str]:
+    values = [
+        f"{short.get(name, name)} {_value(value)} {units.get(name, '')}".rstrip()
+        for name, value in row.values.items()
+    ]
     s = row.spread
-    sure = f"({s.low:.3f} to {s.high:.3f})" if s.n > 1 else ""
-    another = f"another {s.another_low:.3f} to {s.another_high:.3f}" if s.n > 1 else ""
     head = [", ".join(values) or "all", row.figure]
-    return [*head, f"{s.mean:.3f} {row.unit}", sure, another, f"{s.n} runs"]
+    if not s.n:
+        return [*head, "no run has a value", "", "", "0 runs"]
+    shown = [""] if s.n == 1 else _alike(s.mean, s.low, s.high, s.another_low, s.another_high)
+    mean = f"{s.mean:.4g}" if s.n == 1 else shown[0]
+    sure = f"({shown[1]} to {shown[2]})" if s.n > 1 else ""
+    another = f"another {shown[3]} to {shown[4]}" if s.n > 1 else ""
+    return [*head, f"{mean} {row.unit}", sure, another, f"{s.n} run{'s' if s.n > 1 else ''}"]
+
+
+def _alike(*numbers: float) -> list[str]:
+    """Numbers with one number of decimals, of which the largest has four digits or more; as powers
+    of ten where they are very large or small."""
+    most = max(map(abs, numbers))
+    if most and not 1e-3 <= most < 1e7:
+        return [f"{number:.3e}" for number in numbers]
+    decimals = max(0, 3 - floor(log10(most))) if most else 3
+    return [f"{number:.{min(decimals, 6)}f}" for number in numbers]
 
 
 def _value(value: object) -> str:

@@ -44,6 +44,10 @@ class Plan(NamedTuple):
         """The coordinate that says the values of a parameter: their names, or the first key."""
         return parameter if parameter in self.runs else self.parameters[parameter][0]
 
+    def unit(self, name: str) -> str:
+        """The unit of the values of a coordinate, empty if they have none."""
+        return str(self.runs[name].attrs.get("units", "")).removeprefix("1")
+
 
 class Spread(NamedTuple):
     """A figure over ``n`` seeds: its mean, the interval of that, that of another seed."""
@@ -157,7 +161,8 @@ def differences(plan: Plan) -> Iterator[Difference]:
         for figure in plan.figures:
             change = np.array([float(b[figure] - a[figure]) for a, b in pairs]) / (high - low)
             of = str(runs[keys[0]].attrs.get("units", ""))
-            unit = f"{runs[figure].attrs.get('units', '')} / ({of})"
+            unit = str(runs[figure].attrs.get("units", ""))
+            unit += f" / ({of})" if of not in ("", "1") else ""
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
             changed = _changed(pairs)

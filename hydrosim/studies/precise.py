@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf, isnan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -35,13 +36,15 @@ def run_until(
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
             width, count = widest(runs, wanted.figure), len(known)
             more = min(count, wanted.most - count)
-            if width <= wanted.wide.value or more <= 0:
+            if width <= wanted.wide.value or more <= 0 or wanted.figure not in runs:
                 break
             new = [max(known) + 1 + k for k in range(more)]
             part, known = with_seeds(study, len(seeds), new), [*known, *new]
         write(runs, output)
         for each in rounds:
             each.close()
+    if width == inf:
+        return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
     said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is {width:.3g}"
     return said + (
         "" if width <= wanted.wide.value else f", not {wanted.wide.value:g} as asked for"
@@ -53,7 +56,7 @@ def widest(runs: xr.Dataset, figure: str) -> float:
     where there are too few values."""
     rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
     widths = [row.spread.high - row.spread.low for row in rows if row.figure == figure]
-    return float(np.nan_to_num(widths, nan=np.inf).max())
+    return max((inf if isnan(width) else width for width in widths), default=inf)
 
 
 def with_seeds(study: Study, count: int, new: list[int]) -> Study:

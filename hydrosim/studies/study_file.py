@@ -198,6 +198,14 @@ class StudyFile(Plan):
             raise problem("until without seeds", "the seeds to begin with, such as 1-8")
         return self
 
+    def bounds(self) -> dict[str, tuple[str, Scale]]:
+        """What figures are compared with: by key of the file, the figure's name and the bound."""
+        found = {
+            f"criteria.{name}.limit": (name, each.limit) for name, each in self.criteria.items()
+        }
+        until = self.until
+        return found | ({} if until is None else {"until.wide": (until.figure, until.wide)})
+
     def plans(self) -> dict[str, Plan]:
         """All plans by name; that of a file with one has none."""
         return self.studies or {"": self}

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,22 +23,26 @@ import xarray as xr
 from hydrosim.case.load import Case, load_case
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
+from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.units import Scale
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.results.figures import Figure
-from hydrosim.results.runs_file import RUN
+from hydrosim.results.runs_file import RUN, TEXTS
 from hydrosim.scene import Scene
 from hydrosim.studies import designs
 from hydrosim.studies.coordinates import at_key, column
 from hydrosim.studies.many import Progress, prepared, simulate_many
 from hydrosim.studies.pools import Pool
 from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
-from hydrosim.studies.trial import check_figures
+from hydrosim.studies.trial import check_figures, check_units
 
 STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
 DESIGN = "design"  # attribute of a file of runs, see `described`
 MOST_RUNS = 1_000_000
+OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
+TAKEN = f"found such a name; expected one that is not taken ({', '.join(sorted(OWN))}), without /"
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Study:
     """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
     kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
     ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
-    there are to be more."""
+    there are to be more; the ``bounds`` of figures, see `StudyFile`."""
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
@@ -56,6 +60,7 @@ class Study:
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: Enough | None = None
+    bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
 
 
 def read_study(path: Path) -> StudyFile:
@@ -73,6 +78,7 @@ def load_study(path: Path | str) -> Study:
     data = read_study(path)
     builder = _Builder(path, data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
+    _check_once(path, _labels(data, rows))
     runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
     return Study(
         tuple(scene for _, scene in runs),
@@ -83,6 +89,7 @@ def load_study(path: Path | str) -> Study:
         json.dumps(described(data)),
         data.seeds or (),
         data.until,
+        data.bounds(),
     )
 
 
@@ -96,20 +103,24 @@ def run_study(
 ) -> xr.Dataset:
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""
-    check_figures(study.inputs[0], study.scenes[0], study.figures)
-    return simulate_many(
-        study.scenes,
-        output,
-        variables=study.kept.variables,
-        labels=study.labels,
-        figures=study.figures,
-        attributes={DESIGN: study.design},
-        start=study.kept.start,
-        workers=workers,
-        progress=progress,
-        resume=resume,
-        pool=pool,
-    )
+    file = study.inputs[0]
+    check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
+    try:
+        return simulate_many(
+            study.scenes,
+            output,
+            variables=study.kept.variables,
+            labels=study.labels,
+            figures=study.figures,
+            attributes={DESIGN: study.design},
+            start=study.kept.start,
+            workers=workers,
+            progress=progress,
+            resume=resume,
+            pool=pool,
+        )
+    except InputError as error:
+        raise InputError(str(error).replace("simulate_many:", f"{file}: output:")) from None
 
 
 def figures_of(data: StudyFile) -> tuple[Figure, ...]:
@@ -163,9 +174,22 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
         yield Problem(("until", "figure"), text)
     for name in data.figures.keys() & data.criteria.keys():
         yield Problem(("criteria", name), "found the name of a figure; expected another name")
-    for name in [*data.figures, *data.criteria]:
-        if not name.isidentifier():
-            yield Problem(("figures", name), "found such a name; expected letters, digits and _")
+    linked = {
+        name: where
+        for plan, each in data.plans().items()
+        for name, parameter in each.parameters.items()
+        if isinstance(parameter, Linked)
+        for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
+    }
+    for kind, names in (("figures", data.figures), ("criteria", data.criteria)):
+        for name in names:
+            if not name.isidentifier():
+                yield Problem((kind, name), "found such a name; expected letters, digits and _")
+            if name in OWN or name in linked:
+                yield Problem((kind, name), TAKEN)
+    for name, where in linked.items():
+        if name in OWN or "/" in name:
+            yield Problem(where, TAKEN)
 
 
 @dataclass(frozen=True)
@@ -197,15 +221,21 @@ class _Builder:
 
     def rows(self, name: str, plan: Plan) -> Iterator[_Row]:
         for row in designs.rows(plan, self._ends):
-            case = load_case(self.case, {**self.fixed, **row.settings})
+            case = self._case(row.settings)
             self.inputs |= dict.fromkeys(case.inputs())
             yield _Row(name, row, case, prepared(case))
+
+    def _case(self, settings: Mapping[str, Any]) -> Case:
+        try:
+            return load_case(self.case, {**self.fixed, **settings})
+        except InputError as error:
+            raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
 
     def _ends(self, key: str, spread: Range) -> tuple[float, float]:
         """The ends of a range in SI, each as the case reads it."""
         found = []
         for value in (spread.low, spread.high):
-            number = at_key(load_case(self.case, {**self.fixed, key: value}).data, key).number
+            number = at_key(self._case({key: value}).data, key).number
             if number is None:
                 raise InputError(f"{self.path}: {key}: found {value}; expected a number")
             found.append(number)
@@ -237,6 +267,21 @@ def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
         name: xr.Variable(RUN, column(values), _attributes(units.get(name)))
         for name, values in labels.items()
     }
+
+
+def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
+    """Refuse combinations that are the same, such as 1 m and 100 cm: their runs, which are the same
+    too, would count as if they were of other seeds."""
+    rows = list(zip(*(values.values.tolist() for values in labels.values()), strict=True))
+    seen: set[tuple[Any, ...]] = set()
+    for row in rows:
+        if row in seen:
+            text = ", ".join(f"{name} {value}" for name, value in zip(labels, row, strict=True))
+            raise InputError(
+                f"{path}: parameters: found {text} twice; expected each combination of values once,"
+                " as the same runs twice say no more than once."
+            )
+        seen.add(row)
 
 
 def _along(key: str, rows: list[_Row]) -> tuple[list[Any], str | None]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.figures import Figure, figure_of
 from hydrosim.scene import Scene
@@ -32,3 +33,22 @@ def check_figures(file: Path, scene: Scene, figures: Sequence[Figure]) -> dict[s
         except InputError as error:
             raise InputError(f"{file}: {figure.name}: {error}") from None
     return units
+
+
+def check_units(
+    file: Path, bounds: Mapping[str, tuple[str, Scale]], units: Mapping[str, str]
+) -> None:
+    """Refuse bounds of figures, by key of the study ``file``, of another kind than the figures,
+    whose ``units`` are known."""
+    for key, (figure, bound) in bounds.items():
+        if figure not in units or bound.unit is None:
+            continue
+        what = "limit" if key.endswith("limit") else "width"
+        unit = "" if units[figure] == "1" else units[figure]
+        try:
+            factor(bound.unit, unit)
+        except ValueError as error:
+            raise InputError(
+                f'{file}: {key}: found "{bound.text}"; expected a {what} in'
+                f" {unit or 'plain numbers'}, which {figure} has; {error}"
+            ) from None

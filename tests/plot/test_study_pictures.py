@@ -46,7 +46,32 @@ def test_the_widest_bar_of_a_tornado_is_on_top() -> None:
     runs = runs_of("one_at_a_time", values, [10.0, 8.0, 13.0, 11.0])
     (axis,) = page(effects.plans(runs)[0]).axes
     assert [label.get_text() for label in axis.get_yticklabels()] == ["b", "a"]
-    assert [(bar.get_x(), bar.get_width()) for bar in axis.patches] == [(11.0, 0.0), (8.0, 5.0)]
+    assert [(bar.get_x(), bar.get_width()) for bar in axis.patches] == [(10.0, 1.0), (8.0, 5.0)]
+
+
+def test_a_parameter_of_which_no_run_has_a_value_is_still_named() -> None:
+    values = {"a": [1.0, 0.0, 2.0, 1.0], "b": [5.0, 5.0, 5.0, 9.0], "varied": ["", "a", "a", "b"]}
+    runs = runs_of("one_at_a_time", values, [10.0, 8.0, 13.0, np.nan])
+    (axis,) = page(effects.plans(runs)[0]).axes
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["b", "a"]
+    assert axis.texts[0].get_text() == " no run has a value"
+
+
+def test_seeds_alone_are_points_about_their_mean() -> None:
+    runs = runs_of("grid", {"seed": [3, 4, 5]}, [1.0, 2.0, 6.0])
+    del (design := json.loads(runs.attrs["design"]))["plans"][""]["parameters"]["a"]
+    runs.attrs["design"] = json.dumps(design)
+    (axis,) = page(effects.plans(runs)[0]).axes
+    assert axis.lines[0].get_ydata()[0] == 3.0  # type: ignore[index]
+    assert axis.lines[1].get_xydata().tolist() == [[3.0, 1.0], [4.0, 2.0], [5.0, 6.0]]  # type: ignore[attr-defined]
+    assert axis.get_xlabel() == "seed"
+
+
+def test_numbers_of_a_heat_map_stand_out_and_what_is_missing_is_said() -> None:
+    values = {"a": [1.0, 1.0, 2.0, 2.0], "b": [5.0, 6.0, 5.0, 6.0]}
+    axis = page(effects.plans(runs_of("grid", values, [1, 2, 3, np.nan]))[0]).axes[0]
+    colours = {text.get_text(): text.get_color() for text in axis.texts}
+    assert colours == {"1": "white", "2": "white", "3": "black", "no value": "black"}
 
 
 @pytest.mark.parametrize(("design", "panels"), [("sobol", 2), ("sobol_indices", 1)])
@@ -61,5 +86,5 @@ def test_samples_and_indices(tmp_path: Path, design: str, panels: int) -> None:
 
 def test_nothing_to_draw(tmp_path: Path) -> None:
     runs = runs_of("grid", {"a": [1.0]}, [1.0]).drop_vars("y")
-    with pytest.raises(InputError, match="no figures or no parameters, so nothing to draw"):
+    with pytest.raises(InputError, match="no figures, so there is nothing to draw"):
         draw_study(runs, Output(tmp_path / "runs.nc", "picture", tmp_path / "runs.nc"))

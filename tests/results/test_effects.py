@@ -89,6 +89,24 @@ def test_one_at_a_time_and_what_is_missing() -> None:
     assert any("varied" in line for line in study_lines(runs))
 
 
+def test_tables_say_what_there_is_and_nothing_else() -> None:
+    """Units of the values, as many digits as small numbers need, no interval of one run, nothing
+    of contacts where there are none."""
+    a, seed = np.array([1.0, 1.0, 2.0, 2.0]), np.array([1, 2, 1, 2])
+    runs = file_of("grid", {"a": a}, np.array([1e-5, 3e-5, np.nan, np.nan]), seed)
+    runs["a"].attrs["units"] = "s"
+    lines = list(study_lines(runs))
+    assert lines[2].split() == [
+        *("a", "1", "s", "y", "2.000e-05", "m", "(-4.314e-05", "to", "8.314e-05)"),
+        *("another", "-8.936e-05", "to", "1.294e-04", "2", "runs"),
+    ]
+    assert lines[3].split() == ["a", "2", "s", "y", "no", "run", "has", "a", "value", "0", "runs"]
+    assert lines[4] == "  d y / d a, 1 to 2: no seed has a value at both"
+    alone = list(study_lines(file_of("grid", {"a": a[1:3]}, np.array([12.5, 22.5]))))
+    assert alone[2].split() == ["a", "1", "y", "12.5", "m", "1", "run"]
+    assert alone[4] == "  d y / d a, 1 to 2: 10 m, of one run at each"
+
+
 def test_runs_of_no_study_are_refused() -> None:
     with pytest.raises(InputError, match="no attribute design"):
         effects.plans(xr.Dataset())

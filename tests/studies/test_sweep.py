@@ -105,6 +105,19 @@ def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Comm
         ("figures: {a: {channel: wave_elevation, statistic: median}}", ("median", "mean")),
         ("figures: {a b: {channel: wave_elevation, statistic: mean}}", ("digits and _",)),
         ("criteria: {a: {channel: wave_elevation, statistic: mean}}", ('no key "limit"',)),
+        (
+            f"parameters: {{{HEIGHT}: [1 m, 100 cm]}}",
+            (f"study.yaml: parameters: found {HEIGHT} 1.0 twice", "once"),
+        ),
+        ("parameters: {solver.stp: [1]}", ("study.yaml: solver.stp=1: ",)),
+        (
+            "figures: {status: {channel: wave_elevation, statistic: mean}}",
+            ("study.yaml:3: figures.status", "not taken"),
+        ),
+        (
+            "parameters: {a/b: {keys: {solver.step: [0.1, 0.05]}}}",
+            ("study.yaml:3: parameters.a/b", "without /"),
+        ),
         ("seed: 1", ("study.yaml:3: seed", "unknown key", 'did you mean "seeds"')),
     ],
 )
@@ -131,6 +144,49 @@ def test_a_channel_that_is_not_there_is_refused_before_the_runs(
     assert result.code == 2
     assert all(word in result.err for word in words)
     assert "study.yaml: a: found" in " ".join(result.err.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("until: {figure: a, wide: 1 kN}\nfigures: {a: {%s}}", 'until.wide: found "1 kN"'),
+        ("criteria: {a: {%s, limit: 1 kN}}", 'criteria.a.limit: found "1 kN"'),
+        ("output: {start: 11 s}\nfigures: {a: {%s}}", "output: found start 11 s"),
+    ],
+)
+def test_a_bound_of_another_kind_and_a_late_start_are_refused_before_the_runs(
+    tmp_path: Path, sweep: Command, text: str, words: str
+) -> None:
+    asked = text.replace("%s", "channel: position.barge.surge, statistic: end")
+    result = sweep(study(tmp_path, f"seeds: 1-2\n{asked}"), "-o", tmp_path / "runs.nc")
+    assert result.code == 2
+    assert f"study.yaml: {words}" in " ".join(result.err.split())
+
+
+@pytest.mark.parametrize("until", ["", "until: {figure: a, wide: 100 m}\n"])
+def test_figures_are_drawn_over_seeds_alone(
+    tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch, until: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "figures: {a: {channel: position.barge.surge, statistic: end}}"
+    result = sweep(study(tmp_path, f"seeds: 1-2\n{until}{text}"), "-o", "runs.nc", "--plot")
+    assert result.code == 0, result.err
+    assert Path("runs.png").exists()
+    assert "all a " in " ".join(result.out.split())
+
+
+def test_a_study_until_of_which_no_run_ends_is_said_and_not_gone_on_with(
+    tmp_path: Path, sweep: Command
+) -> None:
+    """The step is above the stable limit, and the case has that refused."""
+    asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
+    text = (
+        f"seeds: 1-2\nuntil: {{figure: a, wide: 1 m}}\nparameters: {{solver.step: [0.25]}}\n{asked}"
+    )
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
+    assert result.code == 3
+    assert "2 seeds: some combination has fewer than two values of a" in result.out
+    assert "2 runs: 2 failed" in result.out
 
 
 LINKED = """

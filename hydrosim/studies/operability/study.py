@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.case.load import load_case
-from hydrosim.documents.units import factor
 from hydrosim.errors import InputError
 from hydrosim.results.figures import Figure
 from hydrosim.scene import Scene
@@ -23,7 +22,7 @@ from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
 from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep import read_study
-from hydrosim.studies.trial import check_figures
+from hydrosim.studies.trial import check_figures, check_units
 
 ALL = "all"  # stages together
 SEEDS = 50  # where the study says none
@@ -97,27 +96,12 @@ def load_limits(path: Path) -> Limits:
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     units = check_figures(path, scene, figures)
-    _check_units(path, data, units)
+    check_units(path, data.bounds(), units)
     limits = tuple(each.limit.value for each in data.criteria.values())
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
     return Limits(path, scene, data, data.operability, figures, limits, units, inputs)
-
-
-def _check_units(path: Path, data: StudyFile, units: dict[str, str]) -> None:
-    """Refuse limits of another kind than what they are limits of."""
-    for name, criterion in data.criteria.items():
-        if name not in units or criterion.limit.unit is None:
-            continue
-        unit = units[name].replace("1", "")
-        try:
-            factor(criterion.limit.unit, unit)
-        except ValueError as error:
-            raise InputError(
-                f'{path}: criteria.{name}.limit: found "{criterion.limit.text}"; expected a limit'
-                f" in {unit or 'plain numbers'}, which {criterion.channel} has; {error}"
-            ) from None
 
 
 def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None) -> xr.Dataset:
