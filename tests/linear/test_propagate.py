@@ -33,6 +33,7 @@ from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import division, stretches
 from hydrosim.scene import (
     Body,
+    Box,
     ConstantRadiation,
     Environment,
     ForceElement,
@@ -40,6 +41,7 @@ from hydrosim.scene import (
     LinearScenes,
     Method,
     Place,
+    Pump,
     RadiationModel,
     RegularWave,
     Scene,
@@ -47,8 +49,10 @@ from hydrosim.scene import (
     Solver,
     Start,
     Stream,
+    Tank,
     WaveForces,
     WaveTrain,
+    Weight,
 )
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.studies.check import survey
@@ -320,6 +324,16 @@ NONLINEAR = {
     ),
     "radiation by convolution": with_body(barge(), radiation=RadiationModel.CONVOLUTION),
     "waves follow barge": with_body(barge(), wave_forces=WaveForces(position=Place.INSTANTANEOUS)),
+    "what is in the tanks of block changes": dry(
+        block(
+            5e4,
+            ["heave"],
+            weight=Weight.CARRIED,
+            tanks=(Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0),),
+            pumps=(Pump("out", 1.0, "tank", None),),
+        ),
+        {"mooring": LinearMooring("block", SIX, SIX)},
+    ),
     "exact rotations of barge": with_body(
         barge(), dofs=DOFS, wave_forces=WaveForces(headings=Place.MEAN)
     ),
