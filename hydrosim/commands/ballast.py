@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.commands.compiling import announced
@@ -142,9 +143,9 @@ def _short(value: float) -> str:
 
 
 def _table(title: str, columns: list[str], rows: list[list[str]]) -> Table:
-    table = Table(title=title)
+    table = Table(title=escape(title))
     for k, name in enumerate(columns):
-        table.add_column(name, justify="right" if k else "left")
+        table.add_column(escape(name), justify="right" if k else "left")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     return table

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from hydrosim.errors import InputError
 from hydrosim.forces.ballast.events import unforeseen_tanks
-from hydrosim.forces.ballast.loading import at_start
+from hydrosim.forces.ballast.loading import at_start, body_without, least_moment, loaded
 from hydrosim.forces.ballast.shapes import height
 from hydrosim.forces.ballast.tanks import Tanks, changing, flow_keys, tank_names
 from hydrosim.forces.ballast.timeline import follow
@@ -112,10 +114,11 @@ def _check_lightship(body: Body) -> None:
 def check_flow(scene: Scene, p: Tanks) -> None:
     """Follow the levels to the end of the run, and refuse what cannot be pumped."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
-    names = tank_names(scene)
+    names, course = tank_names(scene), follow(p, end)
     flows = [f"bodies.{body.name}.{key}" for body in scene.bodies for key in flow_keys(body)]
-    problem = follow(p, end).problem
+    problem = course.problem
     if problem is None:
+        _check_inertia(scene, course.at(end), end)
         return
     tank = "" if problem.tank is None else names[problem.tank]
     text = {
@@ -127,3 +130,21 @@ def check_flow(scene: Scene, p: Tanks) -> None:
         " full, or the level at which it stops is reached; expected something to pump then",
     }[problem.what]
     raise InputError(f"{flows[problem.flow]}: {text}.")
+
+
+def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
+    """Refuse bodies that turn and have no inertia left with these ``volumes`` (nt,) [m^3] in the
+    tanks that change."""
+    held = iter(volumes.tolist())
+    for body in scene.bodies:
+        here = [(tank, next(held)) for tank in changing(body)]
+        gone = [(tank, volume) for tank, volume in at_start(body.tanks) if tank in changing(body)]
+        left = body_without(body, gone)
+        least = least_moment(body, loaded(left.mass, left.centre, left.inertia, here).inertia)
+        if least <= 0.0 and not body.constant_inertia:
+            raise InputError(
+                f"bodies.{body.name}.inertia, radii_of_gyration: found such that at {end:g} s, with"
+                f" what is in the tanks then, a moment of inertia of {least:.3g} kg m^2 is left;"
+                " expected larger ones: they are those of the body with what is in its tanks at"
+                " the start."
+            )

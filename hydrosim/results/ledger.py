@@ -22,6 +22,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.scene import ADAPTIVE
+
 CLOSED = 1e-4  # of the exchanged energy: a residual beyond is warned of
 STRETCHES = 16  # of a run, half overlapping
 FEWEST = 8  # output times in a stretch
@@ -101,7 +103,7 @@ def _giving(run: xr.Dataset) -> Iterator[str]:
 
 
 def _remedy(run: xr.Dataset) -> str:
-    return ADAPTIVE_REMEDY if run.attrs.get("solver_method") == "dopri5" else REMEDY
+    return ADAPTIVE_REMEDY if run.attrs.get("solver_method") in ADAPTIVE else REMEDY
 
 
 def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:

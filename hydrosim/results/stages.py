@@ -124,7 +124,8 @@ def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[flo
     """The times of `STAGES` [s] by what a group remembers, not a number of those that it does not
     come to."""
     first, opened, last = own[[group.FIRST, group.OPENED, group.LAST]]
-    known = (first, *parts, opened, last if ends_open else NEVER)
+    after = (time if time == NEVER else max(time, first) for time in parts)  # the mean looks ahead
+    known = (first, *after, opened, last if ends_open else NEVER)
     return [time if time != NEVER else np.nan for time in known]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.forces.ballast.loading import Loading, at_start, loaded
+from hydrosim.forces.ballast.loading import Loading, at_start, body_without, loaded
 from hydrosim.forces.ballast.pieces import LEVEL, at
 from hydrosim.forces.ballast.shapes import capacity, pieces
 from hydrosim.forces.ballast.tanks import changing
@@ -156,9 +156,7 @@ def _condition(
     righting: np.ndarray,
     held: np.ndarray,
 ) -> Condition:
-    empty = loaded(
-        body.mass, body.centre_of_gravity, np.array(body.inertia), at_start(body.tanks), -1.0
-    )
+    empty = body_without(body, at_start(body.tanks))
     full = loaded(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(

@@ -184,6 +184,13 @@ def test_a_pump_by_an_event_is_the_pump_by_that_level(load: Load) -> None:
             r"bodies\.barge: found 3e\+05 kg in all and 5\.104e\+05 kg in its tanks",
         ),
         (
+            {
+                "mass": "mass: 2000 tonne\n    radii_of_gyration: [0.1, 0.1, 0.1]",
+                "pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour}",
+            },
+            r"barge\.inertia, radii_of_gyration: found such that at 3600 s, with .* of -\S+ kg m",
+        ),
+        (
             {"mass": LIGHTSHIP + "\n    mass: 1000"},
             r"found lightship and mass; expected one of them",
         ),

@@ -43,6 +43,7 @@ def test_a_loading_condition_is_told_and_drawn(ballast: Command) -> None:
     assert "144758.0" in done.out  # t: 156,758 less twice 6000
     assert "9796.3" in done.out  # with the other 20,000 t, about the centre of flotation
     assert "10203.7" in done.out
+    assert all(f"[{unit}]" in done.out for unit in ("t", "m", "deg", "t/hour", "kg, kg m, kg m^2"))
     assert Path("case_ballast.png").stat().st_size > 1e4
 
 

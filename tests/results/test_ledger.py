@@ -11,7 +11,7 @@ import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import CLOSED, gap, guarded
-from hydrosim.scene import Scene
+from hydrosim.scene import ADAPTIVE, Method, Scene
 
 MASS, OMEGA = 2e4, 1.5
 
@@ -89,6 +89,13 @@ def test_what_hardly_moves_is_no_gap() -> None:
     run = ledger(swings(1e-6 * np.ones(801)), 1e-6 * np.arange(801) * 1e-3)
     assert "warnings" in guarded(run).attrs
     assert "warnings" not in guarded(run, mass=1e6).attrs
+
+
+@pytest.mark.parametrize("method", Method)
+def test_the_remedy_is_what_the_method_goes_by(method: Method) -> None:
+    run = ledger(swings(np.ones(801)), np.arange(801.0)).assign_attrs(solver_method=str(method))
+    key = "solver.tolerance" if method in ADAPTIVE else "solver.step"
+    assert f"Try a smaller {key}" in guarded(run).attrs["warnings"]
 
 
 def test_friction_that_gives_is_said() -> None:

@@ -230,6 +230,15 @@ def test_a_plain_fender_tells_its_impacts_where_it_has_a_group():
     assert float(run.recontact_force) == pytest.approx(peak, rel=1e-4)
 
 
+def test_nothing_is_transferred_before_the_first_contact():
+    """The mean over a minute looks ahead: it is above all parts before a short fall ends."""
+    top = block(MASS, ("heave",), "top", weight=Weight.CARRIED, position=moving(heave=0.3))
+    legs = Landing("top", CORNERS, CORNERS, LINE, Frictionless())
+    times = hs.simulate(scene(top, {"legs": legs}, 20.0, 0.5, step=0.002)).stage_time.values[0]
+    assert times[0] == pytest.approx(np.sqrt(0.6 / 9.81), abs=1e-9)
+    assert np.all(times[1 : 1 + len(PARTS)] == times[0])
+
+
 def test_without_a_group_nothing_is_remembered():
     plain, told = hs.compile_scene(bouncing()), hs.compile_scene(bouncing(group="feet"))
     assert told.model.size == plain.model.size + GROUP_STATES

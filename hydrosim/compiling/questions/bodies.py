@@ -10,6 +10,7 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.database import needed
 from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Harmonic, Signal
+from hydrosim.forces.ballast.loading import at_start, body_without, least_moment
 from hydrosim.scene import Weight
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
@@ -46,6 +47,14 @@ def inertia(about: About) -> Iterator[Doubt]:
             found = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest of a rigid body is at most the sum of the others"
             yield Doubt(f"bodies.{body.name}.inertia, radii_of_gyration", found, usual)
+        empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
+        if empty <= 0.0 and not body.constant_inertia:
+            yield Doubt(
+                f"bodies.{body.name}.inertia, radii_of_gyration",
+                f"a moment of inertia of {empty:.3g} kg m^2 without what is in the tanks",
+                "they are those of the body with it, and larger",
+                "What is pumped out takes more than there is.",
+            )
 
 
 def stability(about: About) -> Iterator[Doubt]:

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.forces.ballast.pieces import FIRST, PAIRS, SECOND, SURFACE, at
 from hydrosim.forces.ballast.shapes import pieces, volume_at
-from hydrosim.scene import FreeSurface, Tank
+from hydrosim.scene import Body, FreeSurface, Tank
 
 
 class Loading(NamedTuple):
@@ -50,6 +51,18 @@ def loaded(
     C = first / mass
     about = inertia + _turned(second - mass * np.outer(C, C))
     return Loading(float(mass), C, about, surface)
+
+
+def body_without(body: Body, contents: Iterable[tuple[Tank, float]]) -> Loading:
+    """A body less what is in some of its tanks at the start."""
+    return loaded(body.mass, body.centre_of_gravity, body.inertia, contents, -1.0)
+
+
+def least_moment(body: Body, inertia: np.ndarray) -> float:
+    """The least moment [kg m^2] of an ``inertia`` (3, 3) about axes that the body may turn about;
+    infinite if it may not turn."""
+    turns = [i for i in range(3) if DOFS[3 + i] in body.dofs]
+    return float(np.linalg.eigvalsh(inertia[np.ix_(turns, turns)])[0]) if turns else np.inf
 
 
 def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
