@@ -9,6 +9,7 @@ import xarray as xr
 from rich.markup import escape
 from rich.table import Table
 
+from hydrosim.forces.trigger import BEFORE
 from hydrosim.results.stages import stage_lines, stages
 from hydrosim.scene import RadiationModel
 from hydrosim.studies.converge import Study
@@ -40,6 +41,8 @@ def lines(run: xr.Dataset) -> Iterator[str]:
         yield from _springs(run)
     if "gap" in run.dims:
         yield from _clearances(run)
+    if "trigger" in run.dims:
+        yield from _waiting(run)
     for body, model in _automatic(run):
         yield f"radiation {body}: {model}"
     for line in str(a.get("radiation_errors", "")).splitlines():
@@ -47,6 +50,12 @@ def lines(run: xr.Dataset) -> Iterator[str]:
     for warning in str(a.get("warnings", "")).splitlines():
         yield f"warning   {warning}"
     yield f"energy    residual {a['energy_residual_relative']:.1e} of the energy exchanged"
+
+
+def _waiting(run: xr.Dataset) -> Iterator[str]:
+    """Elements and pumps that have not begun by the end."""
+    for name in run.trigger.values[np.all(run.trigger_stage.values == BEFORE, axis=0)]:
+        yield f"{name:12s} has not begun: what it waits for did not come"
 
 
 def _automatic(run: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -25,7 +25,17 @@ from hydrosim.forces import (
     Spring,
     constant,
 )
-from hydrosim.scene import Jonswap, LinearScenes, Question, RegularWave, Scene, Stream
+from hydrosim.scene import (
+    Box,
+    Jonswap,
+    LinearScenes,
+    Question,
+    RegularWave,
+    Scene,
+    Stream,
+    Tank,
+    Weight,
+)
 
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*/*.yaml"))
 
@@ -130,6 +140,18 @@ ODD = {
         "a tenth of the waves' period",
     ),
 }
+
+
+def test_a_lightship_without_inertia_is_asked_about() -> None:
+    """A moment of 1e9 kg m^2, and 2000 t at 30 m from the middle: m y^2 = 1.8e9 kg m^2."""
+    wings = [Tank(f"{y:g}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30.0, 30.0)]
+    little, enough = (
+        afloat(weight=Weight.CARRIED, inertia=moment * np.eye(3), tanks=tuple(wings))
+        for moment in (1e9, 3e9)
+    )
+    (said,) = [text for text in warnings(little) if "accept: [inertia]" in text]
+    assert "bodies.barge.inertia, radii_of_gyration: found a moment of inertia of -8" in said
+    assert not [text for text in warnings(enough) if "accept: [inertia]" in text]
 
 
 @pytest.mark.parametrize("question", ODD)

@@ -11,6 +11,7 @@ import pytest
 from dry_scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
+from hydrosim.commands.summary import lines
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When
@@ -215,3 +216,12 @@ def test_contacts_can_be_waited_for():
     assert N[first - 1] < 5.0 <= N[first]
     begun, ended = run.time.values[[first, np.flatnonzero(stage == 2)[0]]]
     assert ended == pytest.approx(begun + 0.3, abs=0.011)  # it is waited for from then on
+
+
+def test_what_has_not_begun_is_said() -> None:
+    """A force from a speed on that the mass has after 4 s, 6 m/s, or has not."""
+    for speed, waits in ((100.0, True), (1.0, False)):
+        start = When(channel="speed.block", above=speed)
+        more = replace(steady(surge=0.1), active=Active(start))
+        said = "\n".join(lines(hs.simulate(pushed(more=more))))
+        assert ("more         has not begun" in said) == waits
