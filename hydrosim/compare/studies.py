@@ -90,7 +90,7 @@ def lines(found: Comparison) -> Iterator[str]:
     rest = len(found.channels) - len(differing) - same
     yield (
         f"of {len(found.channels)} channels {len(differing)} differ, at {LEVEL:.0%} for all"
-        f" together; {rest} may by chance, {same} are equal in all runs"
+        f" together; differences of {rest} may be chance, {same} are equal in all runs"
     )
 
 
