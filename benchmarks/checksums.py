@@ -40,6 +40,8 @@ CLOCK = {
     "case",
     "case_resolved",
     "history",
+    "date_created",
+    "format",
 }  # attributes of the clock and of places
 SOLVER = "solver.method"
 BARGE = """

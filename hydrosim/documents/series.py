@@ -10,7 +10,7 @@ order: ``force_wave_first_order.barge.surge``, ``fender_compression.interface 1`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -137,9 +137,16 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
         source.wrong(
             f'found {shown(column)} for every {" and ".join(left)}; expected one, as in "{example}"'
         )
-    # "m or rad": of translations or rotations
-    units = str(values.attrs.get("units", "")).split(" or ")
-    return values.values.astype(float), units[-1 if set(labels) & {*DOFS[3:]} else 0]
+    return values.values.astype(float), _unit(values.attrs, labels)
+
+
+def _unit(said: Mapping[str, object], labels: Sequence[str]) -> str:
+    """The unit of what is selected by ``labels``: that of all, or of the degree of freedom. Older
+    files have "m or rad", of translations or rotations."""
+    row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
+    if "dof_units" in said:
+        return str(said["dof_units"]).split(", ")[row]
+    return str(said.get("units", "")).split(" or ")[-1 if row > 2 else 0]
 
 
 def _others(values: xr.DataArray) -> Iterator[str]:

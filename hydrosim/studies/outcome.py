@@ -21,7 +21,12 @@ from hydrosim.studies.simulation import run_compiled
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
-OWN |= {"status", "status_message"}  # attributes of a run that are no attributes of the set
+OWN |= {
+    "status",
+    "status_message",
+    "format",
+    "date_created",
+}  # attributes of a run that are no attributes of the set
 
 
 class Outcome(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,7 @@ from hydrosim.outputs import program_version
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warned
 from hydrosim.results.names import force_names, state_names
-from hydrosim.results.output import to_dataset, unpack, versions
+from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import new_record
@@ -291,6 +292,8 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
     scene, notes = compiled.scene, compiled.notes
     return {
         "Conventions": "CF-1.11",
+        "format": f"{FORMAT} {LATEST}",
+        "date_created": datetime.now(UTC).isoformat(timespec="seconds"),
         "title": scene.title,
         **scene.source,
         "program": f"hydrosim {program_version()}",

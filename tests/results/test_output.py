@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 import xarray as xr
 from dry_scenes import block
@@ -17,7 +19,10 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.signal import Table
-from hydrosim.results.output import write
+from hydrosim.results import stages
+from hydrosim.results.channels import KINDS, series
+from hydrosim.results.output import read, write
+from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
 MOTION = ("time", "body", "dof")
@@ -90,10 +95,50 @@ def test_no_number_is_missing(base_run: xr.Dataset) -> None:
 
 def test_every_variable_says_what_it_is(base_run: xr.Dataset) -> None:
     for name, variable in base_run.data_vars.items():
-        for key in ("units", "long_name", "frame"):
+        for key in ("long_name", "frame"):
             assert variable.attrs.get(key), f"{name} has no {key}"
+        given = variable.attrs.keys() & {"units", "dof_units", "comment"}
+        assert len(given) == 1, f"{name} says {given} of its units"
     assert len({v.attrs["long_name"] for v in base_run.data_vars.values()}) == len(base_run)
     assert base_run.time.attrs["units"] == "s"
+
+
+def test_what_has_translations_and_rotations_says_the_unit_of_each(base_run: xr.Dataset) -> None:
+    for name, unit in (("position", "m"), ("velocity", "m/s"), ("force_mooring", "N")):
+        said = dict(zip(DOFS, base_run[name].attrs["dof_units"].split(", "), strict=True))
+        for dof in DOFS:
+            _, found = series(base_run, f"{name}.barge.{dof}")
+            assert (found == said[dof], found == unit) == (True, dof in DOFS[:3])
+    for name, variable in base_run.data_vars.items():
+        assert ("dof_units" in variable.attrs) == ("dof" in variable.dims), name
+
+
+def test_every_unit_is_one_that_others_know() -> None:
+    """Those of variables, of stages and of channels that follow, by pint, which refuses others."""
+    units = {unit for _, units, _ in VARIABLES.values() for unit in units.split(" or ")} - {MIXED}
+    units |= {unit for _, unit in stages.FIGURES.values()} | {kind.unit for kind in KINDS.values()}
+    known = pint.UnitRegistry()
+    assert {"m", "rad/s", "N m", "m/s^2", "kg/s"} <= units
+    for unit in units:
+        known.parse_units(unit)
+    with pytest.raises(pint.errors.PintError):
+        known.parse_units("m or rad")
+
+
+def test_a_file_says_its_format_and_date_and_later_ones_are_refused(
+    base_run: xr.Dataset, tmp_path: Path
+) -> None:
+    path, older = tmp_path / "run.nc", base_run.isel(time=slice(9))
+    assert older.attrs["format"] == "hydrosim run 2"
+    assert abs(datetime.now(UTC) - datetime.fromisoformat(older.attrs["date_created"])).days == 0
+    older.assign_attrs(format="hydrosim run 3").to_netcdf(path)
+    with pytest.raises(hs.InputError, match="format hydrosim run 3; expected hydrosim run 2 or"):
+        read(path)
+    older.attrs = {"program": "hydrosim 0.1.0", "status": "complete"}
+    older.position.attrs = {"units": "m or rad"}
+    older.to_netcdf(path)
+    found = [series(read(path), f"position.barge.{dof}")[1] for dof in DOFS]
+    assert found == ["m"] * 3 + ["rad"] * 3
 
 
 def test_modes_are_flags(base_run: xr.Dataset) -> None:

@@ -14,7 +14,16 @@ from hydrosim.documents.text import Source, require_finite, require_rising
 from hydrosim.errors import InputError
 from hydrosim.results.channels import RUN, chosen, names, series
 
-KEPT = ("title", "status", "status_message", "warnings", "skipped", "case", "case_resolved")
+KEPT = (
+    "title",
+    "date_created",
+    "status",
+    "status_message",
+    "warnings",
+    "skipped",
+    "case",
+    "case_resolved",
+)
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
 
 
