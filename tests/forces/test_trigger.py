@@ -189,7 +189,10 @@ def test_case_files_ask_for_it_and_write_it_again(tmp_path, keys):
         ("active: {}", "expected from, until, or both"),
         ("active: {from: 3 s, until: 2 s}", "expected an end after the start"),
         ("when: {channel: position.barge.surge, above: 1}", "expected position. and block.surge"),
-        ("when: {channel: tide, above: 1}", "expected one that begins with position, velocity, speed"),
+        (
+            "when: {channel: tide, above: 1}",
+            "expected one that begins with position, velocity, speed",
+        ),
     ],
 )
 def test_what_cannot_be_waited_for_is_a_message(tmp_path, keys, expected):
