@@ -59,6 +59,8 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
         ours, theirs = (
             each.isel({RUN: at}) for each, at in zip((ours, theirs), pairs, strict=True)
         )
+    else:
+        _refuse_pooled(ours, theirs)
     known = dict(_channels(theirs))
     found = [
         _tested(name, values, known[name], pairs is not None)
@@ -109,6 +111,19 @@ def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] 
     if len(one) < ours.sizes[RUN] or len(other) < theirs.sizes[RUN] or len(both) < FEWEST:
         return None
     return [one[key] for key in both], [other[key] for key in both]
+
+
+def _refuse_pooled(*sets: xr.Dataset) -> None:
+    """Runs of other parameters are no runs of other seeds."""
+    for runs in sets:
+        for name in map(str, runs.coords):
+            varied = runs[name].dims == (RUN,) and name not in (RUN, "seed")
+            if varied and np.unique(runs[name].values.astype(str)).size > 1:
+                raise InputError(
+                    f"compare: found runs of several values of {name}, which the two files do not"
+                    " share seed by seed; expected the same parameters and seeds in both, or one"
+                    " combination of parameters in each."
+                )
 
 
 def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

@@ -64,3 +64,11 @@ def test_equal_runs_and_constant_differences() -> None:
 def test_too_few_runs() -> None:
     with pytest.raises(InputError, match="found no channel that 3 runs or more"):
         compare_studies(runs(np.ones((2, 2))), runs(np.ones((2, 2))))
+
+
+def test_other_parameters_are_no_other_seeds() -> None:
+    """Runs at two heights are not pooled with runs at one."""
+    values, seeds = np.random.default_rng(1).normal(size=(RUNS, 2)), np.arange(RUNS)
+    heights = runs(values, seeds // 2).assign_coords(height=("run", np.tile([1.0, 2.0], RUNS // 2)))
+    with pytest.raises(InputError, match="several values of height"):
+        compare_studies(heights, runs(values, seeds).assign_coords(height=("run", np.ones(RUNS))))
