@@ -166,7 +166,7 @@ def _scaled(value: Any, scale: float, unit: str) -> str:
     if isinstance(value, int) and not unit:
         return str(value)
     each = value if isinstance(value, list) else [value]
-    shown = [f"{scale * x:.6g}" if isinstance(x, int | float) else str(x) for x in each]
+    shown = [digits_of(scale * x, 6) if isinstance(x, int | float) else str(x) for x in each]
     return f"{', '.join(shown)} {unit}".strip()
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from browser import opened
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.curves import ticks
@@ -101,3 +103,14 @@ def test_a_study_without_a_plan_says_so() -> None:
 
 def test_ticks_are_round() -> None:
     np.testing.assert_allclose(ticks(0.7, 3.1), [1.0, 1.5, 2.0, 2.5, 3.0])
+
+
+@pytest.mark.browser
+def test_pages_of_studies_are_shown_without_complaint(tmp_path: Path) -> None:
+    for document in (study_document(study(text=HOSTILE)), limits_document(limits(HOSTILE))):
+        path = tmp_path / "page.html"
+        path.write_text(html(document, "mark"), "utf-8")
+        with opened(path) as (page, said, asked):
+            assert [said, asked] == [[], []]
+            assert page.evaluate("window.hacked") is None
+            assert page.locator("svg circle").first.is_visible()

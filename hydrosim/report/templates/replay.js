@@ -178,9 +178,10 @@
     const now = moment(state.t), models = given.bodies.map((_, body) => modelOf(body, now));
     const modelFor = (body) => (body < 0 ? IDENTITY : models[body]);
     const target = state.follow ? Array.from(models[0].slice(12, 15)) : middle;
-    const far = state.away * R, flat = Math.cos(state.tilt);
+    const aspect = canvas.width / Math.max(canvas.height, 1);
+    const far = state.away * R * Math.max(1, 1.3 / aspect), flat = Math.cos(state.tilt);
     const eye = [target[0] + far * flat * Math.cos(state.turn), target[1] + far * flat * Math.sin(state.turn), target[2] + far * Math.sin(state.tilt)];
-    const view = multiply(perspective(0.6, canvas.width / Math.max(canvas.height, 1), 0.02 * R, 30 * R), lookAt(eye, target));
+    const view = multiply(perspective(0.6, aspect, 0.02 * R, 30 * R), lookAt(eye, target));
     gl.uniformMatrix4fv(U.view, false, view);
     hulls.forEach((hull, body) => draw(hull, models[body], [...HULLS[body % 4], 1]));
     for (let c = 0; c < contacts; c++) {
