@@ -32,6 +32,7 @@ from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, n
 
 WRONG = 1e-3  # of the range of a motion: what is told
 STILL = 1e-6  # m, rad: a smaller range is none
+ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
 FINER, TIGHTER = 1.4, 4.0  # steps of the twin for one of the run, and tolerances
 LEAST = 1e-12  # of a tolerance
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
@@ -45,7 +46,10 @@ def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
     if run.counters[EVENTS] < OFTEN:
         return
     finer = _finer(compiled)
-    time, wrong = _apart(run, _twin(run, finer), _share(compiled.scene, finer.scene))
+    still = _still(compiled.scene.solver)
+    twin = _twin(run, finer, still)
+    time, wrong = _apart(run, twin, still)
+    wrong = wrong / _share(compiled.scene, finer.scene)
     far = np.flatnonzero(wrong.max(axis=1) > WRONG)
     if far.size:
         worst = wrong.max(axis=0)
@@ -86,13 +90,19 @@ def _share(scene: Scene, finer: Scene) -> float:
     return 1.0 - (finer.solver.step / scene.solver.step) ** METHODS[scene.solver.method].order
 
 
+def _still(solver: Solver) -> np.ndarray:
+    """Ranges of places [m] and angles [rad], (2,), that are the least that errors are held to."""
+    asked = np.array([solver.tolerance.position, solver.tolerance.angle]) * ASKED / WRONG
+    return np.maximum(STILL, asked) if solver.method in ADAPTIVE else np.full(2, STILL)
+
+
 def _said(solver: Solver) -> str:
     if solver.method in ADAPTIVE:
         return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
     return f"solver.step: {solver.step:.3g} s"
 
 
-def _twin(run: Run, finer: Compiled) -> Run:
+def _twin(run: Run, finer: Compiled, still: np.ndarray) -> Run:
     """A run with finer steps, of as many evaluations as are worth it."""
     clock, model = compile_clock(finer), finer.model
     twin = new_run(clock, model, run.method, finer.first_state(), new_record(model, clock))
@@ -103,14 +113,14 @@ def _twin(run: Run, finer: Compiled) -> Run:
             break
         if not counters[EVENTS]:
             allowed = min(counters[EVALUATIONS] + FIRST, MOST)
-        elif counters[EVALUATIONS] >= allowed and _parting(run, twin):
+        elif counters[EVALUATIONS] >= allowed and _parting(run, twin, still):
             allowed = min(2 * allowed, MOST)
     return twin
 
 
-def _parting(run: Run, twin: Run) -> bool:
+def _parting(run: Run, twin: Run, still: np.ndarray) -> bool:
     """Whether the two may be too far apart at the end, going on as they do."""
-    time, wrong = _apart(run, twin, 1.0)
+    time, wrong = _apart(run, twin, still)
     if time.size < 2:
         return False
     worst, half = wrong.max(axis=1), time.size // 2
@@ -119,12 +129,12 @@ def _parting(run: Run, twin: Run) -> bool:
     return bool(steep or whole * worst.max() > WRONG)
 
 
-def _apart(run: Run, twin: Run, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times (nt,) [s] that both have recorded, and the error of the ``run`` then, (nt, nb), over
-    the range of each body's places, and of its angles alike."""
+def _apart(run: Run, twin: Run, still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times (nt,) [s] that both have recorded, and how far they are apart then, (nt, nb), over
+    the range of each body's places, and of its angles alike, at least ``still`` (2,)."""
     count = min(int(twin.counters[RECORDS]), int(run.counters[RECORDS]))
     ours, theirs = (unpack(one.model, one.record, count) for one in (run, twin))
     whole = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
     ranges = np.ptp(whole, axis=0).reshape(-1, 2, 3).max(axis=2)
     apart = np.abs(theirs["coordinates"] - ours["coordinates"]).reshape(count, -1, 2, 3).max(axis=3)
-    return ours["time"], (apart / np.maximum(ranges, STILL)).max(axis=2) / share
+    return ours["time"], (apart / np.maximum(ranges, still)).max(axis=2)

@@ -71,4 +71,6 @@ def test_other_parameters_are_no_other_seeds() -> None:
     values, seeds = np.random.default_rng(1).normal(size=(RUNS, 2)), np.arange(RUNS)
     heights = runs(values, seeds // 2).assign_coords(height=("run", np.tile([1.0, 2.0], RUNS // 2)))
     with pytest.raises(InputError, match="several values of height"):
-        compare_studies(heights, runs(values, seeds).assign_coords(height=("run", np.ones(RUNS))))
+        compare_studies(
+            heights, runs(values, seeds).assign_coords(height=("run", np.full(RUNS, 3.0)))
+        )
