@@ -26,6 +26,7 @@ from hydrosim.commands.case import case
 from hydrosim.commands.check import check
 from hydrosim.commands.compare import compare, record
 from hydrosim.commands.converge import converge
+from hydrosim.commands.example import example
 from hydrosim.commands.explain import explain
 from hydrosim.commands.export import export
 from hydrosim.commands.linear import linear
@@ -45,7 +46,7 @@ from hydrosim.interrupts import taken_as_interrupts
 COMMANDS = (
     *(check, run, linear, ballast, converge),
     *(plot, report, replay, statistics, explain, export, compare, record, case),
-    *(sweep, operability, schema),
+    *(sweep, operability, schema, example),
 )
 
 app = typer.Typer(

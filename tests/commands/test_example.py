@@ -1,0 +1,36 @@
+"""Cases that come with the program can be written, and run where they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import command
+
+import hydrosim as hs
+
+
+@pytest.mark.parametrize("name", ["reverse_float_over", "topside_removal", "one_dimensional"])
+def test_an_example_is_whole(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Every case of it can be read where it was written, with all files that it names."""
+    run = command(monkeypatch, capsys, "example")
+    assert name in run().out
+    assert run(name, "-o", tmp_path).code == 0
+    cases = sorted((tmp_path / "cases" / name).glob("*.yaml"))
+    assert cases
+    for path in cases:
+        assert all(file.is_relative_to(tmp_path) for file in hs.load_case(path).inputs())
+
+
+def test_unknown_examples(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = command(monkeypatch, capsys, "example")("base", "-o", tmp_path)
+    assert result.code == 2
+    assert "expected one of friction_block" in result.err
+    assert not list(tmp_path.iterdir())
