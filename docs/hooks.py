@@ -41,7 +41,7 @@ def on_page_markdown(text: str, page: Page, files: Files, **_: Any) -> str:
     """Links as they hold in the repository, changed to hold in the site; those to files that the
     site has not become plain text. PluginError where a link leads nowhere."""
     real = Path(page.file.abs_src_path or DOCS / page.file.src_uri)
-    here = real.parent if page.file.generated_by is None or real.is_file() else DOCS
+    here = real.parent if real.is_file() else DOCS
 
     def changed(found: re.Match[str]) -> str:
         picture, words, target, anchor = found.groups()

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
@@ -23,17 +23,12 @@ err = Console(stderr=True)
 
 
 def operability(
-    study_file: Annotated[
-        Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")
-    ],
+    study_file: StudyFile,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="LIMITS.nc", help="Where to write the result."),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
-    ] = None,
+    workers: Workers = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Find limiting significant heights over peak periods, headings and swells, with confidence.

@@ -20,8 +20,11 @@ CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case fi
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case.")
 ]
-
-
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
+]
 Overwrite = Annotated[
     bool,
     typer.Option(

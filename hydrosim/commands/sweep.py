@@ -11,9 +11,9 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.study import draw_runs, tables
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import say, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,17 +28,12 @@ err = Console(stderr=True)
 
 
 def sweep(
-    study_file: Annotated[
-        Path, typer.Argument(metavar="STUDY.yaml", help="The study file to read.")
-    ],
+    study_file: StudyFile,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="RUNS.nc", help="Where to write the result."),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
-    ] = None,
+    workers: Workers = None,
     overwrite: Overwrite = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a sweep that was killed or interrupted.")
@@ -58,7 +53,7 @@ def sweep(
 
     study = load_study(study_file)
     for line in out_of_reach(study.scenes):
-        err.print(f"warning   {line}", markup=False, highlight=False, soft_wrap=True)
+        say(f"warning   {line}")
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
     if study.until is not None:
@@ -116,7 +111,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Cluster | None:
     from hydrosim.studies.cluster import Cluster
 
     pool = Cluster(scheduler, workers or os.cpu_count() or 1)
-    err.print(f"cluster   {pool.title}", markup=False, highlight=False, soft_wrap=True)
+    say(f"cluster   {pool.title}")
     return pool
 
 

@@ -46,9 +46,9 @@ def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
     if run.counters[EVENTS] < OFTEN:
         return
     finer = _finer(compiled)
-    still = _still(compiled.scene.solver)
-    twin = _twin(run, finer, still)
-    time, wrong = _apart(run, twin, still)
+    ranges = _ranges(run, compiled.scene.solver)
+    twin = _twin(run, finer, ranges)
+    time, wrong = _apart(run, twin, ranges)
     wrong = wrong / _share(compiled.scene, finer.scene)
     far = np.flatnonzero(wrong.max(axis=1) > WRONG)
     if far.size:
@@ -90,10 +90,15 @@ def _share(scene: Scene, finer: Scene) -> float:
     return 1.0 - (finer.solver.step / scene.solver.step) ** METHODS[scene.solver.method].order
 
 
-def _still(solver: Solver) -> np.ndarray:
-    """Ranges of places [m] and angles [rad], (2,), that are the least that errors are held to."""
-    asked = np.array([solver.tolerance.position, solver.tolerance.angle]) * ASKED / WRONG
-    return np.maximum(STILL, asked) if solver.method in ADAPTIVE else np.full(2, STILL)
+def _ranges(run: Run, solver: Solver) -> np.ndarray:
+    """What errors are held to, (nb, 2): the range of each body's places [m], and of its angles
+    [rad], but no less than is worth it."""
+    least = np.full(2, STILL)
+    if solver.method in ADAPTIVE:
+        asked = np.array([solver.tolerance.position, solver.tolerance.angle])
+        least = np.maximum(least, asked * ASKED / WRONG)
+    motion = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
+    return np.maximum(np.ptp(motion, axis=0).reshape(-1, 2, 3).max(axis=2), least)
 
 
 def _said(solver: Solver) -> str:
@@ -102,7 +107,7 @@ def _said(solver: Solver) -> str:
     return f"solver.step: {solver.step:.3g} s"
 
 
-def _twin(run: Run, finer: Compiled, still: np.ndarray) -> Run:
+def _twin(run: Run, finer: Compiled, ranges: np.ndarray) -> Run:
     """A run with finer steps, of as many evaluations as are worth it."""
     clock, model = compile_clock(finer), finer.model
     twin = new_run(clock, model, run.method, finer.first_state(), new_record(model, clock))
@@ -113,14 +118,14 @@ def _twin(run: Run, finer: Compiled, still: np.ndarray) -> Run:
             break
         if not counters[EVENTS]:
             allowed = min(counters[EVALUATIONS] + FIRST, MOST)
-        elif counters[EVALUATIONS] >= allowed and _parting(run, twin, still):
+        elif counters[EVALUATIONS] >= allowed and _parting(run, twin, ranges):
             allowed = min(2 * allowed, MOST)
     return twin
 
 
-def _parting(run: Run, twin: Run, still: np.ndarray) -> bool:
+def _parting(run: Run, twin: Run, ranges: np.ndarray) -> bool:
     """Whether the two may be too far apart at the end, going on as they do."""
-    time, wrong = _apart(run, twin, still)
+    time, wrong = _apart(run, twin, ranges)
     if time.size < 2:
         return False
     worst, half = wrong.max(axis=1), time.size // 2
@@ -129,12 +134,10 @@ def _parting(run: Run, twin: Run, still: np.ndarray) -> bool:
     return bool(steep or whole * worst.max() > WRONG)
 
 
-def _apart(run: Run, twin: Run, still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _apart(run: Run, twin: Run, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times (nt,) [s] that both have recorded, and how far they are apart then, (nt, nb), over
-    the range of each body's places, and of its angles alike, at least ``still`` (2,)."""
+    ``ranges`` (nb, 2)."""
     count = min(int(twin.counters[RECORDS]), int(run.counters[RECORDS]))
     ours, theirs = (unpack(one.model, one.record, count) for one in (run, twin))
-    whole = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
-    ranges = np.ptp(whole, axis=0).reshape(-1, 2, 3).max(axis=2)
     apart = np.abs(theirs["coordinates"] - ours["coordinates"]).reshape(count, -1, 2, 3).max(axis=3)
-    return ours["time"], (apart / np.maximum(ranges, still)).max(axis=2)
+    return ours["time"], (apart / ranges).max(axis=2)
