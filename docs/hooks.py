@@ -41,20 +41,17 @@ def on_page_markdown(text: str, page: Page, files: Files, **_: Any) -> str:
     """Links as they hold in the repository, changed to hold in the site; those to files that the
     site has not become plain text. PluginError where a link leads nowhere."""
     real = Path(page.file.abs_src_path or DOCS / page.file.src_uri)
-    here = real.parent if real.is_file() else DOCS
 
     def changed(found: re.Match[str]) -> str:
         picture, words, target, anchor = found.groups()
         if "://" in target or target.startswith("mailto:"):
             return found[0]
-        place = (here / target).resolve()
-        if not place.exists() and not files.get_file_from_path(target):
+        place = (real.parent / target).resolve()
+        own = place.relative_to(ROOT).as_posix().removeprefix("docs/")
+        there = files.get_file_from_path(own) is not None
+        if not (place.exists() or there):
             raise PluginError(f"{page.file.src_uri}: a link leads to {target}, which is not there")
-        if not place.exists():
-            return found[0]
-        own = place.relative_to(ROOT).as_posix()
-        own = own.removeprefix("docs/")
-        if files.get_file_from_path(own) is None:
+        if not there:
             return words
         way = relpath(own, Path(page.file.src_uri).parent)
         return f"{picture}[{words}]({way}{anchor or ''})"

@@ -40,6 +40,8 @@ _HOME = {
     "simulate_many": "studies.many",
 }
 __all__ = sorted(_HOME)
+_OF_RUNS = {"open_run", "simulate", "simulate_many"}
+"""What gives runs: they can then be asked `run.hydrosim`."""
 
 
 def __dir__() -> list[str]:
@@ -52,5 +54,7 @@ def __getattr__(name: str) -> Any:
         return import_module("hydrosim.outputs").program_version()
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
+    if name in _OF_RUNS:
+        import_module("hydrosim.accessor")
     module = import_module(f"hydrosim.{_HOME[name]}")
     return getattr(module, "load" if name == "load_database" else name)

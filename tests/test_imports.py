@@ -23,6 +23,7 @@ linear results
 compiling compare
 studies
 plot report
+accessor
 commands
 cli
 __main__ __init__

@@ -31,6 +31,22 @@ class Case:
 
         return build_scene(self.data, self.path, self.text)
 
+    def __repr__(self) -> str:
+        data = self.data
+        held = f"bodies: {', '.join(data.bodies)}; forces: {', '.join(data.forces)}"
+        return f"<case {self.path}: {data.title}, {data.duration:g} s; {held}>"
+
+    def _repr_html_(self) -> str:
+        """What notebooks show of it: its title, and its surroundings, bodies and elements."""
+        from hydrosim.case.resolve import resolved
+        from hydrosim.case.tables import plain, tables
+        from hydrosim.documents.html import element, table
+
+        data = self.data
+        lasts = f"{data.duration:g} s by {data.solver.method}, from {self.path}"
+        parts = (table(*each) for each in tables(plain(resolved(data, self.path.parent))))
+        return "".join([element("h3", data.title), element("p", lasts), *parts])
+
     def inputs(self) -> tuple[Path, ...]:
         """The case file and all files that it names: databases, series, the run to start from."""
         return (self.path, *files_named(self.data, self.path.parent))

@@ -7,20 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed, quantity
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import progress_console, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.studies.ballasting import Plan
     from hydrosim.studies.loading import Condition
 
-err = Console(stderr=True)
+err = progress_console()
 ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 

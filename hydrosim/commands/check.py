@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Settings, quantity
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import progress_console, show
 
-err = Console(stderr=True)
+err = progress_console()
 
 
 def check(

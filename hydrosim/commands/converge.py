@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.running import complete, simulate_with_progress
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import progress_console, show
 
-err = Console(stderr=True)
+err = progress_console()
 
 
 def converge(

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -20,12 +19,12 @@ from hydrosim.commands.options import (
     one_of,
     placed,
 )
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import progress_console, show
 
 if TYPE_CHECKING:
     import xarray as xr
 
-err = Console(stderr=True)
+err = progress_console()
 TURNS = ("roll", "pitch", "yaw")
 ROUNDING = 1e-10  # m, deg, s: it is zero
 SHOWN, LITTLE = 3, 0.05  # coordinates of a mode that are told; shares of energy that are not

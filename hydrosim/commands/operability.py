@@ -8,18 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import progress_console, show
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.studies.operability.study import Limits
 
-err = Console(stderr=True)
+err = progress_console()
 
 
 def operability(

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.terminal import say
+from hydrosim.commands.terminal import progress_console, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.outputs import Output
 
-err = Console(stderr=True)
+err = progress_console()
 
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:

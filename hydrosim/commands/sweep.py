@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.study import draw_runs, tables
-from hydrosim.commands.terminal import say, show
+from hydrosim.commands.terminal import progress_console, say, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from hydrosim.studies.sweep import Study
 
 SHOWN = 5  # failures, and combinations of parameters, that are told
-err = Console(stderr=True)
+err = progress_console()
 
 
 def sweep(

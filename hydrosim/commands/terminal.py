@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import unicodedata
 
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
@@ -33,6 +34,12 @@ def show(*parts: RenderableType) -> None:
 def say(text: str) -> None:
     """A line of text as it is, to the standard error."""
     Console(stderr=True).print(printable(text), markup=False, highlight=False, soft_wrap=True)
+
+
+def progress_console() -> Console:
+    """Where bars of progress go: to a terminal alone, though notebooks and others may force colours
+    upon a stream that keeps every state of a bar."""
+    return Console(stderr=True, force_terminal=sys.stderr.isatty())
 
 
 class _Shown:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
@@ -49,6 +50,17 @@ def planned(
         Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked()
         for path in paths
     ]
+
+
+def figure(run: xr.Dataset, name: str = "overview") -> Figure:
+    """One of the pictures of a run by its name, "overview", "motions"; InputError if there is none
+    of that name, or the run has nothing that it shows."""
+    known = {of.__name__: of for of in PICTURES.values()}
+    panels = known[name](run) if name in known else []
+    if not panels:
+        there = [each for each, of in known.items() if of(run)]
+        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
+    return picture(panels, _title(run))
 
 
 def overview(run: xr.Dataset) -> list[Panel]:

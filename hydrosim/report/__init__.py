@@ -2,3 +2,4 @@
 
 from hydrosim.report.document import replay_of, report_of
 from hydrosim.report.page import written_page
+from hydrosim.report.run import run_document

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import degrees
 from typing import Any
 
 import xarray as xr
-import yaml
 
-from hydrosim.report.blocks import Block, Code, Number, Points, Table, Text, digits_of, number
+from hydrosim.case.tables import plain, tables
+from hydrosim.documents.digits import digits_of
+from hydrosim.report.blocks import Block, Code, Number, Points, Table, Text, number
 from hydrosim.results.sentences import scale_of
 
 SOLVER = {
@@ -40,31 +40,6 @@ OF_BODIES = {
     "database": "Database of",
     "database_checksum": "Checksum of the database of",
 }
-SEA = {
-    "spectrum": ("spectrum", 1.0, ""),
-    "significant_height": ("significant height", 1.0, "m"),
-    "peak_period": ("peak period", 1.0, "s"),
-    "peak_enhancement": ("peak enhancement", 1.0, ""),
-    "amplitude": ("amplitude", 1.0, "m"),
-    "period": ("period", 1.0, "s"),
-    "heading": ("goes to", degrees(1.0), "deg"),
-    "seed": ("seed", 1.0, ""),
-}
-WATER = {
-    "water_depth": ("Water depth", 1.0, "m"),
-    "water_density": ("Water density", 1.0, "kg/m^3"),
-    "gravity": ("Gravity", 1.0, "m/s^2"),
-}
-BODY = {
-    "mass": (1.0, "kg"),
-    "centre_of_gravity": (1.0, "m"),
-    "radii_of_gyration": (1.0, "m"),
-    "heading": (degrees(1.0), "deg"),
-    "dofs": (1.0, ""),
-    "hydrodynamics": (1.0, ""),
-    "hydrostatics": (1.0, ""),
-    "weight": (1.0, ""),
-}
 
 
 def outcome(run: xr.Dataset) -> Iterator[Block]:
@@ -93,12 +68,8 @@ def _motions(run: xr.Dataset) -> Iterator[tuple[str | Number, ...]]:
 
 def case_blocks(run: xr.Dataset) -> Iterator[Block]:
     """The case in short, as it was written, and with every default."""
-    data = _plain(str(run.attrs.get("case_resolved", "")))
-    if data:
-        yield Table(("environment", ""), list(_environment(data.get("environment"))))
-        yield Table(("body", "", ""), list(_bodies(data.get("bodies"))))
-        if forces := data.get("forces"):
-            yield Table(("force element", "type", "on"), list(_forces(forces)))
+    data = plain(str(run.attrs.get("case_resolved", "")))
+    yield from (Table(*table) for table in tables(data))
     if text := run.attrs.get("case"):
         yield Code("The case as it was written, with its units and remarks", str(text))
     if text := run.attrs.get("case_resolved"):
@@ -127,49 +98,6 @@ def assumptions(run: xr.Dataset) -> Table:
     return Table(("assumption", ""), rows)
 
 
-def _environment(water: Any) -> Iterator[tuple[str, str]]:
-    for key, (label, scale, unit) in WATER.items():
-        if key in (water or {}):
-            yield label, _scaled(water[key], scale, unit)
-    for key in ("current", "wind"):
-        stream = (water or {}).get(key) or {}
-        if stream.get("speed"):
-            heading = _scaled(stream.get("heading", 0.0), degrees(1.0), "deg")
-            yield key.capitalize(), f"{_scaled(stream['speed'], 1.0, 'm/s')}, goes to {heading}"
-    waves = (water or {}).get("waves") or []
-    for k, train in enumerate(waves if isinstance(waves, list) else [waves]):
-        said = [
-            f"{label} {_scaled(train[key], scale, unit)}"
-            for key, (label, scale, unit) in SEA.items()
-            if key in train
-        ]
-        yield f"Waves {k + 1}", ", ".join(said)
-
-
-def _bodies(bodies: Any) -> Iterator[tuple[str, str, str]]:
-    for name, body in (bodies or {}).items():
-        for key, (scale, unit) in BODY.items():
-            if body.get(key) is not None:
-                yield str(name), key.replace("_", " "), _scaled(body[key], scale, unit)
-
-
-def _forces(forces: Any) -> Iterator[tuple[str, str, str]]:
-    for name, element in forces.items():
-        kind = str(element.get("type", "")).replace("_", " ")
-        yield str(name), kind, str(element.get("body", ""))
-
-
-def _scaled(value: Any, scale: float, unit: str) -> str:
-    """A value of a case in a unit that people read."""
-    if isinstance(value, bool) or not isinstance(value, int | float | list):
-        return str(value)
-    if isinstance(value, int) and not unit:
-        return str(value)
-    each = value if isinstance(value, list) else [value]
-    shown = [digits_of(scale * x, 6) if isinstance(x, int | float) else str(x) for x in each]
-    return f"{', '.join(shown)} {unit}".strip()
-
-
 def _shown(value: Any) -> str | Number:
     """An attribute: lines as sentences, numbers as numbers."""
     if isinstance(value, str):
@@ -178,17 +106,3 @@ def _shown(value: Any) -> str | Number:
         return Number(float(value), digits_of(float(value), 6))
     except (TypeError, ValueError):
         return str(value)
-
-
-def _plain(text: str) -> dict[str, Any]:
-    """A resolved case as it is; empty where it is none."""
-    try:
-        data = yaml.safe_load(text)
-        ok = isinstance(data, dict) and all(
-            isinstance(body, dict)
-            for key in ("bodies", "forces")
-            for body in (data.get(key) or {}).values()
-        )
-    except (yaml.YAMLError, AttributeError, RecursionError):
-        return {}
-    return data if ok else {}

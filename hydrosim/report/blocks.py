@@ -9,6 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from hydrosim.documents.digits import digits_of
+
 
 @dataclass(frozen=True)
 class Number:
@@ -126,10 +128,3 @@ def number(value: float, unit: str = "", digits: int = 4) -> Number:
     """A number with its unit; a dash where there is none."""
     value = float(value)
     return Number(value, f"{digits_of(value, digits)} {unit}".strip() if isfinite(value) else "–")
-
-
-def digits_of(value: float, digits: int = 4) -> str:
-    """A number to so many digits, without powers of ten where it reads well without."""
-    if 10.0**digits <= abs(value) < 1e9:
-        return f"{float(f'{value:.{digits - 1}e}'):,.0f}"
-    return f"{value:.{digits}g}"

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.report.blocks import Curve, Curves, digits_of
+from hydrosim.documents.digits import digits_of
+from hydrosim.report.blocks import Curve, Curves
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 320, 70, 700, 24, 270
 PAD = 0.05  # of a range, on both sides

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hydrosim.report.blocks import Block, Number, Points, Table, Text, digits_of, number
+from hydrosim.documents.digits import digits_of
+from hydrosim.report.blocks import Block, Number, Points, Table, Text, number
 from hydrosim.results.contact import contact_statistics
 from hydrosim.results.extremes import LAWS, Basis
 from hydrosim.results.sentences import NAMED, Scale, reason, scale_of

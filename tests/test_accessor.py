@@ -1,0 +1,80 @@
+"""What runs and cases show of themselves in Python, and what they can be asked."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrosim as hs
+
+HOSTILE = """</td><script>alert('a&b')</script>"""
+CASE = f"""
+title: "{HOSTILE}"
+duration: 2 s
+bodies:
+  block:
+    mass: 1 tonne
+    centre_of_gravity: [0 m, 0 m, 0 m]
+    radii_of_gyration: [1 m, 1 m, 1 m]
+    initial: {{velocity: [1 m/s, 0 m/s, 0 m/s, 0 deg/s, 0 deg/s, 0 deg/s]}}
+    points: {{bow: [1 m, 0 m, 0 m]}}
+"""
+
+
+class Elements(HTMLParser):
+    """The elements of a page, and its text."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags, self.text = set[str](), ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.tags.add(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> hs.Case:
+    path = tmp_path_factory.mktemp("case") / "block.yaml"
+    path.write_text(CASE)
+    return hs.load_case(path)
+
+
+def test_texts_of_a_case_are_shown_as_they_are(case: hs.Case) -> None:
+    run = hs.simulate(case).assign_attrs(warnings=HOSTILE)
+    for shown in (case, run.hydrosim):
+        page = Elements(shown._repr_html_())
+        assert page.tags <= {"h3", "p", "br", "table", "thead", "tbody", "tr", "th", "td"}
+        assert HOSTILE in page.text
+
+
+def test_a_case_says_what_it_is_in_one_line(case: hs.Case) -> None:
+    assert repr(case).endswith(f"block.yaml: {HOSTILE}, 2 s; bodies: block; forces: >")
+
+
+def test_channels_of_a_run_have_units(case: hs.Case) -> None:
+    """What is known of it: one metre a second, for two seconds."""
+    run = hs.simulate(case).hydrosim
+    speed = run.channel("speed.block")
+    assert (speed.dims, speed.attrs["units"]) == (("time",), "m/s")
+    assert speed.values == pytest.approx(np.ones(speed.size))
+    assert {"position.block.surge", "speed.block"} < set(run.channels())
+    bow = run.channel("point_velocity.bow of block.x")
+    assert bow.values == pytest.approx(1.0)
+    with pytest.raises(hs.InputError, match=r"speed\.blok"):
+        run.channel("speed.blok")
+
+
+def test_a_run_draws_and_reports_itself(case: hs.Case, tmp_path: Path) -> None:
+    run = hs.simulate(case).hydrosim
+    assert len(run.picture("motions").axes) == 1
+    with pytest.raises(hs.InputError, match="expected one of overview, motions, energies"):
+        run.picture("contact")
+    assert run.report(tmp_path / "page.html").stat().st_size > 10_000
+    assert float(run.statistics(0.5).start) == 0.5
