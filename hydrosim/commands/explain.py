@@ -44,17 +44,18 @@ def explain(
     It takes a run with `output: {impulses: true}`. Of a study of such runs it tells means over the
     runs of each combination of its parameters, with intervals of 90 %, and draws the first.
     """
+    from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.explain_rows import AXES, explanation
+    from hydrosim.results.growing import runs_at
     from hydrosim.results.output import read, write
-    from hydrosim.results.runs_file import open_runs
 
     if direction not in AXES:
         raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
-    name = f"{run_file.stem}_explained"
+    name = f"{stem_of(run_file)}_explained"
     result = placed(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
-    run = open_runs(run_file)
+    run = runs_at(run_file)
     many = run is not None
     if run is None:
         run = read(run_file)
@@ -64,6 +65,7 @@ def explain(
         raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
     write(found, result)
+    show(*so_far(run))
     draw_explained(run, next(iter(parts.values())), moved, direction, page)
     for title, part in parts.items():
         show(*([title] if title else []), *explanation(part, moved, direction))
@@ -85,11 +87,15 @@ def _of_many(
     runs: xr.Dataset, start: float | None, until: float | None
 ) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.explain import of_runs
+    from hydrosim.results.runs_file import COMPLETE
 
     if start is not None or until is not None:
         raise InputError("found a sweep; expected one run, for --from and --until.")
     found = of_runs(runs)
-    return found, {title: found.isel(run=at) for title, at in _combined(runs)}
+    complete = runs.status.values == COMPLETE
+    if not complete.any():
+        raise InputError("found no complete run; status_message says why.")
+    return found, {t: found.isel(run=at) for t, at in _combined(runs) if complete[at].any()}
 
 
 def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:

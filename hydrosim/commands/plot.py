@@ -25,12 +25,12 @@ def plot(
     """Draw motions, forces, contact and energies of a run, or the figures of a study, as PNG."""
     from hydrosim.commands.study import draw_runs
     from hydrosim.plot import draw, open_run
-    from hydrosim.results.runs_file import open_runs
+    from hydrosim.results.growing import runs_at
 
     folder = run_file.parent if output is None else output
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
-    if (runs := open_runs(run_file)) is not None:
+    if (runs := runs_at(run_file)) is not None:
         draw_runs(runs, folder, run_file, overwrite)
         return
     dataset = open_run(run_file)

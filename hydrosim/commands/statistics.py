@@ -16,7 +16,10 @@ SHORTEST = 0.1  # of the record: what extremes can be asked for
 
 def statistics(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
+        Path,
+        typer.Argument(
+            metavar="RUN.nc", help="The result of a run, or of a study; a study's RUNS.nc.partial."
+        ),
     ],
     start: Annotated[
         float,
@@ -42,12 +45,12 @@ def statistics(
     from hydrosim.commands.study import tables
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
+    from hydrosim.results.growing import runs_at
     from hydrosim.results.output import read, write
-    from hydrosim.results.runs_file import open_runs
     from hydrosim.results.sentences import lines
     from hydrosim.results.statistics import statistics as of_run
 
-    if (runs := open_runs(run_file)) is not None:
+    if (runs := runs_at(run_file)) is not None:
         show(*tables(runs, run_file, output, overwrite))
         return
     name = f"{run_file.stem}_statistics"

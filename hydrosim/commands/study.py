@@ -13,13 +13,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def stem_of(file: Path) -> str:
+    """What results of a file of runs are called after; of those on their way, "runs.partial"."""
+    return file.stem.replace(".nc", ".partial") if file.suffix == ".partial" else file.stem
+
+
+def so_far(runs: xr.Dataset) -> list[str]:
+    """A line that says how many runs are in, where these are not all."""
+    from hydrosim.results.growing import GATHERED
+
+    return [f"so far    {runs.attrs[GATHERED]}"] if GATHERED in runs.attrs else []
+
+
 def tables(
     runs: xr.Dataset, file: Path, output: Path | None, overwrite: bool = False
 ) -> Iterator[str]:
     """The tables of a study in lines; they go to a file of comma-separated values too."""
     from hydrosim.results.effect_lines import as_csv, study_lines
 
-    table = placed(output, f"{file.stem}", "table", file, overwrite=overwrite, suffix=".csv")
+    table = placed(output, stem_of(file), "table", file, overwrite=overwrite, suffix=".csv")
+    yield from so_far(runs)
     yield from study_lines(runs)
     with table.written() as path:
         path.write_text(f"# {table.mark}\n{as_csv(runs)}")
@@ -32,6 +45,9 @@ def draw_runs(runs: xr.Dataset, folder: Path, file: Path, overwrite: bool = Fals
     from hydrosim.plot.effects import draw_study
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures = Output(folder / file.name, "picture", file, (file,), overwrite, "pictures")
+    pictures = Output(
+        folder / f"{stem_of(file)}.nc", "picture", file, (file,), overwrite, "pictures"
+    )
+    show(*so_far(runs))
     for path in draw_study(runs, pictures):
         show(f"picture   {path}")

@@ -1,9 +1,10 @@
 """The runs of a set that are complete, on the disk one by one: what is killed goes on from there.
 
-A journal is two files of a folder, beside the `result.nc` that is made of it. `first.nc` is the
-first run that came to its end: the form of them all. `runs` has a line of JSON for what the set is,
-and for each run one, then the bytes of its variables, in the order of the first. What was cut off
-while it was written is not read.
+A journal is three files of a folder, beside the `result.nc` that is made meanwhile. `known.nc` has
+what is known of all runs before the first of them. `first.nc` is the first run that came to its
+end: the form of them all. `runs` has a line of JSON for what the set is, and for each run one, then
+the bytes of its variables, in the order of the first; of a run that failed there is the line alone.
+What was cut off while it was written is not read.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from zlib import crc32
 import numpy as np
 import xarray as xr
 
-FIRST, RUNS, RESULT = "first.nc", "runs", "result.nc"
+FIRST, RUNS, KNOWN, RESULT = "first.nc", "runs", "known.nc", "result.nc"
 
 
 class Kept(NamedTuple):
@@ -36,16 +37,26 @@ class Journal:
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
-        self._folder, self._first = folder, _first_of(folder)
+        self._folder, self._first = folder, first_of(folder)
         self._places: dict[int, int] = {}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
             self._file.truncate(0)
             self._file.write(_line(dict(identity)))
             self._file.flush()
-        elif self._first is not None:
-            self._file.seek(0)
-            self._places = dict(_places(self._file))
+        else:
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Find what is there; cut off what is not whole."""
+        self._file.seek(0)
+        self._file.readline()
+        whole = self._file.tell()
+        for place, known, values in entries(self._file):
+            whole = self._file.tell()
+            if values and self._first is not None:
+                self._places[known["run"]] = place
+        self._file.truncate(whole)
 
     def __contains__(self, run: int) -> bool:
         return run in self._places
@@ -68,14 +79,22 @@ class Journal:
             self._first = kept.found
         if not _alike(kept.found, self._first):
             return
-        values = b"".join(np.ascontiguousarray(v.values).tobytes() for v in kept.found.values())
+        arrays = (kept.found.variables[name].values for name in kept.found.data_vars)
+        values = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
         attributes = {name: _encoded(value) for name, value in kept.attributes.items()}
         known = {"run": run, "attributes": attributes, "warnings": kept.warnings}
-        line = _line({**known, "bytes": len(values), "check": crc32(values)})
-        self._file.seek(0, 2)
-        self._places[run] = self._file.tell()
-        self._file.write(line + values)
+        self._places[run] = self._append(known, values)
+
+    def note(self, run: int, status: str, message: str) -> None:
+        """Say that a run is not complete: readers are told, a set that goes on makes it again."""
+        self._append({"run": run, "status": status, "message": message}, b"")
+
+    def _append(self, known: dict[str, Any], values: bytes) -> int:
+        """The place of an entry, which is on the disk, or with the system, when this returns."""
+        place = self._file.seek(0, 2)
+        self._file.write(_line({**known, "bytes": len(values), "check": crc32(values)}) + values)
         self._file.flush()
+        return place
 
     def close(self) -> None:
         """Nothing more will be added."""
@@ -102,22 +121,18 @@ def identity_of(folder: Path) -> dict[str, str]:
 
 def forget(folder: Path) -> None:
     """Remove a journal, and its folder if nothing else is in it."""
-    for name in (RUNS, FIRST, f"{FIRST}.partial", RESULT):
+    for name in (RUNS, FIRST, f"{FIRST}.partial", KNOWN, f"{KNOWN}.partial", RESULT):
         (folder / name).unlink(missing_ok=True)
     with suppress(OSError):
         folder.rmdir()
 
 
-def _places(file: BinaryIO) -> Iterator[tuple[int, int]]:
-    """Number and place of each run, up to the first that is not whole; that is cut off."""
-    file.readline()
-    while True:
-        place = file.tell()
-        try:
-            yield _entry(file)[0]["run"], place
-        except (ValueError, KeyError, TypeError):
-            file.truncate(place)
-            return
+def entries(file: BinaryIO) -> Iterator[tuple[int, dict[str, Any], bytes]]:
+    """Of each run from here on its place, what is known of it and its values, none of one that
+    failed; up to the first that is not whole."""
+    with suppress(ValueError, KeyError, TypeError):
+        while True:
+            yield file.tell(), *_entry(file)
 
 
 def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
@@ -130,24 +145,29 @@ def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
     return known, values
 
 
+def form_of(first: xr.Dataset) -> np.dtype[np.void]:
+    """How the values of a run lie in its bytes: those of the first, by name."""
+    parts = {name: first.variables[name] for name in first.data_vars}
+    return np.dtype([(str(name), part.dtype, part.shape) for name, part in parts.items()])
+
+
 def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
-    arrays, at = {}, 0
-    for name, variable in first.items():
-        array = np.frombuffer(values, variable.dtype, variable.size, at).reshape(variable.shape)
-        arrays[name] = array
-        at += array.nbytes
-    return first.copy(data=arrays)
+    row = np.frombuffer(values, form_of(first))[0]
+    return first.copy(data={name: np.asarray(row[str(name)]) for name in first.data_vars})
 
 
 def _alike(one: xr.Dataset, other: xr.Dataset) -> bool:
-    here, there = (
-        [(name, each.dims, each.shape, each.dtype) for name, each in of.items()]
-        for of in (one, other)
-    )
-    return here == there and one.coords.to_dataset().equals(other.coords.to_dataset())
+    here, there = ({name: of.variables[name] for name in of.variables} for of in (one, other))
+    coordinates = [str(name) for name in other.coords]
+    return _forms(one) == _forms(other) and all(here[n].equals(there[n]) for n in coordinates)
 
 
-def _first_of(folder: Path) -> xr.Dataset | None:
+def _forms(of: xr.Dataset) -> tuple[list[Any], set[Any]]:
+    parts = ((name, of.variables[name]) for name in of.data_vars)
+    return [(name, part.dims, part.shape, part.dtype) for name, part in parts], {*of.coords}
+
+
+def first_of(folder: Path) -> xr.Dataset | None:
     path = folder / FIRST
     return xr.load_dataset(path, engine="netcdf4", decode_times=False) if path.is_file() else None
 

@@ -1,4 +1,4 @@
-"""A netCDF file of many runs, written run by run."""
+"""A netCDF file of many runs, written as they come."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ RUN = "run"
 NOT_RUN, COMPLETE = "not run", "complete"
 MISSING = -1  # whole numbers of runs that have none
 LARGE = 1024  # values of a run from which on they are stored apart from those of other runs
+BLOCK, BLOCK_BYTES = 256, 2**24  # runs that are written at once, or as many as have so many bytes
 TEXTS = {
     "status": f"complete, failed, interrupted, or {NOT_RUN}",
     "status_message": "why a run failed",
@@ -41,7 +42,7 @@ class RunsFile:
     All runs have the variables, coordinates and sizes of the one that is added first; what is not
     there of a run is NaN, -1 or empty. ``along`` are coordinates or texts of the runs that are
     known before, with their attributes; ``mark`` is its history, ``attributes`` are the file's.
-    The same runs, added in the same order, give the same bytes.
+    Runs come in their order, and are written in blocks; the same runs give the same bytes.
     """
 
     def __init__(
@@ -57,6 +58,9 @@ class RunsFile:
         self._file.set_auto_maskandscale(False)
         self._first: xr.Dataset | None = None
         self._attributes: dict[str, object] = {}
+        self._names: list[str] = []
+        self._count, self._written, self._bytes = count, 0, 0
+        self._block: list[tuple[Mapping[str, np.ndarray], tuple[str, ...]]] = []
         self._file.createDimension(RUN, count)
         self._file.coordinates = " ".join(coordinates)
         if mark:
@@ -65,9 +69,7 @@ class RunsFile:
         for name, values in {RUN: xr.Variable(RUN, np.arange(count)), **along}.items():
             self._along(name, values.values).setncatts(values.attrs)
         for name, what in TEXTS.items():
-            text = self._file.createVariable(name, str, (RUN,))
-            text[:] = np.array([NOT_RUN if name == "status" else ""] * count, dtype=object)
-            text.long_name = what
+            self._file.createVariable(name, str, (RUN,)).long_name = what
 
     def _along(self, name: str, values: np.ndarray) -> netCDF4.Variable:
         """What is known of all runs, a number or a text each, or several."""
@@ -83,42 +85,69 @@ class RunsFile:
     def add(
         self, run: int, found: xr.Dataset, attributes: Mapping[str, object], warnings: str = ""
     ) -> None:
-        """Write a complete run; ``attributes`` are those of the file as far as all runs agree."""
+        """Take a complete run, the next in order; ``attributes`` are those of the file as far as
+        all runs agree."""
         if self._first is None:
             self._define(found, attributes)
-        common = {n: v for n, v in self._attributes.items() if _same(attributes.get(n), v)}
+        common = in_common(self._attributes, attributes)
         for other in sorted(self._attributes.keys() - common.keys()):
             self._file.delncattr(other)
         self._attributes = common
-        for name, variable in found.data_vars.items():
-            self._file[str(name)][run] = variable.values
-        self.mark(run, COMPLETE, "", warnings)
+        values = {name: found.variables[name].values for name in self._names}
+        self._take(run, values, (COMPLETE, "", warnings))
 
     def mark(self, run: int, status: str, message: str = "", warnings: str = "") -> None:
-        """Say how a run went; what was written until now is then in the file."""
-        for name, text in zip(TEXTS, (status, message, warnings), strict=True):
-            if text:
-                self._file[name][run] = text
-        self._file.sync()
+        """Say how a run went that has no values, the next in order."""
+        self._take(run, {}, (status, message, warnings))
+
+    def _take(self, run: int, values: Mapping[str, np.ndarray], texts: tuple[str, ...]) -> None:
+        if run != self._written + len(self._block):
+            raise ValueError(f"run {run} is not the next one")
+        self._block.append((values, texts))
+        self._bytes += sum(array.nbytes for array in values.values())
+        if len(self._block) >= BLOCK or self._bytes >= BLOCK_BYTES:
+            self._write()
+
+    def _write(self) -> None:
+        """Put the runs that wait into the file, each variable at once."""
+        if not self._block:
+            return
+        rows = slice(self._written, self._written + len(self._block))
+        for name in self._names:
+            variable = self._file[name]
+            block = np.full((len(self._block), *variable.shape[1:]), variable._FillValue)
+            for k, (values, _) in enumerate(self._block):
+                if values:
+                    block[k] = values[name]
+            variable[rows] = block
+        for name, texts in zip(TEXTS, zip(*(t for _, t in self._block), strict=True), strict=True):
+            self._file[name][rows] = np.array(texts, dtype=object)
+        self._written, self._block, self._bytes = rows.stop, [], 0
 
     def differs(self, found: xr.Dataset) -> str | None:
         """A coordinate of a run that the runs before it have otherwise."""
         if self._first is None:
             return None
-        here, there = found.coords, self._first.coords
-        names = [*here, *(name for name in there if name not in here)]
+        here, there = ({n: of.variables[n] for n in of.coords} for of in (found, self._first))
         return next(
             (
                 str(name)
-                for name in names
+                for name in {**here, **there}
                 if not (name in here and name in there and here[name].equals(there[name]))
             ),
             None,
         )
 
     def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
+        """Finish the file: runs that were not added are not run."""
+        try:
+            self._write()
+            while self._written < self._count:
+                rest = min(BLOCK, self._count - self._written)
+                self._block = [({}, (NOT_RUN, "", ""))] * rest
+                self._write()
+        finally:
+            self._file.close()
 
     def _define(self, found: xr.Dataset, attributes: Mapping[str, object]) -> None:
         for dimension, size in found.sizes.items():
@@ -128,6 +157,7 @@ class RunsFile:
                 self._coordinate(str(name), variable)
             else:
                 self._variable(str(name), variable)
+                self._names.append(str(name))
         self._first = found.coords.to_dataset()
         self._attributes = dict(attributes)
         self._file.setncatts(self._attributes)
@@ -146,6 +176,11 @@ class RunsFile:
         dims = (RUN, *map(str, variable.dims))
         made = self._file.createVariable(name, kind, dims, fill_value=fill, chunksizes=chunks)
         made.setncatts(variable.attrs)
+
+
+def in_common(one: Mapping[str, object], other: Mapping[str, object]) -> dict[str, object]:
+    """The attributes that both have, with the same values of the same types."""
+    return {name: value for name, value in one.items() if _same(other.get(name), value)}
 
 
 def _same(one: object, other: object) -> bool:

@@ -26,7 +26,7 @@ from hydrosim.errors import InputError
 from hydrosim.interrupts import undisturbed
 from hydrosim.outputs import Output, as_output, unwritable
 from hydrosim.results.figures import Figure
-from hydrosim.results.journal import RESULT, Journal, Kept
+from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
 from hydrosim.studies.outcome import Outcome, digested
@@ -96,8 +96,11 @@ def simulate_many(
     shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
 
+    def file_at(path: Path) -> RunsFile:
+        return RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
+
     def write(path: Path, journal: Journal | None) -> Path:
-        file = RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
+        file = file_at(path)
         work = _Set(scenes, shared, digest, file, journal)
         with _closed(file), collected_here():
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
@@ -111,6 +114,8 @@ def simulate_many(
     with alone_with(result) as here:
         ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
         try:
+            file_at(here / f"{KNOWN}.partial").close()
+            (here / f"{KNOWN}.partial").replace(here / KNOWN)
             path = write(here / RESULT, journal)
             ended = is_whole(path)
             place = result.settled() if ended or not is_whole(result.path) else result.aside()
@@ -228,7 +233,7 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
             work.keep(pending)
         with undisturbed():
             work.keep(pending)
-            _write(run, first.result(), work.file)
+            work.write(run, first.result())
             pending.popleft()
             done += 1
         if done % COLLECTED == 0:
@@ -281,12 +286,14 @@ class _Set(NamedTuple):
                 with undisturbed():
                     self.journal.add(run, kept)
 
-
-def _write(run: int, outcome: Outcome, file: RunsFile) -> None:
-    found = outcome.found
-    if found is None:
+    def write(self, run: int, outcome: Outcome) -> None:
+        """Put a run into the file, or why there is none."""
+        found, file = outcome.found, self.file
+        if found is not None and (name := file.differs(found)):
+            outcome = Outcome("failed", f"its {name} is not that of the runs before it")
+        if outcome.found is not None:
+            file.add(run, outcome.found, outcome.attributes, outcome.warnings)
+            return
         file.mark(run, outcome.status, outcome.message, outcome.warnings)
-    elif name := file.differs(found):
-        file.mark(run, "failed", f"its {name} is not that of the runs before it")
-    else:
-        file.add(run, found, outcome.attributes, outcome.warnings)
+        if self.journal is not None and outcome.status == "failed":
+            self.journal.note(run, outcome.status, outcome.message)

@@ -5,7 +5,6 @@ Nothing here has a tolerance: a run among others is the same run to the bit.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,9 @@ from dry_scenes import steady
 from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.results.growing import growing
+from hydrosim.results.runs_file import LARGE
 from hydrosim.results.statistics import statistics
 from hydrosim.scene import Scene, Solver, Start, WaveTrain
 from hydrosim.studies import shared
@@ -139,26 +141,30 @@ def test_a_set_of_failures_has_a_file_all_the_same(tmp_path: Path) -> None:
     assert "position" not in runs
 
 
-def test_runs_are_in_the_file_as_soon_as_they_are_done(tmp_path: Path) -> None:
-    """A copy of the file, taken after each run, has all runs until then: a process that is killed
-    leaves as much."""
-    path, done = tmp_path / "runs.nc", []
+def test_runs_are_in_the_folder_as_soon_as_they_are_done(tmp_path: Path) -> None:
+    """It is read after each run as if this process had been killed, and has all runs until then, as
+    the file has them in the end."""
+    path, done, parts = tmp_path / "runs.nc", [], []
 
     def look(count: int, total: int) -> None:
-        copy = tmp_path / f"{count}.nc"
-        shutil.copy(tmp_path / "runs.nc.partial" / "result.nc", copy)
-        with xr.open_dataset(copy) as part:
-            finite = np.isfinite(part.position).all(("time", "body", "dof"))
-            assert total == 3
-            assert finite.values.tolist() == [True] * count + [False] * (total - count)
-            assert part.status.values.tolist() == ["complete"] * count + ["not run"] * (3 - count)
+        part = growing(tmp_path / "runs.nc.partial")
+        status = part.status.values.tolist()
+        assert total == 3
+        assert status[:count] == ["complete"] * count
+        assert {*status[count:]} <= {"complete", "not run"}  # one may be there before its turn
+        assert part.attrs["gathered"] == f"{status.count('complete')} of 3 runs are in"
+        parts.append(part)
         done.append(count)
 
     with hs.simulate_many(seeds(1, 2, 3), path, workers=2, progress=look) as runs:
         assert runs.position.dims == ("run", "time", "body", "dof")
         assert runs.encoding["source"] == str(path)
+        runs.load()
     assert done == [1, 2, 3]
     assert not Path(f"{path}.partial").exists()
+    assert all(runs[name][0].size < LARGE for name in runs)  # else it is not in the parts
+    assert differences(runs, parts[-1], ["gathered"]) == []
+    assert differences(runs.isel(run=0), parts[0].isel(run=0), ["gathered"]) == []
 
 
 def test_an_interrupt_keeps_what_is_done(tmp_path: Path, singles: list[xr.Dataset]) -> None:

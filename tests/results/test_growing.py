@@ -1,0 +1,132 @@
+"""Runs on their way are read from their folder: whole ones, whatever else is there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command
+
+from hydrosim.errors import InputError
+from hydrosim.results.growing import growing, runs_at
+from hydrosim.results.journal import FIRST, KNOWN, RUNS, Journal, Kept
+from hydrosim.results.runs_file import RUN, RunsFile
+
+COUNT = 6
+PLAN = {"design": "grid", "samples": None, "parameters": {"height": ["height"]}}
+DESIGN = json.dumps({"plans": {"": PLAN}, "figures": ["crawl"]})
+
+
+def run(k: int) -> Kept:
+    found = xr.Dataset(
+        {"crawl": ((), 10.0 + k, {"units": "m"}), "order": np.int64(k), "x": ("time", [k, 0.5])},
+        {"time": [0.0, 1.0]},
+    )
+    return Kept(found, {"title": "one", "own": k}, "")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Six runs, of two heights with three seeds: two are complete, the last of the first height
+    has failed, the first is missing."""
+    made = tmp_path / "runs.nc.partial"
+    made.mkdir()
+    along = {
+        "seed": xr.Variable(RUN, np.array([1, 2, 3] * 2)),
+        "height": xr.Variable(RUN, np.repeat([1.0, 2.0], 3), {"units": "m"}),
+    }
+    RunsFile(made / KNOWN, COUNT, along, list(along), "", {"design": DESIGN}).close()
+    book = Journal(made, {"the program": "x"})
+    book.add(1, run(1))
+    book.note(2, "failed", "it turned over")
+    book.add(3, run(3))
+    book.close()
+    return made
+
+
+@pytest.fixture
+def statistics(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    monkeypatch.chdir(tmp_path)
+    return command(monkeypatch, capsys, "statistics")
+
+
+def test_what_is_in_is_what_was_put_there(folder: Path) -> None:
+    runs = growing(folder)
+    nan = np.nan
+    np.testing.assert_array_equal(runs.crawl, [nan, 11.0, nan, 13.0, nan, nan])
+    np.testing.assert_array_equal(runs.order, [nan, 1.0, nan, 3.0, nan, nan])
+    np.testing.assert_array_equal(runs.x[3], [3.0, 0.5])
+    status = ["not run", "complete", "failed", "complete", "not run", "not run"]
+    assert runs.status.values.tolist() == status
+    assert runs.status_message.values[2] == "it turned over"
+    assert runs.attrs["gathered"] == "2 of 6 runs are in, 1 failed"
+    assert runs.attrs["title"] == "one"
+    assert "own" not in runs.attrs  # the runs have it otherwise
+    assert runs.crawl.attrs["units"] == runs.height.attrs["units"] == "m"
+
+
+def test_tables_of_the_runs_that_are_in(folder: Path, statistics: Command, tmp_path: Path) -> None:
+    """Nothing in the folder is changed by that."""
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    result = statistics(folder)
+    assert result.code == 0, result.err
+    assert "so far 2 of 6 runs are in, 1 failed" in result.out
+    table = (tmp_path / "runs.partial.csv").read_text().splitlines()
+    assert [line.split(",")[1:6] for line in table[2:]] == [
+        ["1.0", "crawl", "m", "1", "11"],
+        ["2.0", "crawl", "m", "1", "13"],
+    ]
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("cut", [1, 20, 100])
+def test_a_run_that_was_cut_in_half_is_not_in(folder: Path, cut: int) -> None:
+    """As while it is being written."""
+    file = folder / RUNS
+    file.write_bytes(file.read_bytes()[:-cut])
+    assert growing(folder).attrs["gathered"] == "1 of 6 runs are in, 1 failed"
+
+
+def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
+    file = folder / RUNS
+    data = bytearray(file.read_bytes())
+    data[-3] ^= 1
+    file.write_bytes(data)
+    assert growing(folder).attrs["gathered"] == "1 of 6 runs are in, 1 failed"
+
+
+def test_what_cannot_be_told_anything_of(folder: Path, statistics: Command) -> None:
+    """Folders of something else, of no run yet, of an earlier version; what is there no more."""
+    parent, lone = folder.parent, folder.parent / "empty"
+    lone.mkdir()
+    assert "holds no runs of a sweep" in statistics(lone).err
+    assert "such as runs.nc.partial" in statistics(".").err
+    assert f"{folder} is, a sweep on its way" in statistics(parent / "runs.nc").err
+    (parent / "a.nc").write_bytes(b"")
+    assert "the result of the sweep" in statistics(parent / "a.nc.partial").err
+    (folder / FIRST).unlink()
+    book = Journal(folder, {})
+    book.close()
+    result = statistics(folder)
+    assert "wait for the first" in result.err
+    assert "it turned over" in result.err
+    (folder / KNOWN).write_bytes(b"CDF nothing")
+    assert "cannot be read" in statistics(folder).err
+    (folder / KNOWN).unlink()
+    result = statistics(folder)
+    assert "lacks known.nc" in result.err
+    assert result.code == 2
+
+
+def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(_: Path) -> None:
+        (folder / RUNS).unlink()
+
+    monkeypatch.setattr("hydrosim.results.growing.first_of", gone)
+    with pytest.raises(InputError, match="is gone, as its sweep has come to an end"):
+        runs_at(folder)
