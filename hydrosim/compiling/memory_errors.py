@@ -63,13 +63,14 @@ def memory_errors(
     groups = [group for group in wet if group.free.size and _remembers(group)]
     if not groups or not model.bodies.active.size:
         return ()
-    found = [_spectra(group) for group in groups]
+    duration = time + scene.duration  # a run that goes on remembers what was before
+    found = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_between(of.w) for of in found]))
     size = 6 * len(scene.bodies)
     memory = np.zeros((w.size, size, size), dtype=complex)
     for group, of in zip(groups, found, strict=True):
         memory[:, group.dofs[:, None], group.dofs] = _turned(group, at_frequencies(w, of.w, of.K))
-    Z = impedance(w, memory, model, state, time)
+    Z = impedance(1.0 / duration + 1j * w, memory, model, state, time)
 
     def change(group: WetGroup, of: np.ndarray) -> tuple[Change, str]:
         dZ = np.zeros_like(memory)
@@ -82,7 +83,7 @@ def memory_errors(
             ", ".join(group.names),
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
-            change(group, _missed(group, w, of)) if group.fits else None,
+            change(group, _missed(group, w, of, duration)) if group.fits else None,
             change(group, at_frequencies(w, of.w, of.cut)),
         )
         for group, of in zip(groups, found, strict=True)
@@ -93,18 +94,18 @@ def _remembers(group: WetGroup) -> bool:
     return group.radiation is not None and not isinstance(group.radiation, ConstantRadiation)
 
 
-def _spectra(group: WetGroup) -> Spectra:
+def _spectra(group: WetGroup, duration: float) -> Spectra:
     db = group.database
     coefficients = db.frequency, db.added_mass, db.radiation_damping
-    return spectra(group.memory, *coefficients, db.checksum)
+    return spectra(group.memory, *coefficients, db.checksum, duration)
 
 
-def _missed(group: WetGroup, w: np.ndarray, of: Spectra) -> np.ndarray:
+def _missed(group: WetGroup, w: np.ndarray, of: Spectra, duration: float) -> np.ndarray:
     """K^ of the fits less that of the memory, (nw, n, n)."""
-    missed = np.zeros_like(of.K)
+    missed, s = np.zeros_like(of.K), 1.0 / duration + 1j * of.w
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
-        missed[:, *block] = fit.modes.transfer_function(1j * of.w) - of.K[:, *block]
+        missed[:, *block] = fit.modes.transfer_function(s) - of.K[:, *block]
     return at_frequencies(w, of.w, missed)
 
 

@@ -1,9 +1,10 @@
 """What a change of a radiation force does to motions, without a run: Z v = F for harmonic motions.
 
-Z(w) = i w (M + A_inf) + D + C / (i w) + K^(i w), all other forces made linear at the start. A force
+Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces made linear at the start. A force
 dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so that
 metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible at a
-frequency, relative to the motion there: at resonance, dZ over the damping.
+frequency, relative to the motion there: at resonance, dZ over the damping. In a run of T s, which
+knows no resonance sharper than 1/T, s = 1/T + i w.
 """
 
 from __future__ import annotations
@@ -28,16 +29,16 @@ class Change(NamedTuple):
 
 
 def impedance(
-    w: np.ndarray, memory: np.ndarray, model: Model, state: State, time: float = 0.0
+    s: np.ndarray, memory: np.ndarray, model: Model, state: State, time: float = 0.0
 ) -> np.ndarray:
-    """Z (nw, n, n) of the free coordinates at frequencies ``w`` (nw,) [rad/s], with K^ ``memory``
+    """Z (nw, n, n) of the free coordinates at ``s`` (nw,) [1/s], with K^ ``memory``
     (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s]."""
     model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
     n, active, work = model.bodies.active.size, model.bodies.active, new_work(model)
     own, scratch = np.arange(2 * n), np.zeros((3, model.size))
     J, y = np.zeros((2 * n, 2 * n)), state.y
     jacobian(time, y, state.modes, state.history, model, work, own, STEP, scratch, J)
-    M, s = inertia(model, y), 1j * w[:, None, None]
+    M, s = inertia(model, y), s[:, None, None]
     return np.asarray(
         s * M - M @ J[n:, n:] - M @ J[n:, :n] / s + memory[:, active[:, None], active]
     )

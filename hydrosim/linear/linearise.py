@@ -33,12 +33,13 @@ SEPARATE = 1e7  # condition of the eigenvectors up to which other states are tak
 
 
 class Others(NamedTuple):
-    """All states but motion, one by one: the acceleration that is theirs is the sum over their
-    ``poles`` p (r,) of (``place`` q + ``speed`` q') / (i w - p), matrices (r, n, n)."""
+    """All states but motion, one by one: the acceleration that is theirs is, per coordinate, the
+    sum over their ``poles`` p (r,) of ``share`` / (i w - p), matrices (r, n, n), and ``direct``
+    (n, n), which is what rates drive: i w / (i w - p) = 1 + p / (i w - p)."""
 
     poles: np.ndarray
-    place: np.ndarray
-    speed: np.ndarray
+    share: np.ndarray
+    direct: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +73,8 @@ class Linear:
         n, others = self.active.size, self._others
         if others is None:
             return self._solved_for(s)
-        shares = 1.0 / (s[:, :, 0] - others.poles)
-        place, speed = (shares @ x.reshape(-1, n * n) for x in (others.place, others.speed))
-        return np.asarray((place + s[:, :, 0] * speed).reshape(-1, n, n))
+        each = (1.0 / (s[:, :, 0] - others.poles)) @ others.share.reshape(-1, n * n)
+        return np.asarray(each.reshape(-1, n, n) + others.direct)
 
     def _solved_for(self, s: np.ndarray) -> np.ndarray:
         n, J = self.active.size, self.jacobian
@@ -95,7 +95,8 @@ class Linear:
             np.linalg.solve(vectors, J[2 * n :, : 2 * n]),
         )
         place, speed = (felt.T[:, :, None] * x[:, None, :] for x in (driven[:, :n], driven[:, n:]))
-        return Others(poles.astype(complex), place + 0j, speed + 0j)
+        share = place + poles[:, None, None] * speed
+        return Others(poles.astype(complex), share + 0j, speed.sum(axis=0))
 
 
 def linearise(

@@ -1,5 +1,9 @@
 """What radiation is at each frequency, cut at the end of its memory and cut later: from these, what
-a fit and the cut do to motions is estimated without a run."""
+a fit and the cut do to motions is estimated without a run.
+
+A run of T s does not tell frequencies apart that are closer than 1/T, and knows nothing of what
+happens later: its motions are looked at through exp(-t/T), whose spectra are those at s = 1/T + i w.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +21,8 @@ SLOWEST, COUNT = 0.01, 400  # rad/s, number of frequencies
 
 
 class Spectra(NamedTuple):
-    """``K`` (nw, n, n), K^(i w) of a memory at the frequencies ``w`` (nw,), and what a memory
-    `LONGER` times as long adds to K^ + i w A_inf, ``cut`` (nw, n, n)."""
+    """``K`` (nw, n, n), K^(s) of a memory at s = 1/T + i ``w`` (nw,), and what a memory `LONGER`
+    times as long adds to K^ + s A_inf, ``cut`` (nw, n, n)."""
 
     w: np.ndarray
     K: np.ndarray
@@ -31,24 +35,33 @@ def spectra(
     added_mass: np.ndarray,
     damping: np.ndarray,
     checksum: str,
+    duration: float,
 ) -> Spectra:
-    """Those of ``memory``, up to the highest of the database's ``frequency`` (nw,); for the
-    coefficients see `retardation`. Kept in the cache folder by the ``checksum`` and the memory."""
-    settings = (checksum, memory.time.size, float(memory.time[-1]))
-    make = partial(_spectra, memory, frequency, added_mass, damping)
+    """Those of ``memory`` for runs of a ``duration`` T [s], up to the highest of the database's
+    ``frequency`` (nw,); for the coefficients see `retardation`. Kept in the cache folder by the
+    ``checksum``, the memory and the duration."""
+    settings = (checksum, memory.time.size, float(memory.time[-1]), duration)
+    make = partial(_spectra, memory, frequency, added_mass, damping, 1.0 / duration)
     return kept("spectra", settings, make, Spectra._asdict, _of_arrays)
 
 
 @one_thread
 def _spectra(
-    memory: Retardation, frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray
+    memory: Retardation,
+    frequency: np.ndarray,
+    added_mass: np.ndarray,
+    damping: np.ndarray,
+    fading: float,
 ) -> Spectra:
     length, step = float(memory.time[-1]), float(memory.time[1])
     late = retardation(frequency, added_mass, damping, length=LONGER * length, step=step)
     w = np.geomspace(min(SLOWEST, frequency[0]) or SLOWEST, frequency[-1], COUNT)
-    K, longer = (transfer_function(of.time, of.kernel, w) for of in (memory, late))
+    K, longer = (
+        transfer_function(of.time, np.exp(-fading * of.time)[:, None, None] * of.kernel, w)
+        for of in (memory, late)
+    )
     more = late.added_mass_infinite - memory.added_mass_infinite
-    return Spectra(w, K, longer - K + 1j * w[:, None, None] * more)
+    return Spectra(w, K, longer - K + (fading + 1j * w[:, None, None]) * more)
 
 
 def _of_arrays(arrays: Arrays) -> Spectra:

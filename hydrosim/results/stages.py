@@ -23,8 +23,6 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq
 
 from hydrosim.forces.contact import fender, group
 from hydrosim.forces.contact.group import CARRIES, NEVER
@@ -64,6 +62,8 @@ class Group(NamedTuple):
 
     def share(self) -> Share:
         """The share of the weight transferred over time, of the slow load."""
+        from scipy.interpolate import CubicHermiteSpline  # slow to import, and few runs have stages
+
         spline = CubicHermiteSpline(self.time, self.impulse, self.load)
         first, last = self.time[[0, -1]]
         gives = self.load[0] > CARRIES * self.weight
@@ -147,6 +147,8 @@ def _reaches(level: float, time: np.ndarray, values: np.ndarray, share: Share) -
     k = int((values >= level).argmax())
     if k == 0:
         return float(time[0])
+    from scipy.optimize import brentq
+
     return float(brentq(lambda t: share(np.array(t)) - level, time[k - 1], time[k]))
 
 

@@ -120,7 +120,7 @@ def _turned(
         return
     if headings == Place.MEAN:
         here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
-        change = _change(here, turned, yaw)
+        change = _change(here, turned, yaw, 0.0)
         if change > CHANGED:
             yield (
                 f"bodies.{body.name}: waves met it at its heading at rest, and {there}"
@@ -128,7 +128,7 @@ def _turned(
             )
     if body.wave_forces.second_order != SecondOrder.NONE and db.mean_drift is not None:
         here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
-        change = _change(here, turned, yaw)
+        change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
         if change > CHANGED:
             yield (
                 f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
@@ -137,12 +137,14 @@ def _turned(
             )
 
 
-def _change(here: np.ndarray, turned: np.ndarray, yaw: float) -> float:
-    """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``."""
+def _change(here: np.ndarray, turned: np.ndarray, yaw: float, arm: float) -> float:
+    """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``; a
+    moment being no less than the force on an ``arm`` [m]: by symmetry it may happen to be zero."""
     change, size = (
         np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
         for x in (loads_about_z(turned, yaw) - here, here)
     )
+    size[1] = max(size[1], arm * size[0])
     return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
 
 

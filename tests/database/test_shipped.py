@@ -25,9 +25,6 @@ def shallow() -> HydroDatabase:
 
 
 DOUBTS = {  # why: hydro_db/README.md
-    "h851_50m": {"smooth loads"},
-    "h851_11m3": {"smooth loads"},
-    "h851_10m2": {"smooth loads"},
     "two_barges": {
         "kernel truncation",
         "frequency spacing",

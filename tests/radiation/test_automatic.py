@@ -15,6 +15,7 @@ import hydrosim as hs
 from hydrosim.database import HydroDatabase
 from hydrosim.errors import InputError
 from hydrosim.radiation.retardation import tabulated, transfer_function
+from hydrosim.radiation.spectra import LONGER
 from hydrosim.scene import (
     AutomaticRadiation,
     ConvolutionRadiation,
@@ -136,3 +137,20 @@ def test_the_estimate_of_the_change_of_motion_bounds_what_is_found(figure) -> No
         figure(f"found over said at {tolerance:g}", off / said)
         assert off <= said
         assert off >= said / 50.0
+
+
+@pytest.mark.parametrize("duration", [1.0, 4.0, 40.0])
+def test_the_estimate_of_what_a_cut_changes_bounds_what_is_found(duration: float, figure) -> None:
+    """Decay in heave with memories that are cut early, against those `LONGER` times as long. What a
+    run does not remember cannot change it: the shorter it is, the less."""
+    for length in (1.0, 2.0):
+        one, other = (
+            replace(decay(ConvolutionRadiation(cut, STEP), 0.1), duration=duration)
+            for cut in (length, LONGER * length)
+        )
+        compiled = hs.compile_scene(one)
+        (errors,) = compiled.memory_errors
+        found, longer = (motion(hs.simulate(x))[:, HEAVE] for x in (compiled, other))
+        off, said = np.abs(found - longer).max() / np.ptp(longer), errors.cut[0].size
+        figure(f"found over said at {length:g} s in {duration:g} s", off / said)
+        assert said / 50.0 <= off <= said

@@ -82,23 +82,33 @@ def _spikes(db: HydroDatabase) -> Errors:
 
 
 def _smooth_loads(db: HydroDatabase) -> Errors:
-    """Root mean square departure of the loads from the line between their neighbours, relative to
-    their own; the phases being those at the reference points."""
-    _at_least(db, 4)
+    """What splines miss of the loads between frequencies, over their root mean square at all: about
+    an eighth of the departure at each from the cubic through two neighbours on either side, which
+    are twice as far apart. On the shipped hulls with every second frequency left out 0.06 was found
+    where this says 0.04 to 0.06, and 0.2 to 0.3 where it says 0.1 to 0.14."""
+    _at_least(db, 5)
     k = wavenumber(db.frequency, db.water_depth, db.gravity)[:, None, None]
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
     place = np.repeat(db.reference_point[:, :2], 6, axis=0)
     loads = db.excitation * np.exp(1j * k * (towards @ place.T))
-    rough = np.sqrt((np.abs(_departure(db.frequency, loads)) ** 2).mean(axis=(0, 1)))
+    departure = np.sqrt((np.abs(_departure(db.frequency, loads, 2)) ** 2).mean(axis=1))
+    rough = np.pad(departure / 8.0, ((2, 2), (0, 0)))
     size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
-    return Errors(rough / np.maximum(size, load_floor(db)), ("dof",), rough, ("N", "/m"))
+    relative = rough / np.maximum(size, load_floor(db))
+    return Errors(relative, ("frequency", "dof"), rough, ("N", "/m"))
 
 
-def _departure(w: Real, values: Real | Complex) -> Real | Complex:
-    """(nw - 2, ...): values less the straight line between their neighbours."""
-    weight = (w[1:-1] - w[:-2]) / (w[2:] - w[:-2])
-    weight = weight.reshape(-1, *[1] * (values.ndim - 1))
-    return values[1:-1] - (1 - weight) * values[:-2] - weight * values[2:]
+def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex:
+    """(nw - 2 each, ...): values less the polynomial through ``each`` neighbours on either side, of
+    Lagrange: a straight line through one, a cubic through two."""
+    ends = [k for k in range(2 * each + 1) if k != each]
+    at, *nodes = (w[k : w.size - 2 * each + k] for k in (each, *ends))
+    found = values[each:-each].copy()
+    for k, node in zip(ends, nodes, strict=True):
+        others = [x for x in nodes if x is not node]
+        weight = np.prod([(at - x) / (node - x) for x in others], axis=0)
+        found -= weight.reshape(-1, *[1] * (values.ndim - 1)) * values[k : w.size - 2 * each + k]
+    return found
 
 
 def _outliers(departure: Real) -> Real:
@@ -166,9 +176,10 @@ RANGES = (
     Check(
         "smooth loads",
         _smooth_loads,
-        0.2,
-        "departure of the excitation from the line between neighbouring frequencies; compute more"
-        " frequencies, or look for phases in degrees or rows in another order",
+        0.1,
+        "largest error of the excitation between frequencies, estimated from how it departs from"
+        " the cubic through its neighbours; compute more frequencies, or look for phases of another"
+        " origin or rows in another order",
         of=frozenset({Part.LOADS}),
     ),
 )
