@@ -2,7 +2,7 @@
 a fit and the cut do to motions is estimated without a run.
 
 A run of T s does not tell frequencies apart that are closer than 1/T, and knows nothing of what
-happens later: its motions are looked at through exp(-t/T), whose spectra are those at s = 1/T + i w.
+happens later: its motions are looked at through exp(-t/T), with spectra at s = 1/T + i w.
 """
 
 from __future__ import annotations
