@@ -63,7 +63,7 @@ class RunAccessor:
     def picture(self, name: str = "overview") -> Figure:
         """A figure, one of `hydrosim.plot.pictures.PICTURES` by its name, "overview", "motions"...;
         InputError where the run has nothing of it, or has no such picture."""
-        from hydrosim.plot.pictures import figure
+        from hydrosim.plot.draw import figure
 
         return figure(self._run, name)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite
+from hydrosim.commands.options import Overwrite, names_in, one_of, seconds
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -20,19 +21,54 @@ def plot(
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="Put the pictures there."),
     ] = None,
+    channels: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES", help='Draw these channels alone, in one picture: "position.*.heave".'
+        ),
+    ] = "",
+    start: Annotated[
+        str,
+        typer.Option(
+            "--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'
+        ),
+    ] = "",
+    end: Annotated[
+        str,
+        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
+    ] = "",
+    form: Annotated[
+        str, typer.Option("--format", metavar="png|svg|pdf", help="Write pictures so.")
+    ] = "png",
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw motions, forces, contact and energies of a run, or the figures of a study, as PNG."""
+    """Draw motions, forces, contact and energies of a run, or the figures of a study.
+
+    Titles have the sea; grey and white are the phases of the first contact that begins open. Of
+    long runs, bands go from the smallest to the largest value of each stretch of time.
+    """
     from hydrosim.commands.study import draw_runs
     from hydrosim.plot import draw, open_run
+    from hydrosim.plot.draw import Format, View, Window
+    from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
 
     folder = run_file.parent if output is None else output
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
+    kind = one_of(Format, form, "--format")
+    window = Window(seconds("--from", start, -inf), seconds("--to", end, inf))
     if (runs := runs_at(run_file)) is not None:
-        draw_runs(runs, folder, run_file, overwrite)
+        if channels or start or end:
+            raise InputError(
+                f"--channels, --from, --to: {run_file} is a study, which has no records over time;"
+                " expected the result of a run."
+            )
+        draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)
-    for picture in draw(dataset, folder, run_file.stem, run_file, overwrite):
+    asked = names_in(channels)
+    picked = chosen(names(dataset), asked, "--channels") if asked else ()
+    view = View(window, picked, kind)
+    for picture in draw(dataset, folder, run_file.stem, run_file, overwrite, view):
         show(f"picture   {picture}")

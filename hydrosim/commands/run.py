@@ -83,7 +83,7 @@ def _require_room(case: Case, path: Path) -> None:
 
 def _planned_pictures(result: Output) -> None:
     """Refuses, before the run, pictures that would replace others."""
-    from hydrosim.plot.pictures import planned
+    from hydrosim.plot.draw import planned
 
     planned(result.path.parent, result.path.stem, result.path, result.overwrite)
 

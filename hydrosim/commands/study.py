@@ -39,14 +39,16 @@ def tables(
     yield f"table     {table.path}"
 
 
-def draw_runs(runs: xr.Dataset, folder: Path, file: Path, overwrite: bool = False) -> None:
-    """Draw a study, and say where the pictures are."""
+def draw_runs(
+    runs: xr.Dataset, folder: Path, file: Path, overwrite: bool = False, form: str = "png"
+) -> None:
+    """Draw a study in the format ``form``, and say where the pictures are."""
     from hydrosim.outputs import Output
     from hydrosim.plot.effects import draw_study
 
     folder.mkdir(parents=True, exist_ok=True)
     pictures = Output(
-        folder / f"{stem_of(file)}.nc", "picture", file, (file,), overwrite, "pictures"
+        folder / f"{stem_of(file)}.{form}", "picture", file, (file,), overwrite, "pictures"
     )
     show(*so_far(runs))
     for path in draw_study(runs, pictures):

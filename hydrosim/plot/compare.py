@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 
 from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import COLOURS, DPI, thinned
+from hydrosim.plot.layout import DPI
+from hydrosim.plot.panels import thinned
+from hydrosim.plot.styles import COLOURS
 
 CHANNELS = 8  # in a picture
 WIDTH, HEIGHT = 11.0, 2.3  # inches of the picture, and of a channel in it

@@ -17,7 +17,8 @@ from hydrosim.database import HydroDatabase
 from hydrosim.database.checks.scales import diagonal
 from hydrosim.dofs import DOFS
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import COLOURS, DPI
+from hydrosim.plot.layout import DPI
+from hydrosim.plot.styles import COLOURS
 
 WIDTH, HEIGHT = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest of the database are drawn

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import COLOURS
+from hydrosim.plot.styles import COLOURS
 from hydrosim.results import effects
 from hydrosim.results.effects import Plan, Row
 
@@ -34,11 +34,11 @@ def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
 def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[Plan, Output]]:
     """The plans that have something to draw, and where; InputError where none has, or a picture
     must not be replaced."""
-    found = []
+    found, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
     for plan in effects.plans(runs):
         stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
         if plan.figures:
-            place = output.at(output.path.with_name(f"{stem}.png"), "picture")
+            place = output.at(output.path.with_name(f"{stem}{form}"), "picture")
             found.append((plan, place.checked()))
     if not found:
         raise InputError(

@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import Panel, bands, lines, picture
+from hydrosim.plot.layout import picture
+from hydrosim.plot.panels import Panel, bands, lines
 from hydrosim.results.effects import spread
 from hydrosim.results.explain import PARTS
 from hydrosim.results.explain_rows import AXES, lasting, matter

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import COLOURS
+from hydrosim.plot.styles import COLOURS
 
 MARKS = "osD^vP*X"
 SIZE = (7.5, 3.6)  # inches of a panel

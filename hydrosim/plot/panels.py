@@ -1,79 +1,79 @@
-"""Panels: lines over time, bands of modes over time, and the picture that stacks them."""
+"""Panels of a picture: lines over time, and bands of modes over time.
+
+What has more records than a panel has room for is drawn as a band from the smallest to the largest
+value of each stretch of time, with its mean; a little more, as a line through these.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import cycle
-from math import floor, log10
+from math import ceil, floor, inf, log10
 from textwrap import fill
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 
-WIDTH, HEIGHT, DPI = 10.0, 1.6, 100  # inches of a picture and of one of its panels; dots per inch
+from hydrosim.plot.styles import MODES, STYLES, Style, styles
+from hydrosim.results.envelopes import envelope, means
+
+HEIGHT = 1.6  # inches of a panel
 BAND = 0.35  # inches of a band
-LABEL = 0.65  # inches from an axis to its label
 NAMES, ENTRIES = 24, 8  # letters of a line of the legend; entries of a column of it
+WORDS = 20  # letters of a line beside an axis
 BINS = 800  # of a line: about as many as a panel has pixels
-COLUMNS = 200  # of a band
-APART = 4  # lines with a panel of their own
+DENSE = 10  # records in a bin, from which on their smallest and largest are drawn as a band
+COLUMNS = 200  # of bands of modes
+APART = 4  # lines in one panel
 ALIKE = 1e-6  # of the largest value: lines that differ less are drawn once
 PREFIXES = {0: "", 3: "k", 6: "M", 9: "G"}  # of the unit, by power of ten
-# Okabe & Ito (2008): colours that the colour-blind can tell apart; after the last, dashed again.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
-STYLES = [(colour, dash) for dash in ("-", "--", ":") for colour in COLOURS]
-MODES = {2: ("slip", "#E69F00"), 1: ("stick", "#0072B2"), 0: ("open", "#DDDDDD")}  # bottom to top
 
 Series = Mapping[str, np.ndarray]
-"""Lines (nt,) by the names in the legend; one without a name is not in it."""
+"""Lines (nt,) by the names in the legend, or several under one name (n, nt), drawn from the least
+to the largest of them; one without a name is not in the legend."""
+
+
+class Window(NamedTuple):
+    """The time that is drawn [s]."""
+
+    start: float = -inf
+    end: float = inf
+
+    def of(self, time: np.ndarray) -> slice:
+        """The records in it."""
+        return slice(
+            int(np.searchsorted(time, self.start)), int(np.searchsorted(time, self.end, "right"))
+        )
 
 
 class Panel(NamedTuple):
     """What draws on an axis, and the height of that axis [inch]."""
 
-    draw: Callable[[Axes], None]
+    draw: Callable[[Axes, Window], None]
     height: float = HEIGHT
 
 
-def picture(panels: Sequence[Panel], title: str) -> Figure:
-    """The panels above each other, over one time axis."""
-    heights = [panel.height for panel in panels]
-    figure = Figure((WIDTH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    ratios = {"height_ratios": heights}
-    axes = figure.subplots(len(panels), sharex=True, squeeze=False, gridspec_kw=ratios)[:, 0]
-    for axis, panel in zip(axes, panels, strict=True):
-        panel.draw(axis)
-        axis.margins(x=0.0)
-        axis.grid(alpha=0.3)
-        axis.set_axisbelow(True)
-        axis.spines[["top", "right"]].set_visible(False)
-        aside = ScaledTranslation(-LABEL, 0.0, figure.dpi_scale_trans)
-        axis.yaxis.set_label_coords(0.0, 0.5, axis.transAxes + aside)
-    axes[-1].set_xlabel("time [s]")
-    figure.suptitle(title)
-    return figure
-
-
-def lines(time: np.ndarray, label: str, unit: str, series: Series) -> Panel:
-    """A panel of lines; lines that are alike are drawn once, with all their names."""
-    unit, drawn = _scaled(unit, series)
+def lines(
+    time: np.ndarray,
+    label: str,
+    unit: str,
+    series: Series,
+    order: Sequence[str] = (),
+    largest: float | None = None,
+) -> Panel:
+    """A panel of lines; lines that are alike are drawn once, with all their names. Their styles
+    follow the ``order`` of all names that there may be; the prefix of the unit suits the
+    ``largest`` value, by default that of these lines."""
+    unit, drawn = _scaled(unit, series, styles(order), largest)
     return Panel(partial(_plot_lines, time, f"{label} [{unit}]", drawn))
 
 
 def apart(time: np.ndarray, label: str, unit: str, series: Series) -> Iterator[Panel]:
-    """A panel for each line, as they would hide each other; one panel if they are too many."""
+    """A panel for each line, as they would hide each other, all over one range of values."""
     unit, drawn = _scaled(unit, series)
-    if len(drawn) > APART:
-        yield Panel(partial(_plot_lines, time, f"{label} [{unit}]", drawn), 2 * HEIGHT)
-        return
-    for name, values in drawn.items():
-        yield Panel(partial(_plot_lines, time, f"{label} [{unit}]", {name: values}))
+    for line in drawn:
+        yield Panel(partial(_plot_named, time, f"{label} [{unit}]", line))
 
 
 def bands(time: np.ndarray, modes: Series) -> Panel:
@@ -86,10 +86,18 @@ def peak(series: Series) -> float:
     return max(float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
 
 
+def coarse(time: np.ndarray, window: Window) -> float:
+    """How long the stretches are [s] whose smallest and largest values are drawn as bands; zero
+    where lines are drawn."""
+    inside = time[window.of(time)]
+    size = _size(inside.size)
+    return size * float(inside[1] - inside[0]) if size > DENSE else 0.0
+
+
 def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The smallest and the largest value of each of `BINS` bins, in their order in time: a line
     through them looks like the line through all."""
-    size = -(-time.size // BINS)
+    size = _size(time.size)
     if size <= 2:
         return time, values
     bins = np.pad(values, (0, -time.size % size), mode="edge").reshape(-1, size)
@@ -99,51 +107,111 @@ def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return time[at], values[at]
 
 
-def _scaled(unit: str, series: Series) -> tuple[str, Series]:
-    """The unit with a prefix that suits the largest value, and the lines in it, alike ones as one;
-    metres and degrees have no prefix."""
-    largest, power = peak(series), 0
-    if unit in ("N", "J") and largest > 0.0:
-        power = min(max(3 * floor(log10(largest) / 3), 0), 9)
-    merged = {name: values / 10.0**power for name, values in _merged(series, largest).items()}
-    return f"{PREFIXES[power]}{unit}", merged
-
-
-def _merged(series: Series, largest: float) -> Series:
-    """Lines that are alike under one name, "barge 1, barge 2" or "barge 1 and 2 alike"."""
+def alike(series: Series) -> list[tuple[list[str], np.ndarray]]:
+    """Lines that are alike as one, with all their names."""
+    least = ALIKE * peak(series)
     groups: list[tuple[list[str], np.ndarray]] = []
     for name, values in series.items():
         for names, first in groups:
-            if np.allclose(values, first, rtol=0.0, atol=ALIKE * largest, equal_nan=True):
+            near = values.shape == first.shape
+            if near and np.allclose(values, first, rtol=0.0, atol=least, equal_nan=True):
                 names.append(name)
                 break
         else:
             groups.append(([name], values))
-    return {_joined(names): values for names, values in groups}
+    return groups
+
+
+class _Line(NamedTuple):
+    """A line as it is drawn."""
+
+    name: str
+    values: np.ndarray
+    style: Style
+
+
+def _size(count: int) -> int:
+    return ceil(count / BINS)
+
+
+def _scaled(
+    unit: str,
+    series: Series,
+    look: Mapping[str, Style] | None = None,
+    largest: float | None = None,
+) -> tuple[str, list[_Line]]:
+    """The unit with a prefix that suits the largest value, and the lines in it, alike ones as one;
+    metres and degrees have no prefix."""
+    largest, power = peak(series) if largest is None else largest, 0
+    if unit in ("N", "J") and largest > 0.0:
+        power = min(max(3 * floor(log10(largest) / 3), 0), 9)
+    drawn = [
+        _Line(
+            _joined(names),
+            values / 10.0**power,
+            (look or {}).get(names[0], STYLES[k % len(STYLES)]),
+        )
+        for k, (names, values) in enumerate(alike(series))
+    ]
+    return f"{PREFIXES[power]}{unit}", drawn
 
 
 def _joined(names: list[str]) -> str:
+    """ "barge 1, barge 2" or "barge 1 and 2 alike"."""
     return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} alike"
 
 
-def _plot_lines(time: np.ndarray, label: str, series: Series, axis: Axes) -> None:
-    for (name, values), (colour, dash) in zip(series.items(), cycle(STYLES), strict=False):
-        axis.plot(
-            *thinned(time, values), dash, color=colour, linewidth=0.9, label=fill(name, NAMES)
-        )
-    axis.set_ylabel(label)
+def _plot_lines(
+    time: np.ndarray, label: str, drawn: Sequence[_Line], axis: Axes, window: Window
+) -> None:
+    inside = window.of(time)
+    for line in drawn:
+        _plot_line(axis, time[inside], line.values[..., inside], line)
+    axis.set_ylabel(label if len(label) < WORDS else fill(label, WORDS))
     axis.ticklabel_format(axis="y", scilimits=(-3, 4))
-    if any(series):
+    if any(line.name for line in drawn):
         _legend(axis)
 
 
-def _plot_bands(time: np.ndarray, modes: Series, axis: Axes) -> None:
+def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: Window) -> None:
+    """A line with its name in the panel."""
+    _plot_lines(time, label, [_Line("", line.values, STYLES[0])], axis, window)
+    axis.margins(y=0.25)  # room for the name
+    paper = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
+    look: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": "small", "bbox": paper}
+    axis.text(0.01, 0.97, line.name, transform=axis.transAxes, **look)
+
+
+def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) -> None:
+    """A line, or a band with its mean where there is more than a line can show."""
+    look: dict[str, Any] = {
+        "color": line.style.colour,
+        "linestyle": line.style.dash,
+        "linewidth": 0.9,
+        "label": fill(line.name, NAMES),
+    }
+    size = _size(time.size)
+    if values.ndim == 1 and size <= DENSE:
+        axis.plot(*thinned(time, values), **look)
+        return
+    each = np.atleast_2d(values)
+    low = envelope(np.fmin.reduce(each), size)[0]
+    high = envelope(np.fmax.reduce(each), size)[-1]
+    mean = means(np.array([means(one, size) for one in each]).T.ravel(), len(each))
+    at = time[::size]
+    axis.fill_between(at, low, high, color=line.style.colour, alpha=0.35, linewidth=0.0)
+    axis.plot(at, mean, **look)
+
+
+def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: Window) -> None:
+    inside = window.of(time)
+    time = time[inside]
     edges = np.unique(np.linspace(0, time.size - 1, COLUMNS + 1).astype(int))
     for row, values in enumerate(modes.values()):
         base = np.full(edges.size - 1, -0.4 - row)
         for mode, (name, colour) in MODES.items():
-            spent = np.add.reduceat((values[:-1] == mode).astype(float), edges[:-1])
-            top = base + 0.8 * spent / np.diff(edges)
+            there = (values[inside][:-1] == mode).astype(float)
+            top = base + 0.8 * np.add.reduceat(there, edges[:-1]) / np.diff(edges)
             band = axis.stairs(top, time[edges], baseline=base, fill=True, color=colour)
             band.set_label(name if row == 0 else "")
             base = top

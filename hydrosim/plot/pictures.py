@@ -1,4 +1,4 @@
-"""The pictures of a run: one overview, and one each of motions, fender forces, contact, energies.
+"""The pictures of a run: one overview, and one each of motions, contacts, lines, tanks, energies.
 
 What a scene does not have (fenders, waves, a degree of freedom that moves) has no panel, and a
 picture without panels is not drawn.
@@ -6,103 +6,76 @@ picture without panels is not drawn.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
-from hydrosim.errors import InputError
-from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import Panel, Series, apart, bands, lines, peak, picture
+from hydrosim.dofs import DOFS
+from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
+from hydrosim.plot.styles import COLOURS
+from hydrosim.results.channels import names, series
 from hydrosim.results.contact import crawl
 from hydrosim.results.stages import transferred
 
 STILL = 1e-6  # m or rad: what moves less does not move
-ROTATIONS = ("roll", "pitch", "yaw")
-
-
-def draw(
-    run: xr.Dataset, folder: Path, stem: str, origin: Path | None = None, overwrite: bool = False
-) -> list[Path]:
-    """Write the pictures of ``run`` as PNG: ``stem``.png is the overview, ``stem``_motions.png and
-    so on are the details. Returns their paths; raises InputError if the folder cannot be made, or
-    where other files than earlier pictures of the same run, ``origin``, have these names."""
-    outputs = planned(folder, stem, origin, overwrite)
-    drawn = zip(outputs, (of(run) for of in PICTURES.values()), strict=True)
-    return [
-        save_picture(picture(panels, _title(run)), output) for output, panels in drawn if panels
-    ]
-
-
-def planned(
-    folder: Path, stem: str, origin: Path | None = None, overwrite: bool = False
-) -> list[Output]:
-    """All pictures that there can be of a run; raises as `draw` does."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made as a folder for pictures ({error}).") from None
-    made_of = origin or folder / f"{stem}.nc"
-    paths = [folder / f"{stem}{suffix}.png" for suffix in PICTURES]
-    return [
-        Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked()
-        for path in paths
-    ]
-
-
-def figure(run: xr.Dataset, name: str = "overview") -> Figure:
-    """One of the pictures of a run by its name, "overview", "motions"; InputError if there is none
-    of that name, or the run has nothing that it shows."""
-    known = {of.__name__: of for of in PICTURES.values()}
-    panels = known[name](run) if name in known else []
-    if not panels:
-        there = [each for each, of in known.items() if of(run)]
-        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
-    return picture(panels, _title(run))
+LITTLE = 1e-3  # of the largest friction: what is less along an axis is not drawn
+MANY = 12  # contacts or lines with panels of their own; of more, each group or element has one
+KINDS = {"displacement": DOFS[:3], "rotation": DOFS[3:]}
 
 
 def overview(run: xr.Dataset) -> list[Panel]:
     """What happened, in one picture."""
     panels = [*_motions_together(run), *_elevation(run)]
     if "fender" in run.dims:
-        panels += [_lines(run, "normal force", "N", _by_fender(run.fender_normal_force))]
+        panels += [_lines(run, "normal force", "N", _by_fender(run, run.fender_normal_force))]
         panels += [_modes(run), *_crawl(run)]
-    return panels
+    if "spring" in run.dims:
+        panels += [_lines(run, "tension", "N", _by_spring(run.spring_tension))]
+    return [*panels, *_utilisation(run)]
 
 
 def motions(run: xr.Dataset) -> list[Panel]:
     """A panel for each degree of freedom that moves, with all bodies, and the waves."""
-    single = run.sizes["body"] == 1
-    panels = [
-        _lines(run, dof, _unit(dof), {"" if single else b: _position(run, b, dof) for b in bodies})
-        for dof, bodies in _moving(run).items()
-    ]
+    single, order = run.sizes["body"] == 1, _labels(run, "body")
+    panels = []
+    for dof, bodies in _moving(run).items():
+        each = {"" if single else body: _position(run, body, dof) for body in bodies}
+        panels.append(_lines(run, dof, _unit(dof), each, [] if single else order))
     return [*panels, *_elevation(run)]
 
 
 def fender_forces(run: xr.Dataset) -> list[Panel]:
-    """Normal force and friction, a panel for each contact point."""
+    """Of each contact point its normal force, and its friction by directions beside it."""
     if "fender" not in run.dims:
         return []
-    time = run.time.values
-    panels = [*apart(time, "normal force", "N", _by_fender(run.fender_normal_force))]
-    for axis, component in _components(run.fender_friction):
-        panels += apart(time, f"friction {axis}", "N", component)
-    return panels
+    time, order = run.time.values, _labels(run, "axis")
+    normal = _few(run, run.fender_normal_force)
+    axes = {axis: _few(run, run.fender_friction.sel(axis=axis)) for axis in order}
+    together = {
+        name: np.hstack([normal[name], *(each[name] for each in axes.values())]) for name in normal
+    }
+    kept = [(", ".join(group), group[0]) for group, _ in alike(together)]
+    left = apart(time, "normal force", "N", {name: normal[first] for name, first in kept})
+    by_contact = [{axis: each[first] for axis, each in axes.items()} for _, first in kept]
+    right = _components(time, "friction", "N", by_contact)
+    return [panel for row in zip(left, right, strict=True) for panel in row]
 
 
 def contact(run: xr.Dataset) -> list[Panel]:
     """Modes, compression, and how far the contact points have gone and slipped."""
     if "fender" not in run.dims:
         return []
+    by = {"compression": ("m", run.fender_compression.clip(min=0.0))}
+    then = {
+        "slip distance": ("m", run.fender_slip_distance),
+        "friction loss": ("J", run.fender_dissipated),
+    }
     return [
         _modes(run),
-        _lines(run, "compression", "m", _by_fender(run.fender_compression.clip(min=0.0))),
+        *(_lines(run, name, unit, _by_fender(run, x)) for name, (unit, x) in by.items()),
         *_crawl(run),
-        _lines(run, "slip distance", "m", _by_fender(run.fender_slip_distance)),
-        _lines(run, "friction loss", "J", _by_fender(run.fender_dissipated)),
+        *(_lines(run, name, unit, _by_fender(run, x)) for name, (unit, x) in then.items()),
     ]
 
 
@@ -112,22 +85,35 @@ def transfer(run: xr.Dataset) -> list[Panel]:
         return []
     share, load = transferred(run), run.contact_load
     groups = share.contact_group.values
-    gaps = -run.fender_compression.sel(fender=run.fender_group.isin(groups)).clip(max=0.0)
-    panels = [
+    taken = run.isel(fender=np.isin(run.fender_group.values, groups))
+    gaps = -taken.fender_compression.clip(max=0.0)
+    return [
         _lines(run, "transferred", "1", {g: share.sel(contact_group=g).values for g in groups}),
         _lines(run, "load", "N", {g: load.sel(contact_group=g).values for g in groups}),
-        _lines(
-            run, "load of each", "N", _by_fender(run.fender_normal_force.sel(fender=gaps.fender))
-        ),
-        _lines(run, "gap", "m", _by_fender(gaps)),
+        _lines(run, "load of each", "N", _by_fender(taken, taken.fender_normal_force)),
+        _lines(run, "gap", "m", _by_fender(taken, gaps)),
+        *_clearances(run),
     ]
-    return [*panels, *_clearances(run)]
 
 
-def _clearances(run: xr.Dataset) -> Iterator[Panel]:
-    if "gap" in run.dims:
-        each = {str(name): run.clearance.sel(gap=name).values for name in run.gap.values}
-        yield _lines(run, "clearance", "m", each)
+def tensions(run: xr.Dataset) -> list[Panel]:
+    """Tension of each line, all over one range, and what is used of capacities."""
+    if "spring" not in run.dims:
+        return []
+    tension = _few(run, run.spring_tension, "spring")
+    return [*apart(run.time.values, "tension", "N", tension), *_utilisation(run)]
+
+
+def tanks(run: xr.Dataset) -> list[Panel]:
+    """Levels of tanks, and what pumps move."""
+    found = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
+    return [
+        _lines(
+            run, label, unit, {name: run[of].sel({dim: name}).values for name in _labels(run, dim)}
+        )
+        for dim, (of, label, unit) in found.items()
+        if of in run and run.sizes[dim]
+    ]
 
 
 def energies(run: xr.Dataset) -> list[Panel]:
@@ -135,12 +121,12 @@ def energies(run: xr.Dataset) -> list[Panel]:
     panels = [_lines(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
     for part, label in {"stored": "stored", "work": "work done", "dissipated": "lost"}.items():
         start = f"energy_{part}_"
-        series = {
+        each = {
             name.removeprefix(start).replace("_", " "): run[name].values
             for name in map(str, run.data_vars)
             if name.startswith(start) and run[name].any()
         }
-        panels += [_lines(run, label, "J", series)] if series else []
+        panels += [_lines(run, label, "J", each)] if each else []
     return [*panels, _lines(run, "residual", "J", {"": run.energy_residual.values})]
 
 
@@ -150,33 +136,63 @@ PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
     "_forces": fender_forces,
     "_contact": contact,
     "_transfer": transfer,
+    "_tensions": tensions,
+    "_tanks": tanks,
     "_energies": energies,
 }
 """What can be drawn of a run, by what is added to its name."""
 
 
-def _title(run: xr.Dataset) -> str:
-    title, status = run.attrs.get("title", ""), run.attrs.get("status", "complete")
-    return title if status == "complete" else f"{title} ({status})"
+def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
+    """Panels of channels by name: those of one kind and unit in one, many of them in one each."""
+    kinds: dict[tuple[str, str], dict[str, np.ndarray]] = {}
+    for name in chosen:
+        values, unit = series(run, name)
+        kind, _, of = name.partition(".")
+        if unit.startswith("rad"):
+            values, unit = np.degrees(values), unit.replace("rad", "deg", 1)
+        kinds.setdefault((kind.replace("_", " "), unit), {})[of.replace(".", " ")] = values
+    panels: list[Panel] = []
+    for (kind, unit), each in kinds.items():
+        several = apart(run.time.values, kind, unit, each)
+        panels += several if len(alike(each)) > APART else [_lines(run, kind, unit, each)]
+    return panels
 
 
-def _lines(run: xr.Dataset, label: str, unit: str, series: Series) -> Panel:
-    return lines(run.time.values, label, unit, series)
+def _lines(
+    run: xr.Dataset, label: str, unit: str, each: Series, order: Sequence[str] = ()
+) -> Panel:
+    return lines(run.time.values, label, unit, each, order)
+
+
+def _components(
+    time: np.ndarray, label: str, unit: str, panels: Sequence[Series]
+) -> Iterator[Panel]:
+    """A panel for each, of the same components, those that are not little throughout; all with the
+    prefix that suits the largest."""
+    order, largest = [*panels[0]], max(peak(each) for each in panels)
+    shown = [a for a in order if any(peak({a: x[a]}) > LITTLE * largest for x in panels)]
+    alone = len(shown) < 2
+    label = f"{label} {shown[0]}" if len(shown) == 1 else label
+    for each in panels:
+        drawn = {"" if alone else axis: each[axis] for axis in shown or order[:1]}
+        yield lines(time, label, unit, drawn, [] if alone else order, largest)
 
 
 def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
-    """All translations in one panel, all rotations in another."""
-    for label, unit in {"displacement": "m", "rotation": "deg"}.items():
-        series = {
-            dof if run.sizes["body"] == 1 else f"{body} {dof}": _position(run, body, dof)
-            for dof, bodies in _moving(run).items()
-            for body in bodies
-            if _unit(dof) == unit
-        }
-        if len(series) == 1:
-            yield from (_lines(run, name, unit, {"": values}) for name, values in series.items())
-        elif series:
-            yield _lines(run, label, unit, series)
+    """Of each body all translations in one panel, all rotations in another."""
+    moving = _moving(run)
+    for body in _labels(run, "body"):
+        for kind, dofs in KINDS.items():
+            own = [dof for dof in dofs if body in moving.get(dof, ())]
+            of = f"{body}\n" if run.sizes["body"] > 1 else ""
+            if len(own) == 1:
+                yield _lines(
+                    run, f"{of}{own[0]}", _unit(own[0]), {"": _position(run, body, own[0])}
+                )
+            elif own:
+                each = {dof: _position(run, body, dof) for dof in own}
+                yield _lines(run, f"{of}{kind}", _unit(own[0]), each, dofs)
 
 
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:
@@ -192,11 +208,11 @@ def _moving(run: xr.Dataset) -> dict[str, list[str]]:
 
 def _position(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
     values = run.position.sel(body=body, dof=dof).values
-    return np.degrees(values) if dof in ROTATIONS else values
+    return np.degrees(values) if dof in KINDS["rotation"] else values
 
 
 def _unit(dof: str) -> str:
-    return "deg" if dof in ROTATIONS else "m"
+    return "deg" if dof in KINDS["rotation"] else "m"
 
 
 def _elevation(run: xr.Dataset) -> Iterator[Panel]:
@@ -204,24 +220,66 @@ def _elevation(run: xr.Dataset) -> Iterator[Panel]:
         yield _lines(run, "wave elevation", "m", {"": run.wave_elevation.values})
 
 
+def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
+    """Forces over capacities; where one is used up, the line is at 1."""
+    each = {
+        n.partition(".")[2]: series(run, n)[0] for n in names(run) if n.startswith("utilisation.")
+    }
+    if each:
+        yield _lines(run, "utilisation", "1", each)
+
+
+def _clearances(run: xr.Dataset) -> Iterator[Panel]:
+    if "gap" in run.dims:
+        each = {name: run.clearance.sel(gap=name).values for name in _labels(run, "gap")}
+        yield _lines(run, "clearance", "m", each)
+
+
 def _modes(run: xr.Dataset) -> Panel:
-    return bands(run.time.values, _by_fender(run.fender_mode))
+    return bands(run.time.values, _each(run.fender_mode, "fender"))
 
 
 def _crawl(run: xr.Dataset) -> Iterator[Panel]:
-    """How far the contact nodes have gone since the start; while open, where they last touched."""
-    for axis, component in _components(crawl(run)):
-        yield _lines(run, f"crawl {axis}", "m", component)
+    """How far the contact nodes have gone since the start; while open, where they last touched.
+    Only along the axes where that is more than rounding."""
+    gone = crawl(run)
+    by_axis = {axis: gone.sel(axis=axis) for axis in _labels(run, "axis")}
+    largest = max(peak({"": x.values}) for x in by_axis.values())
+    for axis, x in by_axis.items():
+        if peak({"": x.values}) > STILL * largest:
+            yield _lines(run, f"crawl {axis}", "m", _by_fender(run, x))
 
 
-def _components(vectors: xr.DataArray) -> Iterator[tuple[str, Series]]:
-    """The axes along which vectors of the fenders are not zero but for rounding, with the lines."""
-    by_axis = {str(axis): _by_fender(vectors.sel(axis=axis)) for axis in vectors.axis.values}
-    largest = max(peak(series) for series in by_axis.values())
-    for axis, series in by_axis.items():
-        if peak(series) > STILL * largest:
-            yield axis, series
+def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
+    """A line for each contact point; for each group of them if they are more than one panel
+    takes."""
+    each = _each(values, "fender")
+    return each if len(alike(each)) <= APART else _by_group(run, values)
 
 
-def _by_fender(values: xr.DataArray) -> Series:
-    return {str(name): values.sel(fender=name).values for name in values.fender.values}
+def _by_spring(values: xr.DataArray) -> Series:
+    """Lines as they are, as their tensions are smooth; of very many, from the least to the
+    largest."""
+    each = _each(values, "spring")
+    return each if len(each) <= len(COLOURS) else {f"{len(each)} lines": np.array([*each.values()])}
+
+
+def _few(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
+    """A line for each; of very many contacts, for each group."""
+    many = run.sizes[dim] > MANY and dim == "fender"
+    return _by_group(run, values) if many else _each(values, dim)
+
+
+def _by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
+    """Several lines (n, nt) for each group of contact points."""
+    of = run.fender_group.values
+    found = {str(group): values.values.T[of == group] for group in dict.fromkeys(of)}
+    return {f"{name}, {len(x)} contacts": x for name, x in found.items()}
+
+
+def _each(values: xr.DataArray, dim: str) -> dict[str, np.ndarray]:
+    return {str(name): values.sel({dim: name}).values for name in values[dim].values}
+
+
+def _labels(run: xr.Dataset, dim: str) -> list[str]:
+    return [str(name) for name in run[dim].values] if dim in run.coords else []

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.panels import STYLES
+from hydrosim.plot.styles import STYLES
 
 
 def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.report.blocks import Chart
+from hydrosim.results.envelopes import envelope
 
 ROOM = 4_000_000  # bytes of all series of a page together, as numbers of four bytes
 MOST = 5000  # stretches
@@ -35,14 +36,6 @@ def packed(chart: Chart, size: int) -> dict[str, Any]:
         "names": list(chart.series),
         "values": [base64_of(row) for row in rows],
     }
-
-
-def envelope(x: np.ndarray, size: int) -> np.ndarray:
-    """Smallest and largest values (2, n) of stretches of ``size`` records, or x (1, nt) itself."""
-    if size == 1:
-        return x[None]
-    starts = np.arange(0, x.size, size)
-    return np.array([np.fmin.reduceat(x, starts), np.fmax.reduceat(x, starts)])
 
 
 def shares(modes: np.ndarray) -> np.ndarray:

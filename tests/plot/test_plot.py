@@ -12,7 +12,10 @@ from matplotlib.figure import Figure
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.plot import draw, open_run, pictures
-from hydrosim.plot.panels import bands, lines, picture, thinned
+from hydrosim.plot.draw import Format, View, phases
+from hydrosim.plot.draw import figure as figure_of
+from hydrosim.plot.layout import Frame, picture
+from hydrosim.plot.panels import Window, bands, lines, thinned
 
 TIME = np.linspace(0.0, 60.0, 121)
 UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "N", "kN", "MN", "J", "kJ", "MJ"))
@@ -122,7 +125,7 @@ def test_values_are_drawn_in_the_unit_of_the_label() -> None:
     drawn = figures(run_of(fenders=2))
     pitch = drawn["motions"].axes[1].get_lines()[0].get_ydata()
     assert np.max(pitch) == pytest.approx(3.0, rel=1e-2)  # the records miss the crest by 0.3 %
-    normal = drawn["fender_forces"].axes[1]
+    normal = drawn["fender_forces"].axes[2]  # of the second contact
     assert normal.get_ylabel() == "normal force [MN]"
     assert np.max(normal.get_lines()[0].get_ydata()) == pytest.approx(80.0, rel=1e-2)
 
@@ -191,9 +194,109 @@ def test_thirty_lines_leave_the_panel_its_room(differ: float) -> None:
     assert place.height > 0.4
 
 
-def test_the_title_says_when_a_run_is_not_complete(tmp_path: Path) -> None:
+def test_the_title_says_when_a_run_is_not_complete() -> None:
     run = run_of().assign_attrs(status="interrupted")
-    assert pictures._title(run) == "A run (interrupted)"
+    assert figure_of(run).get_suptitle() == "A run (interrupted)"
+
+
+def test_long_runs_are_bands_with_their_mean_and_say_so() -> None:
+    """A sine of 12.566 s and amplitude 1: the band is from -1 to 1, the mean about 0."""
+    time = np.linspace(0.0, 40_000.0, 160_001)
+    figure = picture([lines(time, "heave", "m", {"": np.sin(0.5 * time)})], "")
+    (band,) = figure.axes[0].collections
+    ends = band.get_paths()[0].get_extents()
+    assert (ends.y0, ends.y1) == pytest.approx((-1.0, 1.0), abs=1e-3)
+    assert np.abs(figure.axes[0].get_lines()[0].get_ydata()[:-1]).max() < 0.1
+    run = run_of(nt=30_001).assign_attrs(
+        case_resolved="environment: {waves: [{spectrum: jonswap}]}"
+    )
+    remarks = figure_of(run).axes[0].get_title("left")
+    assert remarks.startswith("jonswap; bands: from the least to the largest of each 0.076 s")
+
+
+def test_of_many_lines_each_group_has_one() -> None:
+    """From the least to the largest of four contacts, whose forces are as 1 to 4; and the mean."""
+    run = run_of(fenders=8)
+    groups = ("fender", np.repeat(["legs", "deck"], 4))
+    run = run.assign_coords(fender_group=groups)
+    axis = next(a for a in figures(run)["overview"].axes if "normal force" in a.get_ylabel())
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == [
+        "legs, 4 contacts",
+        "deck, 4 contacts",
+    ]
+    ends = axis.collections[0].get_paths()[0].get_extents()
+    mean = axis.get_lines()[0].get_ydata()
+    swing = np.abs(np.sin(TIME)).max()
+    assert (ends.y0, ends.y1) == pytest.approx((0.0, 160.0 * swing))
+    assert mean.max() == pytest.approx(100.0 * swing)
+
+
+def test_contacts_have_their_normal_force_and_friction_beside_each_other() -> None:
+    axes = figures(run_of(fenders=3))["fender_forces"].axes
+    assert [axis.get_ylabel() for axis in axes] == ["normal force [MN]", "friction x [MN]"] * 3
+    assert len({axis.get_ylim() for axis in axes[::2]}) == 1
+    assert [axis.texts[0].get_text() for axis in axes[::2]] == ["deck 1", "deck 2", "deck 3"]
+
+
+def test_a_part_of_the_time_is_drawn_as_the_whole_has_it() -> None:
+    """The crawl counts from the start of the run, not of the part."""
+    run = run_of(fenders=1)
+    for name in ("motions", "contact"):
+        part = figure_of(run, name, Window(30.0, 40.0))
+        for drawn, whole in zip(part.axes, figure_of(run, name).axes, strict=True):
+            for one, other in zip(drawn.get_lines(), whole.get_lines(), strict=True):
+                inside = (TIME >= 30.0) & (TIME <= 40.0)
+                assert np.array_equal(one.get_xdata(), TIME[inside])
+                assert np.array_equal(one.get_ydata(), other.get_ydata()[inside])
+
+
+def test_phases_are_those_of_the_group_that_begins_free() -> None:
+    phase = np.zeros((121, 2), int)
+    phase[:, 0] = 2  # in contact from the start
+    phase[20:, 1], phase[100:, 1] = 1, 3
+    names = ["legs", "deck"]
+    run = run_of().assign_coords(contact_group=names)
+    run["contact_phase"] = (("time", "contact_group"), phase)
+    found, group = phases(run)
+    assert group == "deck"
+    assert found == [("moored", 0.0, 10.0), ("initial contact", 10.0, 50.0), ("stuck", 50.0, 60.0)]
+    assert figure_of(run).axes[0].get_title("left") == (
+        "phases of deck: moored to 10 s, initial contact to 50 s, then stuck"
+    )
+
+
+def test_lines_have_tensions_one_each_and_capacities() -> None:
+    run = run_of().assign_coords(spring=["bow", "stern"])
+    tension = 1e5 * np.outer(2.0 + np.sin(TIME), [1.0, 2.0])
+    run["spring_tension"] = (("time", "spring"), tension)
+    run = run.assign_coords(spring_capacity=("spring", [np.nan, 5e5]))
+    axes = figure_of(run, "tensions").axes
+    assert [axis.get_ylabel() for axis in axes] == [
+        "tension [kN]",
+        "tension [kN]",
+        "utilisation [1]",
+    ]
+    assert np.array_equal(axes[2].get_lines()[0].get_ydata(), tension[:, 1] / 5e5)
+
+
+@pytest.mark.parametrize(
+    ("form", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
+def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -> None:
+    run, names = run_of(bodies=2), ["position.barge 1.surge", "position.barge 1.pitch"]
+    run.position.attrs["dof_units"] = "m, m, m, rad, rad, rad"
+    view = View(Window(10.0, 20.0), names, Format(form))
+    (path,) = draw(run, tmp_path, "case", view=view)
+    assert path.name == f"case_channels.{form}"
+    assert path.read_bytes().startswith(start)
+    axes = picture(pictures.channels(run, names), Frame()).axes
+    assert [axis.get_ylabel() for axis in axes] == ["position [m]", "position [deg]"]
+    assert draw(run, tmp_path, "case", view=view) == [path]  # it is known as an earlier one
+
+
+def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="found 70 to 80 s; the run is 0 to 60 s"):
+        draw(run_of(), tmp_path, "case", view=View(Window(70.0, 80.0)))
 
 
 def test_open_run_reads_what_output_writes(tmp_path: Path) -> None:

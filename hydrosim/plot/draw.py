@@ -1,0 +1,146 @@
+"""`draw`: the pictures of a run as files, and `figure`, one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from hydrosim.case.tables import plain, seas
+from hydrosim.errors import InputError
+from hydrosim.outputs import Output, save_picture
+from hydrosim.plot.layout import Frame, Phase, picture
+from hydrosim.plot.panels import Panel, Window, coarse
+from hydrosim.plot.pictures import PICTURES, channels
+from hydrosim.results.phases import Phase as Named
+
+COLUMNS = {"_forces": 2}
+ALWAYS = Window()
+
+
+class Format(StrEnum):
+    """How pictures are written."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+
+
+@dataclass(frozen=True)
+class View:
+    """What is drawn of a run: the time, the channels if others than usual are asked for, and the
+    format of the files."""
+
+    window: Window = ALWAYS
+    channels: Sequence[str] = ()
+    format: Format = Format.PNG
+
+    def pictures(self) -> dict[str, str]:
+        """The names of the files that there can be, by what is added to the name of the run."""
+        suffixes = ["_channels"] if self.channels else [*PICTURES]
+        return {suffix: f"{suffix}.{self.format}" for suffix in suffixes}
+
+
+USUAL = View()
+
+
+def draw(
+    run: xr.Dataset,
+    folder: Path,
+    stem: str,
+    origin: Path | None = None,
+    overwrite: bool = False,
+    view: View = USUAL,
+) -> list[Path]:
+    """Write the pictures of ``run``: ``stem``.png is the overview, ``stem``_motions.png and so on
+    are the details; or ``stem``_channels.png of the channels that are asked for. Returns their
+    paths; raises InputError if the folder cannot be made, where other files than earlier pictures
+    of the same run, ``origin``, have these names, or the run has fewer than two records then."""
+    _check(run, view.window)
+    outputs = planned(folder, stem, origin, overwrite, view)
+    found = zip(view.pictures(), outputs, strict=True)
+    drawn = ((_panels(run, suffix, view), suffix, output) for suffix, output in found)
+    return [
+        save_picture(picture(panels, _frame(run, suffix, view.window)), output)
+        for panels, suffix, output in drawn
+        if panels
+    ]
+
+
+def planned(
+    folder: Path,
+    stem: str,
+    origin: Path | None = None,
+    overwrite: bool = False,
+    view: View = USUAL,
+) -> list[Output]:
+    """All pictures that there can be of a run; raises as `draw` does."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made as a folder for pictures ({error}).") from None
+    made_of = origin or folder / f"{stem}.nc"
+    paths = [folder / f"{stem}{name}" for name in view.pictures().values()]
+    return [
+        Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked()
+        for path in paths
+    ]
+
+
+def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> Figure:
+    """One of the pictures of a run by its name, "overview", "motions"; InputError if there is none
+    of that name, or the run has nothing that it shows."""
+    known = {of.__name__: suffix for suffix, of in PICTURES.items()}
+    panels = PICTURES[known[name]](run) if name in known else []
+    if not panels:
+        there = [each for each, suffix in known.items() if PICTURES[suffix](run)]
+        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
+    _check(run, window)
+    return picture(panels, _frame(run, known[name], window))
+
+
+def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
+    """The phases of the group of contacts that begins free, and its name; none where none does."""
+    if "contact_phase" not in run:
+        return [], ""
+    time, each = run.time.values, run.contact_phase.transpose("contact_group", "time").values
+    for group, of in zip(run.contact_group.values, each, strict=True):
+        starts = np.flatnonzero(np.diff(of, prepend=-1))
+        if of[0] == Named.MOORED and starts.size > 1:
+            ends = [*time[starts[1:]], time[-1]]
+            kinds = [Named(of[k]).name.lower().replace("_", " ") for k in starts]
+            found = [Phase(*each) for each in zip(kinds, time[starts], ends, strict=True)]
+            return found, str(group)
+    return [], ""
+
+
+def _panels(run: xr.Dataset, suffix: str, view: View) -> list[Panel]:
+    return channels(run, view.channels) if view.channels else PICTURES[suffix](run)
+
+
+def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
+    title, status = run.attrs.get("title", ""), run.attrs.get("status", "complete")
+    title = title if status == "complete" else f"{title} ({status})"
+    remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
+    if length := coarse(run.time.values, window):
+        remarks.append(f"bands: from the least to the largest of each {length:g} s; lines: mean")
+    shaded, group = phases(run)
+    said = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
+    under = [f"phases of {group}: {said}, then {shaded[-1].name}"] if shaded else []
+    return Frame(
+        title, [*filter(None, ["; ".join(remarks)]), *under], window, shaded, COLUMNS.get(suffix, 1)
+    )
+
+
+def _check(run: xr.Dataset, window: Window) -> None:
+    time = run.time.values
+    if time[window.of(time)].size < 2:
+        raise InputError(
+            f"--from, --to: found {window.start:g} to {window.end:g} s; the run is {time[0]:g} to"
+            f" {time[-1]:g} s, with fewer than two records then."
+        )

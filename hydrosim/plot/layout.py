@@ -1,0 +1,108 @@
+"""The picture that panels stand in: its title and remarks, one axis of time, phases shaded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
+
+from hydrosim.plot.panels import Panel, Window
+from hydrosim.plot.styles import SHADE
+
+WIDTH, DPI = 10.0, 100  # inches of a picture; dots per inch
+LABEL = 0.65  # inches from an axis to its label
+LETTER = 0.008  # of the picture: about the width of one, in the name of a phase
+
+
+class Phase(NamedTuple):
+    """A stretch of time [s] with a name."""
+
+    name: str
+    start: float
+    end: float
+
+
+class Frame(NamedTuple):
+    """What the panels of a picture share: a title, remarks under it, the time that they show, the
+    phases that are shaded, in how many columns they stand."""
+
+    title: str = ""
+    remarks: Sequence[str] = ()
+    window: Window = Window()
+    phases: Sequence[Phase] = ()
+    columns: int = 1
+
+
+def picture(panels: Sequence[Panel], frame: Frame | str) -> Figure:
+    """The panels above each other, or row by row, over one time axis."""
+    frame = Frame(frame) if isinstance(frame, str) else frame
+    rows = -(-len(panels) // frame.columns)
+    heights = [panel.height for panel in panels[:: frame.columns]]
+    figure = Figure((WIDTH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    ratios = {"height_ratios": heights}
+    grid = figure.subplots(rows, frame.columns, sharex=True, squeeze=False, gridspec_kw=ratios)
+    axes = list(grid.ravel()[: len(panels)])
+    for spare in grid.ravel()[len(panels) :]:
+        spare.remove()
+    for axis, panel in zip(axes, panels, strict=True):
+        panel.draw(axis, frame.window)
+        _dress(axis, frame)
+    _level(axes)
+    _name_phases(grid[0], frame.phases)
+    above = 15.0 if frame.phases else 6.0  # points, for the names of phases
+    for axis in grid[-1]:
+        axis.set_xlabel("time [s]")
+    grid[0, 0].set_title(
+        "\n".join(frame.remarks), loc="left", fontsize="small", color="0.3", pad=above
+    )
+    figure.suptitle(frame.title)
+    return figure
+
+
+def _dress(axis: Axes, frame: Frame) -> None:
+    axis.margins(x=0.0)
+    axis.grid(alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    aside = ScaledTranslation(-LABEL, 0.0, axis.figure.dpi_scale_trans)
+    axis.yaxis.set_label_coords(0.0, 0.5, axis.transAxes + aside)
+    first, last = axis.get_xlim()
+    for phase in frame.phases[1::2]:
+        start, end = max(phase.start, first), min(phase.end, last)
+        if start < end:
+            axis.axvspan(start, end, color=SHADE, linewidth=0.0, zorder=0.0)
+    axis.set_xlim(first, last)
+
+
+def _name_phases(top: Sequence[Axes], phases: Sequence[Phase]) -> None:
+    """The names of phases above the first row, where they have room."""
+    for axis in top:
+        first, last = axis.get_xlim()
+        for phase in phases:
+            start, end = max(phase.start, first), min(phase.end, last)
+            if end - start > LETTER * len(top) * len(phase.name) * (last - first):
+                middle = (0.5 * (start + end), 1.0)
+                look: dict[str, Any] = {
+                    "fontsize": "x-small",
+                    "color": "0.3",
+                    "ha": "center",
+                    "va": "bottom",
+                }
+                axis.annotate(
+                    phase.name, middle, (0, 1), axis.get_xaxis_transform(), "offset points", **look
+                )
+
+
+def _level(axes: Sequence[Axes]) -> None:
+    """One range of values for all panels of one label."""
+    for label in {axis.get_ylabel() for axis in axes} - {""}:
+        alike = [axis for axis in axes if axis.get_ylabel() == label]
+        ends = np.array([axis.get_ylim() for axis in alike])
+        for axis in alike:
+            axis.set_ylim(ends.min(), ends.max())

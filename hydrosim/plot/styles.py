@@ -1,0 +1,34 @@
+"""Colours and dashes of lines, the same in all pictures, and apart without colours too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import cycle
+from typing import NamedTuple
+
+# Okabe & Ito (2008): colours that the colour-blind can tell apart. The first three are as apart in
+# grey; of those after them, all are dashed, and dotted the next time round.
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#009E73", "#D55E00", "#56B4E9", "#CC79A7")
+SOLID = 3
+MODES = {2: ("slip", "#E69F00"), 1: ("stick", "#0072B2"), 0: ("open", "#DDDDDD")}  # bottom to top
+SHADE = "#EDEDED"  # of every other phase
+
+
+class Style(NamedTuple):
+    """How a line is drawn."""
+
+    colour: str
+    dash: str
+
+
+STYLES = [
+    *(Style(colour, "-") for colour in COLOURS[:SOLID]),
+    *(Style(colour, "--") for colour in COLOURS[SOLID:]),
+    *(Style(colour, ":") for colour in COLOURS),
+    *(Style(colour, "-.") for colour in COLOURS),
+]
+
+
+def styles(names: Iterable[str]) -> dict[str, Style]:
+    """The style of each of many names, by their order."""
+    return dict(zip(names, cycle(STYLES), strict=False))

@@ -1,0 +1,21 @@
+"""Smallest and largest values of stretches of a series: what is drawn of long ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def envelope(x: np.ndarray, size: int) -> np.ndarray:
+    """Smallest and largest values (2, n) of stretches of ``size`` records, or x (1, nt) itself."""
+    if size == 1:
+        return x[None]
+    starts = np.arange(0, x.size, size)
+    return np.array([np.fmin.reduceat(x, starts), np.fmax.reduceat(x, starts)])
+
+
+def means(x: np.ndarray, size: int) -> np.ndarray:
+    """Mean (n,) of each stretch of ``size`` records, of what is finite in it."""
+    starts, known = np.arange(0, x.size, size), np.isfinite(x)
+    count = np.add.reduceat(known.astype(float), starts)
+    total = np.add.reduceat(np.where(known, x, 0.0), starts)
+    return np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
