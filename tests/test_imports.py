@@ -64,7 +64,7 @@ def test_imports_go_down() -> None:
 @pytest.mark.parametrize(
     ("room", "planted"),
     [
-        ("scene.py", "from hydrosim.database import HydroDatabase"),
+        ("scene/scene.py", "from hydrosim.database import HydroDatabase"),
         ("rigid/joints.py", "from hydrosim.forces import spring"),
         ("forces/tug.py", "def f():\n    import hydrosim.stepping.run"),
         ("linear/modes.py", "from hydrosim import compiling"),

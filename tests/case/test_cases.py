@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from hydrosim import forces, scene
 from hydrosim.case import load_case
+from hydrosim.dofs import DOFS
 
 CASES = Path(__file__).parents[2] / "cases" / "reverse_float_over"
 TONNE_FORCE = 1000.0 * 9.81  # N, with the thesis' g
@@ -37,7 +38,7 @@ def test_barge(base: scene.Scene, cases: Path) -> None:
     assert barge.centre_of_gravity == (0.0, 0.0, 7.5 - 12.4)  # KG less draught
     radii = [0.35 * 63, 0.26 * 260, 0.265 * 260]
     assert_allclose(barge.inertia, barge.mass * np.diag(np.square(radii)), rtol=1e-12)
-    assert barge.dofs == scene.DOFS
+    assert barge.dofs == DOFS
     assert barge.wave_forces == scene.WaveForces(True, scene.SecondOrder.NEWMAN)
 
 

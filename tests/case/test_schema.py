@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from hydrosim import forces, scene
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
+from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import ROWS, WEIGHT
 
 Load = Callable[..., Case]
@@ -55,7 +56,7 @@ class TestBody:
         (block,) = load(DRY).scene().bodies
         assert (block.name, block.mass, block.hydrodynamics) == ("block", 2000.0, None)
         assert_allclose(block.inertia, np.diag([2000.0, 8000.0, 18000.0]), rtol=1e-15)
-        assert block.dofs == scene.DOFS
+        assert block.dofs == DOFS
         assert block.radiation == scene.AutomaticRadiation()
         assert load(DRY).scene().environment == scene.Environment()
 
