@@ -171,7 +171,7 @@ class Body(Strict):
     centre_of_gravity: of.Point | None = None
     location: of.Position = (0.0, 0.0)
     heading: of.Angle = 0.0
-    radii_of_gyration: of.Vector[of.Radius] | None = None
+    radii_of_gyration: of.Radii | None = None
     inertia: of.InertiaMatrix | None = None
     mass_matrix: of.MassMatrix | None = None
     dofs: Dofs = DOFS

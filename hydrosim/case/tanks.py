@@ -33,7 +33,7 @@ class Lightship(Strict):
 
     mass: of.Mass
     centre_of_gravity: of.Point
-    radii_of_gyration: of.Vector[of.Radius] | None = None
+    radii_of_gyration: of.Radii | None = None
     inertia: of.InertiaMatrix | None = None
 
     @model_validator(mode="after")

@@ -3,7 +3,9 @@
 PyYAML's own values are not used, because YAML 1.1 has traps: `1e6` is a text, `off` is false, `010`
 is eight, `1:30` is ninety, and of two equal keys the last one wins in silence. Here a plain scalar
 is a number if it looks like one, `true` and `false` are the only switches, `null`, `~` and an empty
-value are nothing, all else and everything in quotes is text; equal keys are refused.
+value are nothing, all else and everything in quotes is text; equal keys are refused. Merge keys,
+`<<: *anchor` or `<<: [*one, *other]`, give what a mapping does not say itself, of several the first
+first; null removes what they give.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
 
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
+MERGE = "tag:yaml.org,2002:merge"
 WHOLE = re.compile(r"[-+]?\d{1,18}", re.ASCII)
 SETTING = "--set "  # begins the name of a text that came from the command line
 
@@ -40,6 +43,7 @@ def compose(text: str, name: str) -> Node | None:
         for mark, excess in excesses(node):
             raise wrong(mark, excess)
         _refuse_bad_keys(node)
+        node = _merged(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
         what = ", ".join(part for part in (error.context, error.problem) if part)
         place = where(error.problem_mark) if error.problem_mark else name
@@ -149,3 +153,32 @@ def _mappings(node: Node | None) -> Iterator[MappingNode]:
     elif isinstance(node, SequenceNode):
         for value in node.value:
             yield from _mappings(value)
+
+
+def _merged(node: Node, done: dict[int, Node]) -> Node:
+    """The node with the entries that its merge keys stand for; anchors stay shared."""
+    if isinstance(node, ScalarNode):
+        return node
+    if id(node) not in done:
+        ends = node.start_mark, node.end_mark, getattr(node, "flow_style", None)
+        if isinstance(node, SequenceNode):
+            items = [_merged(item, done) for item in node.value]
+            done[id(node)] = SequenceNode(node.tag, items, *ends)
+        else:
+            own = [(key, _merged(x, done)) for key, x in node.value]
+            every = [pair for key, x in own if key.tag == MERGE for pair in _given(key, x)]
+            under = {key.value: (key, x) for key, x in reversed(every)}
+            said = {key.value: (key, x) for key, x in own if key.tag != MERGE}
+            removed = {name for name in under.keys() & said.keys() if plain(said[name][1]) is None}
+            found = {n: pair for n, pair in {**under, **said}.items() if n not in removed}
+            done[id(node)] = MappingNode(node.tag, [*found.values()], *ends)
+    return done[id(node)]
+
+
+def _given(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, Node]]:
+    """The entries of the mappings that a merge key has as its value."""
+    for each in value.value if isinstance(value, SequenceNode) else [value]:
+        if not isinstance(each, MappingNode):
+            text = 'found no mapping after "<<"; expected one by its anchor, as in <<: *bow_line'
+            raise wrong(key.start_mark, text)
+        yield from each.value

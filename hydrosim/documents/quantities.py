@@ -7,7 +7,7 @@ import operator
 import re
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -125,6 +125,28 @@ class PerDof(Strict, Generic[T, R]):
         return [absent if (x := getattr(self, dof)) is None else x for dof in DOFS]
 
 
+class PerTurn(Strict, Generic[R]):
+    """A value for each rotation."""
+
+    roll: R
+    pitch: R
+    yaw: R
+
+
+def _listed_six(value: Any) -> Any:
+    return tuple(value.values()) if isinstance(value, PerDof) else value
+
+
+def _listed_turns(value: Any) -> Any:
+    return (value.roll, value.pitch, value.yaw) if isinstance(value, PerTurn) else value
+
+
+def _diagonal(value: Any) -> Any:
+    if not isinstance(value, PerTurn):
+        return value
+    return tuple(tuple(row) for row in np.diag(_listed_turns(value)).tolist())
+
+
 def as_matrix(value: Any) -> np.ndarray:
     """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`."""
     return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value)
@@ -132,6 +154,10 @@ def as_matrix(value: Any) -> np.ndarray:
 
 def _form(value: object) -> str:
     return "matrix" if isinstance(value, list | tuple) else "diagonal"
+
+
+def _kind(value: object) -> str:
+    return "by name" if isinstance(value, dict | BaseModel) else "list"
 
 
 def _scaled(matrix: np.ndarray) -> np.ndarray:
@@ -238,6 +264,12 @@ def one_or_more(item: Any, listed: Callable[[Any], Any] = listed) -> BeforeValid
     return BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
 
 
+def _or_by_name(listed: Any, named: Any, convert: Callable[[Any], Any]) -> Any:
+    """Annotation of a list that a file may give by names."""
+    either = Annotated[named, Tag("by name")] | Annotated[listed, Tag("list")]
+    return Annotated[either, Discriminator(_kind), AfterValidator(convert)]
+
+
 RISING = _steps(operator.gt, "values that rise")
 NOT_FALLING = _steps(operator.ge, "values that do not fall")
 
@@ -275,11 +307,22 @@ MassMatrix = Annotated[
     SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
 ]
 InertiaMatrix = Annotated[
-    Vector[Vector[_Inertia]], AfterValidator(_symmetric), AfterValidator(_definite)
+    Annotated[PerTurn[_Inertia], Tag("diagonal")]
+    | Annotated[Vector[Vector[_Inertia]], Tag("matrix")],
+    Discriminator(_form),
+    AfterValidator(_diagonal),
+    AfterValidator(_symmetric),
+    AfterValidator(_definite),
 ]
 Name = Annotated[str, AfterValidator(_named)]
-Offsets = Six[Length, Angle]
-Velocities = Six[Speed, TurnRate]
+if TYPE_CHECKING:  # what they are once they are read; a file may give names in place of a list
+    Offsets = Six[float, float]
+    Velocities = Six[float, float]
+    Radii = Vector[float]
+else:
+    Offsets = _or_by_name(Six[Length, Angle], PerDof[Length, Angle], _listed_six)
+    Velocities = _or_by_name(Six[Speed, TurnRate], PerDof[Speed, TurnRate], _listed_six)
+    Radii = _or_by_name(Vector[Radius], PerTurn[Radius], _listed_turns)
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(some), RISING]

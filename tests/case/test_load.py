@@ -173,6 +173,54 @@ def test_a_key_without_value_is_an_error(load: Load, refusal: Refusal, key: str)
     assert f": {key}: found nothing; expected" in refusal(empty[key])
 
 
+class TestMergeKeys:
+    TWO = """\
+title: two
+duration: 60
+bodies:
+  one: &one {mass: 1, radii_of_gyration: [1, 1, 1], location: [0, 0]}
+  other: {<<: *one, location: [9, 0], mass: 2}
+"""
+
+    def test_own_keys_are_laid_over_those_of_the_anchor(self, load: Load) -> None:
+        one, other = load(self.TWO).data.bodies.values()
+        assert (one.mass, one.location, one.radii_of_gyration) == (1.0, (0.0, 0.0), (1.0,) * 3)
+        assert (other.mass, other.location, other.radii_of_gyration) == (
+            2.0,
+            (9.0, 0.0),
+            (1.0,) * 3,
+        )
+
+    def test_of_several_the_first_is_first(self, load: Load) -> None:
+        third = "  third: {<<: [*other, *one], location: [20, 0]}\n"
+        text = self.TWO.replace("other: {", "other: &other {") + third
+        assert load(text).data.bodies["third"].mass == 2.0
+
+    def test_null_removes(self, load: Load) -> None:
+        third = (
+            "  third: {<<: *one, radii_of_gyration: null, inertia: {roll: 1, pitch: 1, yaw: 1}}\n"
+        )
+        assert load(self.TWO + third).data.bodies["third"].radii_of_gyration is None
+
+    def test_settings_change_one_of_them(self, load: Load) -> None:
+        bodies = load(self.TWO, ["bodies.other.radii_of_gyration.0=7"]).data.bodies
+        assert [body.radii_of_gyration[0] for body in bodies.values()] == [1.0, 7.0]
+
+    def test_a_merge_key_in_quotes_is_a_key(self, refusal: Refusal) -> None:
+        assert "other.<<: found an unknown key" in refusal(self.TWO.replace("<<:", "'<<':"))
+
+    @pytest.mark.parametrize(
+        ("given", "found"),
+        [
+            ("3", 'case.yaml:5: found no mapping after "<<"; expected one by its anchor'),
+            ("[*one, x]", 'case.yaml:5: found no mapping after "<<"'),
+            ("*none", "case.yaml:5: not valid YAML: found undefined alias"),
+        ],
+    )
+    def test_what_is_no_mapping_is_refused(self, refusal: Refusal, given: str, found: str) -> None:
+        assert found in refusal(self.TWO.replace("<<: *one", f"<<: {given}"))
+
+
 class TestSettings:
     def test_values_are_as_in_the_file(self, load: Load) -> None:
         case = load(BLOCK, ["solver.step=0.05 s", "bodies.block.mass=2e6", "title=a=b: [c"[:9]])

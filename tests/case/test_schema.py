@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -59,6 +60,20 @@ class TestBody:
         assert block.dofs == DOFS
         assert block.radiation == scene.AutomaticRadiation()
         assert load(DRY).scene().environment == scene.Environment()
+
+    def test_directions_by_name(self, load: Load) -> None:
+        """The same as lists: what is not named is zero, but of radii and inertia all are asked."""
+        listed = body(
+            "mass: 2, radii_of_gyration: [1, 2, 3],"
+            " initial: {position: [0, 0, 1, 0, 5 deg, 0], velocity: [3, 0, 0, 0, 0, 1 deg/s]}"
+        )
+        named = body(
+            "mass: 2, radii_of_gyration: {yaw: 3, roll: 1, pitch: 2},"
+            " initial: {position: {heave: 1, pitch: 5 deg}, velocity: {yaw: 1 deg/s, surge: 3}}"
+        )
+        assert load(named).data == load(listed).data
+        (block,) = load(body("mass: 2, inertia: {roll: 4, pitch: 5, yaw: 6}")).scene().bodies
+        assert_array_equal(block.inertia, np.diag([4.0, 5.0, 6.0]))
 
     def test_all_keys(self, load: Load, tmp_path: Path) -> None:
         (tmp_path / "db.nc").touch()
@@ -180,6 +195,19 @@ class TestBody:
     )
     def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
         assert refusal(body(keys)).startswith(f"case.yaml:4: bodies.{key}: found {found}")
+
+    @pytest.mark.parametrize(
+        ("keys", "message"),
+        [
+            ("initial: {position: {heav: 1}}", 'position.heav: found an unknown key.*mean "heave"'),
+            ("initial: {velocity: {yaw: 1 m}}", r"velocity.yaw: found \"1 m\"; expected an ang"),
+            ("initial: {position: 1 m}", 'position: found "1 m"; expected a list'),
+            ("inertia: {roll: 1, pitch: 1}", 'inertia: found no key "yaw"'),
+            ("inertia: {roll: 1, pitch: -1, yaw: 1}", "not positive definite"),
+        ],
+    )
+    def test_names_refused(self, refusal: Refusal, keys: str, message: str) -> None:
+        assert re.search(message, refusal(body(f"mass: 1, {keys}")))
 
     @pytest.mark.parametrize(
         ("entry", "found"),

@@ -85,6 +85,10 @@ def test_shipped_files_are_valid(kind: Kind, path: Path) -> None:
         (f"{BARGE}.weight", "heavy"),
         (f"{BARGE}.database_body", 0),
         (f"{BARGE}.initial.position", [0, 0, 0]),
+        (f"{BARGE}.initial.position", {"heav": "1 m"}),
+        (f"{BARGE}.initial.velocity", {"heave": True}),
+        (f"{BARGE}.radii_of_gyration", {"roll": "22 m", "pitch": "67 m"}),
+        (f"{BARGE}.inertia", {"roll": 1e6, "pitch": 1e6, "jaw": 1e6}),
         (f"{FENDER}.type", "fenders"),
         (f"{FENDER}.type", GONE),
         (f"{FENDER}.body", 1),
@@ -118,6 +122,20 @@ def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
     errors = list(VALIDATORS[Kind.CASE].iter_errors(case))
     assert errors
     assert all(found(error)[: len(above)] == above for error in errors)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("initial", {"position": {"heave": "1 m", "pitch": "2 deg"}, "velocity": {"yaw": 0.1}}),
+        ("radii_of_gyration", {"roll": "22 m", "pitch": "67 m", "yaw": "69 m"}),
+        ("inertia", {"roll": 1e6, "pitch": 1e6, "yaw": "1e3 tonne*m^2"}),
+    ],
+)
+def test_directions_by_name_are_taken(key: str, value: object) -> None:
+    case = deepcopy(content(BASE))
+    case["bodies"]["barge"][key] = value
+    assert not list(VALIDATORS[Kind.CASE].iter_errors(case))
 
 
 def found(error: ValidationError) -> list[str]:

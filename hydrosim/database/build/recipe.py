@@ -134,7 +134,7 @@ class Part(Strict):
     position: of.Position = (0.0, 0.0)
     heading: of.Angle = 0.0
     centre_of_gravity: of.Point
-    radii_of_gyration: of.Vector[of.Radius] | None = None
+    radii_of_gyration: of.Radii | None = None
     inertia: of.InertiaMatrix | None = None
 
     @model_validator(mode="after")
