@@ -24,6 +24,7 @@ LONG = (
     "score_card",
     "draughts",
     "operability",
+    "largest",
 )  # if named
 
 

@@ -65,6 +65,21 @@ class Process:
         return whole[: self.count // 2]
 
 
+@dataclass(frozen=True)
+class Curved:
+    """What rises with a Gaussian wave motion along a curve: its largest value is on the curve."""
+
+    curve: Callable[[np.ndarray], np.ndarray]
+
+    def __call__(self, random: np.random.Generator) -> np.ndarray:
+        return self.curve(SEA(random))
+
+    def kind(self, std: float, floor: float = -np.inf) -> Kind:
+        """Of this standard deviation, and of no mean."""
+        low, middle, high = self.curve(TOP)
+        return Kind(self, 0.5, 0.45, (0.0, std), (low, middle, high), floor)
+
+
 class SlowDrift:
     """A moored body of a natural ``period`` and ``damping`` ratio under a load with the square of
     the envelope of a sea of Tp 8 s (Newman's approximation with one coefficient), and ``waves``
@@ -96,8 +111,50 @@ def resonant(omega: np.ndarray) -> np.ndarray:
     return jonswap(10.0)(omega) / np.abs(1.0 - ratio**2 + 0.06j * ratio) ** 2
 
 
+def accelerations(omega: np.ndarray) -> np.ndarray:
+    """Of what follows the waves."""
+    return omega**4 * jonswap(8.0, 1.0)(omega)
+
+
+def sea_and_swell(omega: np.ndarray) -> np.ndarray:
+    """As much of waves of Tp 6 s as of swell of 14 s: the motion of one body against another."""
+    sea, swell = jonswap(6.0)(omega), jonswap(14.0, 7.0)(omega)
+    return np.asarray(sea / sea.sum() + swell / swell.sum())
+
+
 SEA = Process(jonswap(10.0), 0.5)
-GAUSSIAN = (0.0, 1.0)
+GAUSSIAN, TOP = (0.0, 1.0), np.array([3.458, 3.762, 4.477])
+
+
+def size(random: np.random.Generator) -> np.ndarray:
+    """Of a motion: its absolute value."""
+    return np.abs(SEA(random))
+
+
+def power(random: np.random.Generator) -> np.ndarray:
+    """Of a linear damper."""
+    return SEA(random) ** 2
+
+
+def speed(random: np.random.Generator) -> np.ndarray:
+    """Of two components that are alike."""
+    return np.hypot(SEA(random), SEA(random))
+
+
+def with_current(random: np.random.Generator) -> np.ndarray:
+    """Speed, two standard deviations of it steady along one axis."""
+    return np.hypot(2.0 + SEA(random), SEA(random))
+
+
+def friction(random: np.random.Generator) -> np.ndarray:
+    """In slip, as large as a load that varies by 30 %, in the direction of a velocity."""
+    return np.maximum(1.0 + 0.3 * SEA(random), 0.0) * np.sign(SEA(random))
+
+
+STIFF = Curved(lambda z: np.sign(z) * np.abs(z) ** 1.5)
+DRAG = Curved(lambda z: z * np.abs(z))
+CRESTS = Curved(lambda z: z + 0.05 * (z**2 - 1.0))
+
 KINDS = {
     "Gaussian wave motion": Kind(SEA, 0.5, 0.45, GAUSSIAN, (3.458, 3.762, 4.477)),
     "broad band": Kind(Process(jonswap(8.0, 1.0), 0.5), 0.5, 0.45, GAUSSIAN, (3.541, 3.830, 4.518)),
@@ -116,4 +173,18 @@ KINDS = {
     "damping 0.2, with waves": Kind(
         SlowDrift(120.0, 0.2, 1.0, 0.3), 1.0, 0.55, (2.0, 1.739), (8.142, 9.650, 13.61)
     ),
+    "tension, slack for 7 %": Kind(SEA, 0.5, 0.45, GAUSSIAN, (3.458, 3.762, 4.477), -1.5),
+    # std of |z|^1.5, of z |z|, of z + 0.05 (z^2 - 1)
+    "stiffening contact force": STIFF.kind(np.sqrt(2.0 * np.sqrt(2.0 / np.pi)), 0.0),
+    "drag force": DRAG.kind(np.sqrt(3.0)),
+    "crests of second order": CRESTS.kind(np.sqrt(1.005)),
+    "acceleration": Kind(Process(accelerations, 0.5), 0.5, 0.45, GAUSSIAN, (3.620, 3.902, 4.569)),
+    "relative motion, two peaks": Kind(
+        Process(sea_and_swell, 0.5), 0.5, 0.3, GAUSSIAN, (3.510, 3.811, 4.519)
+    ),
+    "size of a motion": Kind(size, 0.5, 0.45, (0.798, 0.603), (3.606, 3.909, 4.613)),
+    "power": Kind(power, 0.5, 0.45, (1.0, np.sqrt(2.0)), (13.00, 15.28, 21.28)),
+    "speed in a plane": Kind(speed, 0.5, 0.45, (1.253, 0.655), (4.040, 4.326, 4.999)),
+    "speed with current": Kind(with_current, 0.5, 0.45, (2.272, 0.914), (5.601, 5.910, 6.614)),
+    "friction in slip": Kind(friction, 0.5, 0.45, (0.0, 1.044), (1.985, 2.082, 2.306)),
 }

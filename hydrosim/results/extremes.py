@@ -5,12 +5,14 @@ the largest is with the probability exp(-1). A record is taken for Gaussian, cli
 stays at its smallest value (a contact that opens), unless
 
 * its third or fourth moment says otherwise and matters for the largest value, or
-* it is slow: more than `SLOW` of its variance is below the frequencies of the waves. Slow drift is
-  quadratic in the waves, its tail nearly exponential (Naess 1986, Applied Ocean Research 8), and it
-  has too few cycles to show its moments.
+* it is slow: more than `SLOW` of its variance is below the frequencies of the waves, and that part
+  has too few cycles to show its moments. Slow drift is quadratic in the waves, its tail nearly
+  exponential (Naess 1986, Applied Ocean Research 8).
 
-Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers; those of a
-magnitude, which comes down to zero and is never below, over windows of its square.
+Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers: of a slow
+one as it is, of others over windows of that power of it which makes the tail exponential, as its
+upcrossings of levels say. Of a magnitude, which comes down to zero and is never below, that is
+taken of the square.
 """
 
 from __future__ import annotations
@@ -23,20 +25,25 @@ import numpy as np
 
 from hydrosim.results.gaussian import Gaussian, fit_gaussian
 from hydrosim.results.gumbel import SLIDE, Gumbel, fit_record, sliding
-from hydrosim.results.series import memories, share_below, upcrossings
+from hydrosim.results.peaks import tail_shape
+from hydrosim.results.series import below, memories, upcrossings
 from hydrosim.results.stationarity import changes
 
 MEMORIES = 4  # in a window, at least
-LEAST, MOST = 8, 100  # windows
+LEAST, MOST = 8, 50  # windows
 GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter ones hold too few waves for Gumbel's law
-SLOW, SLOW_CLIPPED = 0.05, 0.5  # of the variance; clipping makes slow parts itself
+SLOW, FEW = 0.05, 500.0  # of the variance; memories of that part: more show their moments
 CLIPPED = 0.005  # of the time: what is at the smallest value for longer is clipped there
 ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a regular wave
 PERIODIC = 0.05  # of the mean period: the same of periods
 UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
 FEWEST = 20  # waves
+SHAPES = (0.5, 4.0)  # of a tail: lighter ones are nearly cut off
 NEAR = 0.02  # of the range: a magnitude comes so near to zero
-SPREAD = 0.9  # of the mean: std of a magnitude (0.52 of two Gaussian components, 0.76 of one)
+SPREAD = (
+    0.48,
+    0.9,
+)  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
 ROUNDING = 1e-12  # of the largest value
 
 
@@ -82,10 +89,10 @@ class Extremes(NamedTuple):
 
 class _Record(NamedTuple):
     """What is the same of the largest and the smallest value: how many ``memories`` a record is
-    long, and which ``share`` of its variance is slow; an exposure of ``ratio`` times its length."""
+    long, and whether it is ``slow``; an exposure of ``ratio`` times its length."""
 
     memories: float
-    share: float
+    slow: bool
     ratio: float
 
 
@@ -105,7 +112,8 @@ def extremes(
         said = Basis.MEAN_CHANGES if changing[0] else Basis.STD_CHANGES
         return none(said), none(said)
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
-    record = _Record(long, share_below(z, step, slowest), ratio)
+    share, few = below(z, step, slowest)
+    record = _Record(long, share > SLOW and few < FEW, ratio)
     least = _of_largest(-z, record).scaled(-1.0).scaled(size, middle)
     if _is_magnitude(x):
         return least, _of_squares(x, record)
@@ -113,10 +121,11 @@ def extremes(
 
 
 def _is_magnitude(x: np.ndarray) -> bool:
-    """True of a record that comes down to zero, does not stay there, and scatters less than an
-    exponential one: a speed, a distance, the size of a motion."""
+    """True of a record that comes down to zero, does not stay there, and scatters as one without a
+    mean direction: a speed, the size of a motion."""
     near = 0.0 <= x.min() < NEAR * np.ptp(x) and np.mean(x == x.min()) <= CLIPPED
-    return bool(near and x.std() < SPREAD * x.mean())
+    least, most = SPREAD
+    return bool(near and least * x.mean() < x.std() < most * x.mean())
 
 
 def _of_squares(x: np.ndarray, record: _Record) -> Extremes:
@@ -152,17 +161,30 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     count = max(count for count in GUMBEL if count <= windows)
     clipped = bool(np.mean(x == x.min()) > CLIPPED)
     if clipped and sliding(x, windows).min() == x.min():
-        return none(Basis.RARE)
+        windows //= 2
+        if windows < LEAST or sliding(x, windows).min() == x.min():
+            return none(Basis.RARE)
     if not np.ptp(sliding(x, count)) > 0.0:
         return none(Basis.CLIPPED)
-    slow = record.share > (SLOW_CLIPPED if clipped else SLOW)
-    fit = None if slow else fit_gaussian(x, record.memories, windows)
+    fit = None if record.slow else fit_gaussian(x, record.memories, windows)
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
-        law = fit_record(x, count)
-        if law.exceedances(x.max(), count) < UNLIKELY:
-            return none(Basis.ALONE)
-        return _by(law, record.ratio * count, Basis.GUMBEL)
+        return _by_windows(x, count, record, None if record.slow else tail_shape(x))
     return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
+
+
+def _by_windows(x: np.ndarray, count: int, record: _Record, shape: float | None) -> Extremes:
+    """By Gumbel's law of so many windows, of (x - mean)^shape, whose tail is exponential if the
+    peaks have Weibull's law of that ``shape``; of x itself if it is None."""
+    if shape is not None and shape > SHAPES[1]:
+        return none(Basis.CLIPPED)
+    power = 1.0 if shape is None or np.isnan(shape) else max(shape, SHAPES[0])
+    mean = x.mean()
+    bent = np.sign(x - mean) * np.abs(x - mean) ** power
+    law = fit_record(bent, count, record.memories)
+    if law.exceedances(bent.max(), count) < UNLIKELY:
+        return none(Basis.ALONE)
+    values = np.array(_by(law, record.ratio * count, Basis.GUMBEL)[:-1])
+    return _of(mean + np.sign(values) * np.abs(values) ** (1.0 / power), Basis.GUMBEL)
 
 
 def _regular(x: np.ndarray) -> bool:

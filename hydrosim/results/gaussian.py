@@ -2,17 +2,15 @@
 
 m and s have the greatest likelihood of the values (Tobin 1958, Econometrica 26: what is clipped
 counts with the probability of being below); they are mean and standard deviation where nothing is
-clipped. The largest of a time is below m + s u with the probability
-
-    P = exp(-n exp(-u^2 / 2)),     and m + s u is exceeded once on average at u = sqrt(2 ln n),
-
-n being the number of independent waves, fewer than upcrossings in a narrow band: n has the greatest
-likelihood of the largest z of each of many windows.
+clipped. The value that is exceeded once on average is m + s u, u being that of
+`hydrosim.results.crossings`, which largest values of many windows have a part in.
 
 Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments: of a
 value He_k(z), of a clipped one -phi(z0) He_(k-1)(z0) / Phi(z0). The parameters are off by the
-inverse information times the mean scores, which says what a fit is worth, and whether the third and
-fourth moments, zero of a Gaussian process, would move the extremes.
+inverse information times the mean scores, and u by what the windows' mean of exp(-z^2 / 2) is, z
+the largest value of each: all of it scatters together, for where waves are high, so are both. That
+says what a fit is worth, and whether the third and fourth moments, zero of a Gaussian process,
+would move the extremes.
 """
 
 from __future__ import annotations
@@ -21,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermevander
-from scipy.special import log_ndtr, ndtr, ndtri
-from scipy.stats import t as student
+from scipy.special import log_ndtr, ndtr, ndtri, stdtrit
 
+from hydrosim.results.crossings import Crossings, crossings
 from hydrosim.results.gumbel import ENDS, sliding
-from hydrosim.results.series import scatter
+from hydrosim.results.series import scatter, slow_parts
 
 ORDER = 4
 ROUNDS, CLOSE = 50, 1e-10  # of the search for m and s
@@ -36,15 +34,17 @@ DOUBT = 0.01  # probability that a Gaussian record is doubted, for each moment
 
 class Gaussian(NamedTuple):
     """A fit to a record: ``mean``, ``std``; the mean ``scores`` (4,), draws (4, k) of their
-    ``scatter``, the ``information`` (4, 4); independent ``waves``, counted by ``windows``."""
+    ``scatter``, the ``information`` (4, 4); ``crossings`` of levels, how they move with mean and
+    std, ``moved`` (2,), and draws (k,) of the scatter of what they are ``counted`` by."""
 
     mean: float
     std: float
     scores: np.ndarray
     scatter: np.ndarray
     information: np.ndarray
-    waves: float
-    windows: int
+    crossings: Crossings
+    moved: np.ndarray
+    counted: np.ndarray
 
     def expected(self, ratio: float) -> float:
         """The value that is exceeded once on average in ``ratio`` times the length."""
@@ -67,7 +67,7 @@ class Gaussian(NamedTuple):
         largest value."""
         u = self._level(1.0, np.exp(-1.0))
         usual = self._weights(u, 2)
-        odds = student.ppf(1.0 - 0.5 * DOUBT, self.scatter.shape[1])
+        odds = stdtrit(self.scatter.shape[1], 1.0 - 0.5 * DOUBT)
         for order in range(3, ORDER + 1):
             moved = self._weights(u, order) - usual
             if abs(moved @ self.scores) > odds * _size(moved @ self.scatter):
@@ -78,19 +78,23 @@ class Gaussian(NamedTuple):
         """True if the largest value is so far from what is expected that it would be as rare as a
         record that is doubted."""
         u = (largest - self.mean) / self.std
-        exceeded = self.waves * np.exp(-0.5 * max(u, 0.0) ** 2)
+        exceeded = self.crossings.groups(u)
         return bool(exceeded < FAR or exceeded > -np.log(FAR))
 
     def _level(self, ratio: float, probability: float) -> float:
         """u below which the largest is with a probability."""
-        return float(np.sqrt(2.0 * max(np.log(self.waves * ratio / -np.log(probability)), 0.0)))
+        return self.crossings.level(-np.log(probability) / ratio)
 
     def _error(self, u: float) -> float:
         """Half of the interval that holds m + s u."""
-        moments = _size(self._weights(u, 2) @ self.scatter)
-        waves = 1.0 / (u * np.sqrt(self.windows)) if u > 0.0 else 0.0
-        odds = float(student.ppf(ENDS[1], self.scatter.shape[1]))
-        return odds * self.std * float(np.hypot(moments, waves))
+        shape = np.array([1.0, u])
+        counted = np.zeros(self.counted.size)
+        if u > 0.0:
+            shape, counted = shape - self.moved / u, self.counted / u
+        weights = np.linalg.solve(self.information[:2, :2], shape)
+        draws = weights @ self.scatter[:2, : counted.size] - counted
+        odds = float(stdtrit(draws.size, ENDS[1]))
+        return odds * self.std * _size(draws)
 
     def _weights(self, u: float, order: int) -> np.ndarray:
         """How the value at u moves with the mean scores (4,), if so many parameters are free."""
@@ -113,12 +117,28 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | 
         scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
         step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
         if np.abs(step).max() < CLOSE:
-            peaks = sliding((x - mean) / std, windows)
-            waves = windows / float(np.exp(-0.5 * peaks**2).mean())
             draws = scatter(scores, independent)
-            return Gaussian(mean, std, scores.mean(axis=1), draws, information, waves, windows)
+            about = scores.mean(axis=1), draws, information
+            return Gaussian(mean, std, *about, *_counted(x, mean, std, windows, draws.shape[1]))
         mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))
     return None
+
+
+def _counted(
+    x: np.ndarray, mean: float, std: float, windows: int, count: int
+) -> tuple[Crossings, np.ndarray, np.ndarray]:
+    """Crossings of a record by the largest values of its windows, what they move by, and so many
+    draws of their scatter."""
+    at = max(float(x.min()), mean)  # where x can be seen to rise from
+    rate = np.count_nonzero((x[:-1] <= at) & (x[1:] > at)) / x.size
+    z = (sliding(x, windows) - mean) / std
+    weight = np.exp(-0.5 * z**2)
+    weight /= weight.mean()
+    moved = np.array([(weight * z).mean(), (weight * z**2).mean()])
+    found = crossings(rate, (at - mean) / std, z, windows, x.size)
+    slow = slow_parts(weight - 1.0, count)
+    # a mean over windows that slide has less of what is faster
+    return found, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
 
 
 def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:

@@ -6,7 +6,10 @@ Of maxima that follow the law, (a - a_fit) / b_fit and b / b_fit have distributi
 how many there are alone: they are drawn once, and every interval follows from them, exact for any
 number of maxima (Lawless 2003, Statistical Models and Methods for Lifetime Data, section 5.2).
 Maxima over windows that slide by an eighth of their length hold more than those of windows side by
-side (Buecher and Segers 2018, Extremes 21); the draws slide in the same way.
+side (Buecher and Segers 2018, Extremes 21); the draws slide in the same way. Windows of a record
+know of each other, the more the fewer memories they are long: as those of the energy of an
+oscillator in noise do, |Z|^2 of a complex process with the autocorrelation exp(-t / 2) over
+memories t. Draws of these are brought to Gumbel's law by their ranks.
 """
 
 from __future__ import annotations
@@ -21,16 +24,17 @@ DRAWS = 4000
 ROUNDS = 8  # of Newton's method, which has converged by then
 INTERVAL = 0.9  # probability of all intervals
 ENDS = (0.05, 0.95)
-WIDER = (0.04, 0.96)  # of windows of a record, which know of each other: what holds as often
+LONGEST = 16  # memories: of longer windows it does not matter what they know of each other
 
 
 class Gumbel(NamedTuple):
-    """A fit to ``windows`` maxima, each in as many parts as it slides by."""
+    """A fit to ``windows`` maxima; if they slide, each is ``memories`` long, more than `LONGEST`
+    being all the same."""
 
     location: float
     scale: float
     windows: int
-    parts: int
+    memories: int | None
 
     def expected(self, ratio: float) -> float:
         """The value that is exceeded once on average in so many windows."""
@@ -42,17 +46,16 @@ class Gumbel(NamedTuple):
 
     def confidence(self, ratio: float) -> np.ndarray:
         """Interval (2,) that holds the true `expected` value."""
-        moved, wider = _pivots(self.windows, self.parts)[:2]
+        moved, wider = _pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
     def prediction(self, ratio: float) -> np.ndarray:
         """Interval (2,) that holds the largest value of a time of so many windows."""
-        moved, wider, largest = _pivots(self.windows, self.parts)
+        moved, wider, largest = _pivots(self.windows, self.memories)
         return self._ends(moved + (np.log(ratio) + largest) * wider)
 
     def _ends(self, draws: np.ndarray) -> np.ndarray:
-        ends = np.quantile(draws, ENDS if self.parts == 1 else WIDER)
-        return np.asarray(self.location + self.scale * ends)
+        return np.asarray(self.location + self.scale * np.quantile(draws, ENDS))
 
 
 def exceeding(probability: float) -> float:
@@ -64,13 +67,15 @@ def exceeding(probability: float) -> float:
 def fit_maxima(maxima: np.ndarray) -> Gumbel:
     """The law of independent maxima (n,), not all of one value."""
     location, scale = _fit(maxima)
-    return Gumbel(float(location), float(scale), maxima.size, 1)
+    return Gumbel(float(location), float(scale), maxima.size, None)
 
 
-def fit_record(x: np.ndarray, windows: int) -> Gumbel:
-    """The law of the largest in a window of a record x (nt,), of which there are so many."""
+def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:
+    """The law of the largest in a window of a record x (nt,), of which there are so many, and which
+    is so many times as long as its memory."""
     location, scale = _fit(sliding(x, windows))
-    return Gumbel(float(location), float(scale), windows, SLIDE)
+    each = min(max(round(memories / windows), 1), LONGEST + 1)
+    return Gumbel(float(location), float(scale), windows, each)
 
 
 def sliding(x: np.ndarray, windows: int) -> np.ndarray:
@@ -103,13 +108,37 @@ def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache
-def _pivots(windows: int, parts: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Draws (`DRAWS`,) of (a - a_fit) / b_fit, b / b_fit and of a largest value, a = 0, b = 1."""
     random = np.random.default_rng(windows)
-    drawn = _reduced(random.random((DRAWS, windows * parts)))
-    # the largest of n such values has their law, moved by log n
-    location, scale = _fit(drawn if parts == 1 else _slid(drawn - np.log(parts)))
+    if memories is None:
+        drawn = _reduced(random.random((DRAWS, windows)))
+    elif memories > LONGEST:
+        # the largest of n such values has their law, moved by log n
+        drawn = _slid(_reduced(random.random((DRAWS, windows * SLIDE))) - np.log(SLIDE))
+    else:
+        drawn = _by_rank(_slid(_energies(random, windows, memories)))
+    location, scale = _fit(drawn)
     return -location / scale, 1.0 / scale, _reduced(random.random(DRAWS))
+
+
+def _energies(random: np.random.Generator, windows: int, memories: int) -> np.ndarray:
+    """Largest energies (`DRAWS`, windows x `SLIDE`) in parts of windows, of values that are a
+    memory apart or less: about as often an oscillator turns whose memory is so long."""
+    steps = -(-memories // SLIDE)  # of a part
+    kept = np.exp(-0.5 * memories / (steps * SLIDE))
+    z, found = random.normal(size=(2, DRAWS)), np.zeros((windows * SLIDE, DRAWS))
+    for energy in found:
+        for _ in range(steps):
+            z = kept * z + np.sqrt(1.0 - kept**2) * random.normal(size=z.shape)
+            np.maximum(energy, (z**2).sum(axis=0), out=energy)
+    return found.T
+
+
+def _by_rank(values: np.ndarray) -> np.ndarray:
+    """Values of Gumbel's law in the same order."""
+    known = np.sort(values[:, :: SLIDE // 2].ravel())
+    return _reduced((np.searchsorted(known, values) + 0.5) / (known.size + 1.0))
 
 
 def _reduced(probability: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ import numpy as np
 from hydrosim.results.series import upcrossings
 
 FEWEST = 3  # peaks
+LEVELS, MANY = 40, 20  # above the mean; crossings
+NEAR = 0.3  # of the logarithm of a rate: lower levels are in the midst of small waves
 ROUNDS, CLOSE = 50, 1e-12  # of Newton's method
 
 
@@ -30,6 +32,21 @@ def peaks(x: np.ndarray) -> np.ndarray:
     z = x - x.mean()
     first = np.ceil(upcrossings(z)).astype(int)
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
+
+
+def tail_shape(x: np.ndarray) -> float:
+    """The shape k of which a record x (nt,) rises above a level with the rate exp(-((level - mean)
+    / scale)^k), by its upcrossings of levels above the mean, where they are many; 2 of a Gaussian
+    process, however broad its band; not a number where there are too few."""
+    z = x - x.mean()
+    levels = z.max() * np.arange(1, LEVELS) / LEVELS
+    counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
+    fall = np.log(counts[0] / np.maximum(counts[1:], 1))
+    used = (counts[1:] >= MANY) & (fall > NEAR)
+    if np.count_nonzero(used) < FEWEST:
+        return np.nan
+    weight = (fall * np.sqrt(counts[1:]))[used]
+    return float(np.polyfit(np.log(levels[used]), np.log(fall[used]), 1, w=weight)[0])
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 SMOOTHED = 4  # neighbours in the spectrum
@@ -18,18 +20,25 @@ def upcrossings(x: np.ndarray) -> np.ndarray:
 def memories(x: np.ndarray) -> float:
     """How many times as long as its memory a record x (nt,) is, the memory being the integral of
     the squared autocorrelation: the variance is known to sqrt(2 / memories) of itself."""
-    power = spectrum(x)
+    return _memories(spectrum(x))
+
+
+def _memories(power: np.ndarray) -> float:
     width = power.size // SMOOTHED * SMOOTHED
     smooth = power[:width].reshape(-1, SMOOTHED).mean(axis=1)
     # the mean square of a periodogram is twice that of what it scatters about
     return float(2.0 * (1.0 + 1.0 / SMOOTHED) * smooth.sum() ** 2 * SMOOTHED / (smooth**2).sum())
 
 
-def share_below(x: np.ndarray, step: float, frequency: float) -> float:
-    """Share of the variance of x (nt,) below a ``frequency`` [rad/s]."""
+def below(x: np.ndarray, step: float, frequency: float) -> tuple[float, float]:
+    """Share of the variance of x (nt,) below a ``frequency`` [rad/s], and how many times as long as
+    its memory the record is of that part."""
     power = spectrum(x)
     omega = 2.0 * np.pi * np.fft.rfftfreq(x.size, step)[1:]
-    return float(power[omega < frequency].sum() / power.sum())
+    slow = power[omega < frequency]
+    if slow.size < SMOOTHED or not slow.sum() > 0.0:
+        return 0.0, 0.0
+    return float(slow.sum() / power.sum()), _memories(slow)
 
 
 def lowest_frequency(x: np.ndarray, step: float, share: float = 0.01) -> float:
@@ -59,8 +68,12 @@ def slow_parts(series: np.ndarray, count: int) -> np.ndarray:
     sums = binned(series, BINS)
     bins = sums.shape[-1]
     count = int(np.clip(count, LEAST, max(min(MOST, bins // 2), 1)))
-    waves = np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
-    return np.asarray(np.sqrt(2.0) * sums @ waves.T / series.shape[-1])
+    return np.asarray(np.sqrt(2.0) * sums @ _cosines(count, bins).T / series.shape[-1])
+
+
+@lru_cache(maxsize=8)
+def _cosines(count: int, bins: int) -> np.ndarray:
+    return np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
 
 
 def binned(series: np.ndarray, bins: int) -> np.ndarray:

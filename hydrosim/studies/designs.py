@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import product
-from math import prod
+from math import floor, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from scipy.stats import qmc
 from hydrosim.studies.study_file import Linked, Parameter, Plan, Range
 
 Ends = Callable[[str, Range], tuple[float, float]]
-"""The ends of the range of a key, in SI."""
+"""The ends of the range of a key, in SI; of type int where the key takes whole numbers alone."""
 Settings = Mapping[str, Any]
 
 
@@ -100,11 +100,13 @@ class _Ranges:
 
     def at(self, part: float) -> Row:
         """A ``part`` of the way from one end to the other."""
-        return Row({k: float(_between(*ends, part)) for k, ends in self.each.items()}, {})
+        return Row({k: _between(*ends, part) for k, ends in self.each.items()}, {})
 
 
 def _between(logarithmic: bool, low: float, high: float, part: float) -> float:
-    return low * (high / low) ** part if logarithmic else low + (high - low) * part
+    if isinstance(low, int):  # the first and the last are as likely as others
+        return floor(_between(logarithmic, float(low), high + 1.0, part))
+    return float(low * (high / low) ** part if logarithmic else low + (high - low) * part)
 
 
 def _samples(plan: Plan) -> np.ndarray:

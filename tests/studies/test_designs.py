@@ -49,6 +49,15 @@ def test_each_parameter_is_once_in_each_part_of_its_range(design: str) -> None:
         assert sorted(np.floor(16 * x)) == list(range(16))
 
 
+def test_whole_numbers_are_all_as_likely() -> None:
+    """Of a key that takes whole numbers alone; 1 to 4 in 64 parts, each 16 times."""
+    plan = Plan.model_validate(
+        {"design": "latin_hypercube", "samples": 64, "parameters": {"n": {"from": 1, "to": 4}}}
+    )
+    found = [row.settings["n"] for row in rows(plan, lambda *_: (1, 4))]
+    assert [found.count(n) for n in (1, 2, 3, 4)] == [16] * 4
+
+
 def test_indices_take_each_column_of_b_into_a() -> None:
     _, found = of(design="sobol_indices", samples=8, parameters=RANGES)
     x = np.array([[row.settings["a"], row.settings["b"]] for row in found])
