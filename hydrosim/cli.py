@@ -52,7 +52,6 @@ COMMANDS = (
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 for command in COMMANDS:
@@ -92,7 +91,7 @@ def main() -> None:
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
     try:
         try:
-            app()
+            app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
     except BrokenPipeError:  # who reads has seen enough

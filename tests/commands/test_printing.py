@@ -73,3 +73,18 @@ def test_a_warning_is_a_line_of_its_own_kind(tmp_path: Path) -> None:
     assert first.startswith(f"warning   the cache folder {tmp_path / 'cache'} is not used: others")
     assert "Warning" not in done.stderr
     assert done.returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"), [("rep", {"replay", "report"}), ("plot --fo", {"--format"})]
+)
+def test_shells_complete_commands_and_options(typed: str, offered: set[str]) -> None:
+    words = f"hydrosim {typed}"
+    asked = {
+        "_HYDROSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(words.count(" ")),
+    }
+    command = [sys.executable, "-m", "hydrosim"]
+    done = subprocess.run(command, env={**os.environ, **asked}, capture_output=True, text=True)
+    assert set(done.stdout.split()) == offered

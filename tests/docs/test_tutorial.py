@@ -31,5 +31,5 @@ def test_what_stands_there_works(tmp_path: Path) -> None:
             done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
             assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
             assert "warning" not in done.stdout + done.stderr, f"{line}\n{done.stdout}"
-    for made in ("barge.png", "own_motions.png", "quay_contact.png", "seeds.nc"):
+    for made in ("barge.png", "own_motions.png", "quay_contact.png", "seeds.nc", "quay.html"):
         assert (tmp_path / made).stat().st_size > 1000
