@@ -16,6 +16,7 @@ from hydrosim.report.blocks import Block, Document, Replay, Section
 from hydrosim.report.envelopes import base64_of
 from hydrosim.report.parts import title_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
+from hydrosim.report.tanks import SAID, tanks_of
 from hydrosim.scene import Scene
 
 ROOM = 2_200_000  # bytes of all moments, in numbers of four bytes
@@ -70,13 +71,16 @@ def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
         "planes": list(_planes(scene, size)) if scene else [],
         **_contacts(frames, scene),
         **_lines(frames, scene),
+        **tanks_of(frames, scene),
     }
+    notes += [SAID] if data["tanks"] else []
     yield Replay(data, notes)
 
 
 def _stride(run: xr.Dataset) -> int:
     """How many records there are from one moment to the next."""
-    each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + run.sizes.get("spring", 0)
+    single = run.sizes.get("spring", 0) + run.sizes.get("tank", 0)
+    each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
     return -(-run.time.size * 4 * each // ROOM)
 
 

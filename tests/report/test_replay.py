@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,15 @@ from recorded_runs import made_run
 from report_pages import Page, data_of, hostile_run
 from scipy.spatial.transform import Rotation
 
+from hydrosim.case import load_case
 from hydrosim.report.page import LARGEST, html
 from hydrosim.report.replay import replay_document
 from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
+from hydrosim.report.tanks import tanks_of
 from hydrosim.results.output import write
 from hydrosim.waves.elevation import elevations
 
+ROOT = Path(__file__).parents[2]
 MOVE = """(x) => {
   const slider = document.querySelector("#replay input[type=range]");
   slider.value = x;
@@ -55,6 +59,22 @@ def test_the_barge_is_its_hull_and_the_water_its_waves(base_run: xr.Dataset) -> 
     off = made - base_run.wave_elevation.values[::100]
     share = float(said.split("have ")[1].split("%")[0]) / 100.0
     assert np.var(off) < 2.0 * (1.0 - share) * np.var(base_run.wave_elevation.values)
+
+
+def test_tanks_are_where_they_are_and_as_full_as_they_are() -> None:
+    """Of the case, from z -12 to 2 m with the centre of gravity at -4.9 m. A tank that is not in
+    the run stays as the case has it."""
+    scene = load_case(ROOT / "cases" / "topside_removal" / "tanks.yaml").scene()
+    names = [f"{tank.name} of {body.name}" for body in scene.bodies for tank in body.tanks]
+    level = 14.0 * np.array([[0.0, 0.25, 0.5], [0.1, 0.35, 0.6]])
+    coords = {"time": [0.0, 1.0], "tank": names[:3]}
+    found = tanks_of(xr.Dataset({"tank_level": (("time", "tank"), level)}, coords), scene)
+    first = found["tanks"][0]
+    assert len(found["tanks"]) == len(names) == 4
+    assert first["low"] == pytest.approx([10.0, 1.0, -7.1])
+    assert first["high"] == pytest.approx([70.0, 28.0, 6.9])
+    full = np.frombuffer(b64decode(found["levels"]), "<f4").reshape(2, 4)
+    np.testing.assert_allclose(full, [[0.0, 0.25, 0.5, 12 / 14], [0.1, 0.35, 0.6, 12 / 14]], 1e-6)
 
 
 def test_other_waves_are_not_drawn(base_run: xr.Dataset) -> None:

@@ -4,11 +4,11 @@
   const { data, floats } = window.hydrosim;
   const given = data.replay, root = document.getElementById("replay");
   const canvas = root.querySelector("canvas");
-  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
   if (!gl) { root.querySelector(".grave").hidden = false; return; }
   const time = floats(given.time), position = floats(given.position);
-  const modes = floats(given.modes), forces = floats(given.forces), tensions = floats(given.tensions);
-  const bodies = given.bodies.length, contacts = given.contacts.length, lines = given.lines.length;
+  const modes = floats(given.modes), forces = floats(given.forces), tensions = floats(given.tensions), levels = floats(given.levels);
+  const bodies = given.bodies.length, contacts = given.contacts.length, lines = given.lines.length, tanks = given.tanks.length;
   const largest = (values) => values.reduce((most, x) => (x > most ? x : most), 1e-9);
   const hardest = largest(forces), tightest = largest(tensions);
   const waves = given.waves.map((set) => {
@@ -16,6 +16,7 @@
     for (const name of ["omega", "amplitude", "phase", "wavenumber", "heading"]) found[name] = floats(set[name]);
     return found;
   });
+  const hollow = new Set(given.tanks.map((tank) => tank.body));  // bodies that one looks into
   const OPEN = [0.75, 0.75, 0.75], MODES = [OPEN, [0, 0.45, 0.7], [0.9, 0.62, 0]];
   const HULLS = [[0.62, 0.25, 0.2], [0.78, 0.68, 0.42], [0.4, 0.5, 0.35], [0.5, 0.42, 0.6]];
   const N = 64;  // lines of the water each way
@@ -91,6 +92,9 @@
   }
 
   const hulls = given.bodies.map((body) => buffer(floats(body.triangles)));
+  const sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+  const faces = sides.flatMap((q) => [q[0], q[1], q[2], q[0], q[2], q[3]]).flatMap((k) => [k >> 2, (k >> 1) & 1, k & 1]);
+  const cube = buffer(new Float32Array(faces));  // from 0 to 1 each way
   const tip = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], marker = [];
   for (const z of [1, -1]) for (let k = 0; k < 4; k++) marker.push(...tip[k], ...tip[(k + 1) % 4], 0, 0, z);
   const point = buffer(new Float32Array(marker));
@@ -183,7 +187,14 @@
     const eye = [target[0] + far * flat * Math.cos(state.turn), target[1] + far * flat * Math.sin(state.turn), target[2] + far * Math.sin(state.tilt)];
     const view = multiply(perspective(0.6, aspect, 0.02 * R, 30 * R), lookAt(eye, target));
     gl.uniformMatrix4fv(U.view, false, view);
-    hulls.forEach((hull, body) => draw(hull, models[body], [...HULLS[body % 4], 1]));
+    hulls.forEach((hull, body) => { if (!hollow.has(body)) draw(hull, models[body], [...HULLS[body % 4], 1]); });
+    for (let k = 0; k < tanks; k++) {
+      const { body, low, high } = given.tanks[k], full = Math.min(Math.max(levels[now[0] * tanks + k] || 0, 0), 1);
+      const model = new Float32Array(models[body]), size = [0, 1, 2].map((i) => (high[i] - low[i]) * (i < 2 ? 1 : Math.max(full, 1e-3)));
+      for (let i = 0; i < 3; i++) for (let j = 0; j < 3; j++) model[4 * i + j] *= size[i];
+      model.set(apply(models[body], low), 12);
+      draw(cube, model, [0.13, 0.45, 0.75, 1]);
+    }
     for (let c = 0; c < contacts; c++) {
       const { body, point: place } = given.contacts[c];
       const force = forces[now[0] * contacts + c] || 0, mode = modes[now[0] * contacts + c] || 0;
@@ -197,6 +208,8 @@
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, new Float32Array([...apply(modelFor(line.body), line.point), ...apply(modelFor(line.anchor_body), line.anchor)]));
       draw(string, IDENTITY, [0.15 + 0.75 * share, 0.2, 0.6 * (1 - share), 1], 0, gl.LINES);
     }
+    // after what is inside them
+    for (const body of hollow) draw(hulls[body], models[body], [...HULLS[body % 4], 0.4]);
     if (shown !== state.t + 1e9 * state.factor) {
       elevate(state.t, state.factor); shown = state.t + 1e9 * state.factor;
       gl.bindBuffer(gl.ARRAY_BUFFER, water.points); gl.bufferSubData(gl.ARRAY_BUFFER, 0, surface);
