@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED, NAMES
+from hydrosim.database.checks import ACCEPTED, NAMES, accepted
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
@@ -41,7 +41,7 @@ def changed(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     said = [*filter(None, [db.attributes.get(CHANGED)]), *_words(changes)]
     more = {CHANGED: "; ".join(said)} if said else {}
     if changes.accept:
-        more[ACCEPTED] = ", ".join(map(_known, changes.accept))
+        more[ACCEPTED] = ", ".join([*accepted(db), *map(_known, changes.accept)])
     return replace(db, attributes={**db.attributes, **more})
 
 

@@ -1,10 +1,10 @@
 """What a change of a radiation force does to motions, without a run: Z v = F for harmonic motions.
 
 Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces made linear at the start. A
-force dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so that
-metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible at a
-frequency, relative to the motion there: at resonance, dZ over the damping. In a run of T s, which
-knows no resonance sharper than 1/T, s = 1/T + i w.
+force dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so
+that metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible
+at a frequency, relative to the motion there: at resonance, dZ over the damping. In a run of T s,
+which knows no resonance sharper than 1/T, s = 1/T + i w.
 """
 
 from __future__ import annotations

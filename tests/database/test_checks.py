@@ -12,10 +12,13 @@ import pytest
 from validation_data import unpacked
 
 from hydrosim.database import check, load, netcdf
-from hydrosim.database.checks import CHECKS
+from hydrosim.database.changes import changed as changed_database
+from hydrosim.database.checks import CHECKS, accepted, doubts
+from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
+from hydrosim.scene import Changes
 
 ROOT = Path(__file__).parents[2]
 RHO_G = 1025 * 9.81
@@ -462,3 +465,21 @@ def test_databases_of_others(name):
     findings = check(read(unpacked(name), given))
     assert {finding.name for finding in findings if not finding.passed} == OTHERS[name]
     assert not any(finding.refused for finding in findings)
+
+
+def test_what_somebody_has_looked_into_is_not_warned_of_again(barge):
+    """But stands in the table of `db check`; and what would be refused is still warned of."""
+    short, name = between(barge, 0.02, 0.8), "kernel truncation"
+    assert any(name in said for said in doubts(short, EVERYTHING))
+    known = changed_database(short, Changes(accept=(name,)))
+    assert not any(name in said for said in doubts(known, EVERYTHING))
+    (finding,) = (one for one in check(known) if one.name == name)
+    assert not finding.passed
+    assert ", which is accepted" in str(finding)
+    both = changed_database(known, Changes(accept=("positive damping",)))
+    assert accepted(both) == [name, "positive damping"]
+    refused = replace(barge, radiation_damping=-barge.radiation_damping)
+    names = tuple(one.name for one in check(refused) if one.refused)
+    assert names
+    said = doubts(changed_database(refused, Changes(accept=names)), EVERYTHING)
+    assert all(any(name in line for line in said) for name in names)

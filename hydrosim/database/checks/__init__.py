@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from hydrosim.database.checks.finding import ACCEPTED, Check, Finding
+from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted
 from hydrosim.database.checks.haskind import HASKIND
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
@@ -52,7 +52,7 @@ def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     """What there is to warn of; raises `InputError` if the database is refused for this ``use``."""
     findings = check(db, use)
     refuse(db, findings)
-    return tuple(f"{db.source}: {finding}" for finding in findings if not finding.passed)
+    return tuple(f"{db.source}: {finding}" for finding in findings if finding.doubted)
 
 
 def refuse(db: HydroDatabase, findings: list[Finding]) -> None:

@@ -12,7 +12,7 @@ from hydrosim.database.checks.use import EVERYTHING, Part, Use
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 
-ACCEPTED = "accepted"  # attribute of a database: names of findings that do not refuse it
+ACCEPTED = "accepted"  # attribute of a database: names of findings that somebody has looked into
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,18 @@ class Finding:
         return self.figure <= self.limit
 
     @property
+    def doubted(self) -> bool:
+        """True above the limit, unless that is accepted; above the refusal all the same."""
+        return not self.passed and not (self.accepted and self.figure <= self.refusal)
+
+    @property
     def refused(self) -> bool:
         """True above the refusal."""
         return self.figure > self.refusal and not self.accepted
 
     def __str__(self) -> str:
         place = f" {self.place}" if self.place else ""
-        said = ", which is accepted" if self.accepted and self.figure > self.refusal else ""
+        said = ", which is accepted" if self.accepted and not self.passed else ""
         return (
             f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
             f" ({self.advice})."
@@ -128,7 +133,7 @@ class Check:
 
 
 def accepted(db: HydroDatabase) -> list[str]:
-    """Names of the findings that do not refuse the database."""
+    """Names of the findings that do not refuse the database, and are not warned of."""
     return [name for name in db.attributes.get(ACCEPTED, "").split(", ") if name]
 
 
