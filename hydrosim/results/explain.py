@@ -21,6 +21,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.phases import Phase
+from hydrosim.results.variables import units_of
 
 NEEDED = ("impulse", "work", "momentum")
 REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
@@ -81,7 +82,7 @@ def explained(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) ->
     found = xr.concat(each, "span", join="exact").drop_vars("time", errors="ignore")
     for name, (what, unit) in SAID.items():
         if name in found:
-            found[name].attrs = {"long_name": what, "units": unit}
+            found[name].attrs = {"long_name": what, **units_of(unit)}
     return found
 
 

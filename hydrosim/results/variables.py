@@ -87,7 +87,7 @@ FLAGS = {
 }
 
 
-def _units(units: str) -> dict[str, str]:
+def units_of(units: str) -> dict[str, str]:
     """The one unit; or those of the six degrees of freedom; or that each number has its own."""
     translation, _, rotation = units.partition(" or ")
     if rotation:
@@ -102,7 +102,7 @@ def describe(dataset: xr.Dataset) -> None:
         long_name, units, frame = VARIABLES[str(key)]
         what = str(name)[len(str(key)) :].replace("_", " ") if str(key).endswith("_") else ""
         long_name = f"{what}: {long_name}" if what else long_name
-        variable.attrs.update(long_name=long_name, **_units(units), frame=frame)
+        variable.attrs.update(long_name=long_name, **units_of(units), frame=frame)
     for name, meanings in FLAGS.items():
         if name in dataset:
             values = np.arange(len(meanings.split()), dtype=np.int8)

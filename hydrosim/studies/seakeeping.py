@@ -20,6 +20,7 @@ from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.names import coordinate_names, dofs_of
+from hydrosim.results.variables import units_of
 from hydrosim.scene import Scene
 from hydrosim.studies.held import contact_remarks
 from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
@@ -186,7 +187,7 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
     of = ("heading", "frequency", *MOTION)
     return xr.Dataset(
         {
-            "rao_amplitude": (of, np.abs(found), _said("motion per wave amplitude", "m/m, rad/m")),
+            "rao_amplitude": (of, np.abs(found), _said("motion per wave amplitude", "m/m or rad/m")),
             "rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
         },
         coords={
@@ -244,7 +245,7 @@ def _in_sea(
             "response_spectrum": (
                 ("sea_frequency", *MOTION),
                 np.array(density).T.reshape(BINS, -1, 6),
-                _said("one-sided spectral density", "m^2 s/rad, rad s"),
+                _said("one-sided spectral density", "m^2 s/rad or rad s"),
             ),
         },
         coords={**_bodies(scene), "sea_frequency": 0.5 * (edges[1:] + edges[:-1])},
@@ -270,4 +271,4 @@ def _motion(what: str) -> dict[str, str]:
 
 
 def _said(what: str, unit: str) -> dict[str, str]:
-    return {"long_name": what, "units": unit}
+    return {"long_name": what, **units_of(unit)}
