@@ -112,4 +112,5 @@ def _near(folder: Path) -> str:
     meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST}"))
     example = f"{folder / meant[0]}" if meant else "RUNS.nc.partial"
     more = f" (here are {', '.join(meant)})" if len(meant) > 1 else ""
-    return f"; expected the folder of a sweep on its way, such as {example}{more}"
+    way = f"the folder of a sweep on its way, such as {example}{more}"
+    return f"; expected the result of a run or of a study, or {way}"

@@ -187,7 +187,11 @@ def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
     of = ("heading", "frequency", *MOTION)
     return xr.Dataset(
         {
-            "rao_amplitude": (of, np.abs(found), _said("motion per wave amplitude", "m/m or rad/m")),
+            "rao_amplitude": (
+                of,
+                np.abs(found),
+                _said("motion per wave amplitude", "m/m or rad/m"),
+            ),
             "rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
         },
         coords={
