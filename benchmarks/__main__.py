@@ -25,6 +25,7 @@ LONG = (
     "draughts",
     "operability",
     "largest",
+    "short_runs",
 )  # if named
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from yaml.nodes import Node
+
 from hydrosim.case.checks import check, recorded
 from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of, written
@@ -75,8 +77,14 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     Raises InputError with a line for each problem: file and line, key, what was found, what was
     expected, what to do.
     """
-    path = Path(path)
-    text, document = read_case(path)
+    return laid_over(Path(path), read_case(Path(path)), settings)
+
+
+def laid_over(
+    path: Path, read: tuple[str, Node], settings: Mapping[str, Any] | Sequence[str]
+) -> Case:
+    """`load_case` of what was ``read`` of the file, text and nodes."""
+    text, document = read
     texts = settings_of(settings) if isinstance(settings, Mapping) else settings
     for setting in texts:
         document = apply_setting(document, setting)

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timedelta
+from math import nan
 from pathlib import Path
+from shutil import disk_usage
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -22,6 +26,8 @@ if TYPE_CHECKING:
     from hydrosim.studies.cluster import Cluster
     from hydrosim.studies.sweep import Study
 
+LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
+MUCH = 60.0  # s: if it is more than that
 SHOWN = 5  # failures, and combinations of parameters, that are told
 err = progress_console()
 
@@ -127,7 +133,9 @@ def _with_progress(
     )
 
     from hydrosim.studies.sweep import run_study
+    from hydrosim.studies.unfinished import folder_of
 
+    pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     times = (TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, *times, console=err, transient=True) as bar:
@@ -135,8 +143,43 @@ def _with_progress(
 
         def report(done: int, _: int) -> None:
             bar.update(task, completed=done)
+            if pace is not None and pace.known(done):
+                for line in _estimate(pace, len(study.scenes), folder_of(result)):
+                    say(line)
 
         return run_study(study, result, workers, report, resume, pool)
+
+
+class _Pace:
+    """How many runs are made in a second, from the first on: ``done`` after so many seconds."""
+
+    def __init__(self) -> None:
+        self.first: tuple[int, float] | None = None
+        self.done, self.each = 0, nan
+
+    def known(self, done: int) -> bool:
+        """Whether it is known now, the first time."""
+        now = perf_counter()
+        self.first = self.first or (done, now)
+        count, took = done - self.first[0], now - self.first[1]
+        if self.done or took < LOOKED_AT or (count < ENOUGH and took < MUCH):
+            return False
+        self.done, self.each = done, took / count
+        return True
+
+
+def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
+    """How long a sweep will take, and how much room; nothing if it is soon at its end."""
+    left = (total - pace.done) * pace.each
+    if left < MUCH:
+        return
+    end = datetime.now() + timedelta(seconds=left)
+    room = 2e-6 * total / pace.done * (folder / "runs").stat().st_size
+    free = 1e-6 * disk_usage(folder).free
+    yield (
+        f"estimate  {total:,} runs, {1.0 / pace.each:.3g} a second: until {end:%d %b %H:%M}, in"
+        f" {timedelta(seconds=round(left))}; about {room:,.0f} MB of {free:,.0f} that are free"
+    )
 
 
 def _lines(runs: xr.Dataset, study: Study) -> list[str]:

@@ -130,18 +130,20 @@ def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     names += ["varied"] if plan.design == "one_at_a_time" else []
     each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
     each = each or [()] * plan.runs.sizes["run"]
-    for values in dict.fromkeys(each):
-        at = np.array([k for k, other in enumerate(each) if other == values])
-        yield dict(zip(names, values, strict=True)), at
+    places: dict[tuple[Any, ...], list[int]] = {}
+    for k, values in enumerate(each):
+        places.setdefault(values, []).append(k)
+    for values, at in places.items():
+        yield dict(zip(names, values, strict=True)), np.array(at)
 
 
 def rows(plan: Plan) -> Iterator[Row]:
     """Each figure at each combination of values, over seeds, in the order of the runs."""
+    found = {figure: plan.runs[figure].load() for figure in plan.figures}
     for values, at in combinations(plan):
-        for figure in plan.figures:
-            found = plan.runs[figure]
-            unit = str(found.attrs.get("units", ""))
-            yield Row(plan.name, values, figure, unit, spread(found.values[at]), at)
+        for figure, of in found.items():
+            unit = str(of.attrs.get("units", ""))
+            yield Row(plan.name, values, figure, unit, spread(of.values[at]), at)
 
 
 def differences(plan: Plan) -> Iterator[Difference]:

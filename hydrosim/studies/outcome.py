@@ -89,20 +89,23 @@ def digested(
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
     end = run.position.isel(time=-1, drop=True)
     end.attrs.update(long_name="displacement and angles at the end of the run")
-    found = statistics(run, start).assign(end_position=end)
+    more = {"end_position": end}
     if "fender" in run.dims:
-        found = found.assign(first_contact=_first_contact(run), contact_sequence=_sequence(run))
-    found = found.assign({name: xr.DataArray(run.attrs[name]) for name in COUNTS})
+        more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
+    more |= {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
+    found = statistics(run, start)
     for figure in figures:
-        if figure.name in found or figure.name in run:
+        if figure.name in found or figure.name in more or figure.name in run:
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
             )
-        found[figure.name] = figure_of(run, figure)
+        more[figure.name] = figure_of(run, figure)
+    # without their coordinates, which are there: xarray would align each with all others
+    found = found.assign({name: each.variable for name, each in more.items()})
     if "impulse" in run:
         found = xr.merge([found, explained(run)], join="exact", compat="equals")
-    return xr.merge([run[variables], found], join="outer", compat="equals")
+    return xr.merge([run[variables], found], join="outer", compat="equals") if variables else found
 
 
 def _sequence(run: xr.Dataset) -> xr.DataArray:

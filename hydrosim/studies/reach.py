@@ -11,6 +11,7 @@ from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.database import all_headings
 from hydrosim.errors import InputError
 from hydrosim.scene import Question, Scene
+from hydrosim.studies.shared import Shared
 from hydrosim.waves import outside, sea
 
 SAID = 1e-3  # share of the energy of the loads that is worth a word
@@ -21,11 +22,11 @@ def out_of_reach(scenes: Sequence[Scene]) -> list[str]:
     Raises InputError where in all of them it is too much, and not accepted."""
     said: Counter[str] = Counter()
     known: dict[object, list[tuple[str, float]]] = {}
-    refused = 0
+    refused, shared = 0, Shared()
     for scene in scenes:
         key = _sea_and_hulls(scene)
         if key not in known:
-            known[key] = _found(scene)
+            known[key] = _found(scene, shared)
         accepted = Question.RANGE in scene.accept
         said.update(_said(text, share, accepted) for text, share in known[key])
         refused += any(share > OUTSIDE_REFUSED and not accepted for _, share in known[key])
@@ -51,12 +52,12 @@ def _sea_and_hulls(scene: Scene) -> object:
     return trains, tuple((body.hydrodynamics, body.wave_forces) for body in scene.bodies)
 
 
-def _found(scene: Scene) -> list[tuple[str, float]]:
+def _found(scene: Scene, shared: Shared) -> list[tuple[str, float]]:
     """Texts and shares of what is left out, of each body that waves load; nothing where a run will
     say what is wrong with its databases or its sea."""
     try:
         seas = sea(scene.environment)
-        used = groups(scene) if seas else []
+        used = groups(shared.opened(scene)) if seas else []
     except InputError:
         return []
     found = []

@@ -20,7 +20,7 @@ from typing import Any
 
 import xarray as xr
 
-from hydrosim.case.load import Case, load_case
+from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
@@ -214,6 +214,7 @@ class _Builder:
 
     def __init__(self, path: Path, data: StudyFile) -> None:
         self.path, self.case = path, path.parent / data.case
+        self.read = read_case(self.case)
         kept = {f"output.{key}": getattr(data.output, key) for key in ("step", "impulses")}
         fixed = {"duration": data.duration, **kept}
         self.fixed = {key: value for key, value in fixed.items() if value is not None}
@@ -227,7 +228,7 @@ class _Builder:
 
     def _case(self, settings: Mapping[str, Any]) -> Case:
         try:
-            return load_case(self.case, {**self.fixed, **settings})
+            return laid_over(self.case, self.read, {**self.fixed, **settings})
         except InputError as error:
             raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
 
