@@ -12,6 +12,7 @@ import typer
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.terminal import progress_console, show
+from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,6 +56,31 @@ def operability(
     draw_limits(found, page)
     show(*_lines(study, found), *weather_lines(found, weather))
     show(f"result    {result.path}, {page.path}")
+    if remedy := _nowhere(found.sel(stage="all")):
+        raise InputError(f"{study_file}: operability.heights: {remedy}. The result is written.")
+
+
+def _nowhere(found: xr.Dataset) -> str:
+    """What to do where the heights of no sea have the limit between them; nothing where one has, or
+    where limits were not looked for by height."""
+    limits = found.limit.values.ravel().tolist()
+    sides = {_side(limit, found) for limit in limits}
+    if not found.attrs["runs"] or "" in sides:
+        return ""
+    said = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
+    match sorted(sides):
+        case ["above"]:
+            return f"{said} sea, as all holds; raise the last height, or set narrower limits"
+        case ["below"]:
+            return f"{said} sea, as the first is too high already; begin with a lower one"
+    return f"{said} sea: some hold all, some not the first; take more heights on both sides"
+
+
+def _side(limit: float, found: xr.Dataset) -> str:
+    """On which side of the heights a limit is; of none if it is between them."""
+    if limit < found.attrs["lowest"]:
+        return "below"
+    return "above" if limit > found.attrs["highest"] - 0.5 * found.attrs["apart"] else ""
 
 
 def _lines(study: Limits, found: xr.Dataset) -> Iterator[str]:
@@ -93,9 +119,10 @@ def _limit(at: xr.Dataset) -> str:
     lowest, highest = at.attrs["lowest"], at.attrs["highest"]
     if not at.attrs["runs"]:
         return f"Hs {limit:.3f} m"
-    if limit < lowest:
+    side = _side(limit, at)
+    if side == "below":
         return f"no limit in the range: {lowest:g} m is too high already"
-    if limit > highest - 0.5 * at.attrs["apart"]:
+    if side == "above":
         return f"no limit in the range: all holds up to {highest:g} m"
     ends = f"{max(low, 0.0):.2f} to {high:.2f} m" if high <= highest else f"{low:.2f} m or more"
     return f"Hs {limit:.2f} m ({ends})"

@@ -107,6 +107,36 @@ def test_limits_by_stage_and_what_governs(tmp_path: Path, monkeypatch: pytest.Mo
     assert found.attrs["method"].startswith("by runs: ")
 
 
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [
+        (0.0, "2 m in any sea, as all holds; raise the last height"),
+        (1e3, "in any sea, as the first is too high already; begin with a lower one"),
+        (0.9, ""),
+    ],
+)
+def test_no_limit_within_the_range_is_said_with_what_to_change(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    size: float,
+    words: str,
+) -> None:
+    """The result is written all the same, with where each limit would be."""
+
+    def known(self: Trials, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
+        heights = [scene.environment.waves[0].spectrum.significant_height for scene in scenes]
+        self.count += len(scenes)
+        return size * np.tile(heights, (3, 1)).T, np.ones(len(scenes), bool)
+
+    monkeypatch.setattr(Trials, "values", known)
+    monkeypatch.chdir(tmp_path)
+    result = command(monkeypatch, capsys, "operability")(study(tmp_path, STAGED))
+    assert result.code == (2 if words else 0), result.err
+    assert words in result.err
+    assert Path("limits_operability.nc").exists()
+
+
 WEATHER = """
   scatter: scatter.csv
   hindcast: hindcast.csv
