@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from hydrosim.results.journal import Journal, forget, identity_of, is_empty
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.checkpoint import program
-from hydrosim.studies.digest import digest
+from hydrosim.studies.digest import APART, digest
 
 LOCK = "lock"
 
@@ -63,25 +63,38 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
 def identity(
     scenes: Sequence[Scene], opened: Callable[[Scene], Scene], asked: Mapping[str, Any]
 ) -> dict[str, str]:
-    """What must be the same for a set to go on, by what it is called in a message."""
+    """What must be the same for a set to go on, by what it is called in a message. What scenes have
+    in common is looked at once."""
     read: dict[int, Any] = {}
-    cases: list[Any] = []
+    hulls: dict[tuple[int, int], Any] = {}
+    parts: dict[int, str] = {}
+    names = [f.name for f in fields(Scene) if f.name not in {*APART, "bodies", "initial"}]
+    cases = []
     for scene in scenes:
-        try:
-            whole = opened(scene)
-        except HydrosimError as error:
-            cases.append(str(error))
-            continue
-        files = [*(body.hydrodynamics for body in whole.bodies), whole.initial]
-        read.update({id(file): file for file in files})
-        bodies = tuple(replace(body, hydrodynamics=None) for body in whole.bodies)
-        numbers = [list(read).index(id(file)) for file in files]
-        cases.append((replace(whole, bodies=bodies, initial=None), numbers))
+        at = id(scene.bodies), id(scene.initial)
+        if at not in hulls:
+            hulls[at] = _hulls(scene, opened, read)
+        values = [getattr(scene, name) for name in names]
+        parts.update((id(value), digest(value)) for value in values if id(value) not in parts)
+        cases.append(digest((hulls[at], [parts[id(value)] for value in values])))
     return {
         "the program": program(),
         "a database, or the run to start from": digest(list(read.values())),
         "the cases, or what is kept of the runs": digest((cases, dict(asked))),
     }
+
+
+def _hulls(scene: Scene, opened: Callable[[Scene], Scene], read: dict[int, Any]) -> Any:
+    """Bodies, and the numbers of the files that they and the start are ``read`` from; or what is
+    wrong with these."""
+    try:
+        whole = opened(scene)
+    except HydrosimError as error:
+        return str(error)
+    files = [*(body.hydrodynamics for body in whole.bodies), whole.initial]
+    read.update({id(file): file for file in files})
+    bodies = tuple(replace(body, hydrodynamics=None) for body in whole.bodies)
+    return bodies, [list(read).index(id(file)) for file in files]
 
 
 def is_whole(path: Path) -> bool:
