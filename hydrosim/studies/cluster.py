@@ -3,7 +3,9 @@
 Scenes go in batches, with what the client has compiled of them: databases are read and radiation is
 fitted once. Workers give back what is kept of each run, which this process puts on the disk as it
 comes, so that a study that was killed goes on here or on a cluster. A batch whose worker dies is
-made by another one; a run whose workers die again and again is marked as failed.
+made by another one. Dask blames all that waits at a worker that dies: the runs of batches that it
+gives up are made once more, each with nothing beside it, and one that kills its workers then, too,
+is marked as failed.
 
 The port of a scheduler, and those of its workers, run whatever is sent to them.
 """
@@ -12,13 +14,14 @@ from __future__ import annotations
 
 import logging
 import pickle
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil
-from threading import Event, Lock
+from threading import Event, RLock
 from typing import Any
 
 from hydrosim.compiling.compiled import Compiled
@@ -35,6 +38,7 @@ LOCAL = "local"
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
 LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
 DEATHS = 1  # of workers on this machine under one batch, that are no reason to give it up
+Run = tuple[Future[Outcome], Scene]
 OPEN = "run whatever is sent to them: let nobody else reach these ports"
 
 
@@ -61,12 +65,13 @@ class Cluster:
             self.close()
             raise
         self.size, self.ahead = LARGEST, LARGEST * self._count
-        self._waiting: list[tuple[Future[Outcome], Scene]] = []
+        self._waiting: list[Run] = []
         self._calm: Compiled | None = None
         self._digest: Digest | None = None
         self._made: Any = None
         self._tasks: dict[Any, list[Future[Outcome]]] = {}
-        self._lock = Lock()
+        self._suspects: deque[tuple[Run, Any, Any]] = deque()
+        self._lock = RLock()
 
     def _connected(self, distributed: Any, target: Any, address: str) -> Any:
         try:
@@ -136,29 +141,32 @@ class Cluster:
             self._made = self._client.submit(pickle.loads, compiled, pure=False)
         return self._made
 
-    def _send(self, batch: Sequence[tuple[Future[Outcome], Scene]], made: Any, digest: Any) -> None:
+    def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
         scenes = [scene for _, scene in batch]
-        task = self._client.submit(run_batch, program(), made, scenes, digest, pure=False)
         with self._lock:
+            task = self._client.submit(run_batch, program(), made, scenes, digest, pure=False)
             self._tasks[task] = [future for future, _ in batch]
-        task.add_done_callback(partial(self._take, batch, made, digest))
+        task.add_done_callback(partial(self._taken, batch, made, digest, alone))
 
-    def _take(
-        self, batch: Sequence[tuple[Future[Outcome], Scene]], made: Any, digest: Any, task: Any
-    ) -> None:
-        """Hand on what a batch came to; of one that killed its workers each run goes alone."""
+    def _taken(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool, task: Any) -> None:
+        """Hand on what a batch came to, or suspect its runs; once all is done, try one of these."""
         with self._lock:
             self._tasks.pop(task, None)
+            if task.status == "error" and not alone and _is_death(task.exception()):
+                self._suspects += [(run, made, digest) for run in batch]
+            else:
+                self._hand_on(batch, task)
+            if self._suspects and not self._tasks:
+                run, made, digest = self._suspects.popleft()
+                self._send([run], made, digest, alone=True)
+
+    def _hand_on(self, batch: Sequence[Run], task: Any) -> None:
         if task.status == "finished":
             outcomes = task.result()
         elif task.status == "cancelled":
             outcomes = [Outcome(NOT_RUN)] * len(batch)
         else:
             error = task.exception()
-            if type(error).__name__ == "KilledWorker" and len(batch) > 1:
-                for each in batch:
-                    self._send([each], made, digest)
-                return
             if isinstance(error, InputError):
                 for future, _ in batch:
                     future.set_exception(error)
@@ -172,9 +180,10 @@ class Cluster:
         """Runs that are not done are not run."""
         with self._lock:
             tasks = list(self._tasks)
-        for future, _ in self._waiting:
+            left = [*self._waiting, *(run for run, *_ in self._suspects)]
+            self._waiting, self._suspects = [], deque()
+        for future, _ in left:
             future.set_result(Outcome(NOT_RUN))
-        self._waiting = []
         self._client.cancel(tasks, force=True)
 
     def close(self) -> None:
@@ -208,7 +217,12 @@ def _processes(count: int) -> Any:
     import dask
     from distributed import LocalCluster
 
-    dask.config.set({"distributed.scheduler.allowed-failures": DEATHS})
+    dask.config.set(
+        {
+            "distributed.scheduler.allowed-failures": DEATHS,
+            "distributed.worker.profile.enabled": False,  # it keeps all that it ever saw
+        }
+    )
     return LocalCluster(
         n_workers=count,
         threads_per_worker=1,
@@ -218,7 +232,11 @@ def _processes(count: int) -> Any:
     )
 
 
+def _is_death(error: BaseException | None) -> bool:
+    return type(error).__name__ == "KilledWorker"
+
+
 def _told(error: BaseException | None) -> str:
-    if type(error).__name__ == "KilledWorker":
+    if _is_death(error):
         return "the workers that made this run died, each time; look at their memory"
     return f"{type(error).__name__}: {error}"

@@ -143,3 +143,29 @@ def test_a_client_that_was_killed_goes_on(cluster: tuple[str, list[int]], sweep:
     assert sweep("study.yaml", "-o", "here.nc").code == 0
     with xr.open_dataset("here.nc") as here, xr.open_dataset("runs.nc") as there:
         assert list(differences(here, there)) == []
+
+
+def test_a_run_that_kills_its_workers_has_failed_and_no_other(
+    sweep: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It dies with its batch, again, and again by itself: what waited beside it is made all the
+    same."""
+
+    def deadly(run: xr.Dataset, **asked: object) -> xr.Dataset:
+        import os
+        import signal
+
+        from hydrosim.studies.outcome import digested
+
+        if "3" in str(run.attrs["seeds"]):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return digested(run, **asked)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("hydrosim.studies.many.digested", deadly)
+    Path("study.yaml").write_text(Path("study.yaml").read_text().replace("1-24", "1-9"))
+    result = sweep("study.yaml", "-o", "runs.nc", "--scheduler", "local", "--workers", "1")
+    assert result.code == 3, result.err
+    with xr.open_dataset("runs.nc") as runs:
+        status = ["failed" if seed == 3 else "complete" for seed in range(1, 10)]
+        assert runs.status.values.tolist() == status
+        assert "the workers that made this run died" in str(runs.status_message.values[2])
