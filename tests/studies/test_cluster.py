@@ -9,17 +9,21 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Thread
+from typing import Any, cast
 
 import pytest
 from command_line import Command, command
-from moored_barge import CASES
+from moored_barge import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
+from hydrosim.scene import WaveTrain
 from hydrosim.studies.cluster import Cluster, run_batch
+from hydrosim.studies.outcome import Outcome
+from hydrosim.studies.shared import Work
 
 pytest.importorskip("distributed")
 import xarray as xr
@@ -145,27 +149,65 @@ def test_a_client_that_was_killed_goes_on(cluster: tuple[str, list[int]], sweep:
         assert list(differences(here, there)) == []
 
 
+class KilledWorker(Exception):
+    """What dask says of a task whose workers died, by the same name."""
+
+
+class Task:
+    """A batch on its way, whose end the test says."""
+
+    def __init__(self, seeds: list[int]) -> None:
+        self.seeds, self.status = seeds, "pending"
+        self.calls: list[Callable[[Task], None]] = []
+
+    def add_done_callback(self, call: Callable[[Task], None]) -> None:
+        self.calls.append(call)
+
+    def end(self, status: str) -> None:
+        self.status = status
+        for call in self.calls:
+            call(self)
+
+    def result(self) -> list[Outcome]:
+        return [Outcome("complete") for _ in self.seeds]
+
+    def exception(self) -> Exception:
+        return KilledWorker()
+
+
+class Client:
+    """In place of dask: what was sent."""
+
+    def __init__(self) -> None:
+        self.sent: list[Task] = []
+
+    def submit(self, _: object, *given: Any, pure: bool) -> Task:
+        self.sent.append(Task(given[2] if len(given) > 2 else []))
+        return self.sent[-1]
+
+
 def test_a_run_that_kills_its_workers_has_failed_and_no_other(
-    sweep: Command, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It dies with its batch, again, and again by itself: what waited beside it is made all the
-    same."""
-
-    def deadly(run: xr.Dataset, **asked: object) -> xr.Dataset:
-        import os
-        import signal
-
-        from hydrosim.studies.outcome import digested
-
-        if "3" in str(run.attrs["seeds"]):
-            os.kill(os.getpid(), signal.SIGKILL)
-        return digested(run, **asked)  # type: ignore[arg-type]
-
-    monkeypatch.setattr("hydrosim.studies.many.digested", deadly)
-    Path("study.yaml").write_text(Path("study.yaml").read_text().replace("1-24", "1-9"))
-    result = sweep("study.yaml", "-o", "runs.nc", "--scheduler", "local", "--workers", "1")
-    assert result.code == 3, result.err
-    with xr.open_dataset("runs.nc") as runs:
-        status = ["failed" if seed == 3 else "complete" for seed in range(1, 10)]
-        assert runs.status.values.tolist() == status
-        assert "the workers that made this run died" in str(runs.status_message.values[2])
+    """Two batches of three are given up, as dask blames what waits beside the one that kills: each
+    run is made once more, with nothing beside it; the one that kills then, too, has failed."""
+    client = Client()
+    monkeypatch.setattr(Cluster, "_connected", lambda *_: client)
+    monkeypatch.setattr(Cluster, "_checked", lambda _: 1)
+    pool = Cluster("tcp://nobody", 1)
+    pool.size = 3
+    scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(9)]
+    calm = cast(Any, object())
+    found = [pool.submit(Work(scene, (), calm), cast(Any, None)) for scene in scenes]
+    first, other, last = client.sent[1:]
+    first.end("error")
+    other.end("error")
+    assert client.sent[-1] is last  # nothing is tried while something else is on its way
+    last.end("finished")
+    for k in range(6):
+        assert len(client.sent) == 5 + k
+        client.sent[-1].end("error" if k == 2 else "finished")
+    assert len(client.sent) == 10
+    status = [future.result(timeout=0).status for future in found]
+    assert status == ["failed" if k == 2 else "complete" for k in range(9)]
+    assert "the workers that made this run died" in found[2].result().message
