@@ -8,7 +8,8 @@ momentum over that. Of friction in slip, with the time T that a point slips and 
 
 so it has a mean for three reasons: the point slips longer one way (`DIRECTION`), it is pressed
 harder while it slips one way (`COVARIANCE`), or it slips further one way (`DAMPING`: C3). What a
-law gives less than mu_k N is `OTHER`. In `STICK` friction is what holds.
+law gives less than mu_k N is `OTHER`. In `STICK` friction is what holds. A direction in which a
+body does not move at all is held: its `REACTION` is what the other forces lack.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.phases import Phase
+from hydrosim.results.stages import STAGES, TIME, WEIGHT
 from hydrosim.results.variables import units_of
 
 NEEDED = ("impulse", "work", "momentum")
@@ -30,6 +32,7 @@ STICK, DIRECTION, COVARIANCE, DAMPING, OTHER = PARTS = (
     *("stick", "direction of slip", "load with direction"),
     *("slip damping", "below mu_k N"),
 )
+REACTION = "reaction of what is held"
 WHOLE, CONTACT = "whole run", "in contact"
 PHASES = tuple(phase.name.lower().replace("_", " ") for phase in Phase)
 SAID = {
@@ -104,6 +107,19 @@ def stages(run: xr.Dataset) -> Iterator[Stage]:
         for phase, name in zip(Phase, PHASES, strict=True):
             yield _where(f"{prefix}{name}", of == phase)
         yield _where(f"{prefix}{CONTACT}", of > Phase.MOORED)
+        if WEIGHT in run.coords and float(run[WEIGHT].sel(contact_group=group)) > 0.0:
+            yield from _transfer(run, group, prefix)
+
+
+def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[Stage]:
+    """From each stage of a transfer of weight to the next."""
+    times = run[TIME].sel(contact_group=group, stage=list(STAGES)).values
+    at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
+    for k, name in enumerate(STAGES[1:]):
+        begin, end = at[k : k + 2]
+        known = begin is not None and end is not None and begin < end < run.time.size
+        ends = (begin, end) if known else (None, None)
+        yield Stage(f"{prefix}{STAGES[k]} to {name}", *ends)
 
 
 def _where(name: str, during: np.ndarray) -> Stage:
@@ -120,13 +136,16 @@ def _over(run: xr.Dataset, stage: Stage) -> xr.Dataset:
     d = run[_integrals(run)].isel(time=end) - run[_integrals(run)].isel(time=begin)
     ends = run.time.values[[begin, end]]
     time = float(np.diff(ends)[0]) or np.nan
+    still = run.position.max("time") == run.position.min("time")
+    lacking = d.momentum - d.impulse.sum("force")
+    reaction = lacking.where(still, 0.0).expand_dims(force=[REACTION])
     found = {
         "span_begin": xr.DataArray(ends[0]),
         "span_end": xr.DataArray(ends[1]),
-        "mean_force": d.impulse / time,
-        "force_work": d.work,
+        "mean_force": xr.concat([d.impulse, reaction], "force") / time,
+        "force_work": xr.concat([d.work, 0.0 * reaction], "force"),
         "momentum_rate": d.momentum / time,
-        "unbalanced": (d.impulse.sum("force") - d.momentum) / time,
+        "unbalanced": (d.impulse.sum("force") + reaction.sum("force") - d.momentum) / time,
         "work_missing": d.work.sum() - d.energy_kinetic,
         "displacement": d.position,
         **(_contacts(d, run, time) if "contact_time" in d else {}),

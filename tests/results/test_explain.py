@@ -3,6 +3,8 @@ larger one way, and for longer that way."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -16,12 +18,14 @@ from hydrosim.results.explain import (
     DAMPING,
     DIRECTION,
     OTHER,
+    REACTION,
     STICK,
     WHOLE,
     explained,
 )
 from hydrosim.results.explain_rows import explanation, figure
 from hydrosim.results.phases import Phase
+from hydrosim.results.stages import STAGES
 
 MU = 0.2
 EVERY = 1.0  # s
@@ -29,6 +33,7 @@ WAYS = [  # seconds, mode, N, direction of slip, C3 |v2|
     *((10.0, "open", 0.0, 0.0, 0.0), (3.0, "slip", 4e6, 1.0, 3e3), (2.0, "stick", 6e6, 0.0, 0.0)),
     *((1.0, "slip", 1e6, -1.0, 1e3), (4.0, "stick", 2e6, 0.0, 0.0)),
 ]
+QUARTERS = [f"{a} to {b}" for a, b in pairwise(STAGES[:4])]
 HELD = -5e5  # N of friction in stick
 AXES = ["x", "y", "z"]
 
@@ -152,6 +157,41 @@ def test_a_part_of_a_run() -> None:
     assert parts(found, WHOLE)[COVARIANCE] == pytest.approx(0.0, abs=1e-6)
     with pytest.raises(InputError, match=r"found 1 output times from 3 to 3\.5 s"):
         explained(made(), 3.0, 3.5)
+
+
+def test_what_is_held_has_a_reaction_of_its_own() -> None:
+    """A push of 3 kN in sway, where the body does not move: nothing is left of it; a push of 2 kN
+    in surge, where it does, is a fault of the momentum and stays one."""
+    run = made()
+    pushed = 1e3 * run.time * xr.DataArray([2.0, 3.0], {"dof": ["surge", "sway"]}, "dof")
+    run.impulse.loc[{"force": "push", "body": "barge", "dof": ["surge", "sway"]}] += pushed
+    run.position.loc[{"dof": "surge"}] += run.time * 1e-3
+    whole = explained(run).sel(span=WHOLE, body="barge")
+    held = whole.mean_force.sel(force=REACTION)
+    assert float(held.sel(dof="sway")) == pytest.approx(-3e3)
+    assert float(held.sel(dof="surge")) == 0.0
+    assert float(whole.unbalanced.sel(dof="sway")) == pytest.approx(0.0, abs=1e-9)
+    assert float(whole.unbalanced.sel(dof="surge")) == pytest.approx(2e3)
+    text = "\n".join(explanation(explained(run), "barge", "sway"))
+    assert f"mean force, {REACTION} [kN]" in text
+    assert REACTION not in "\n".join(explanation(explained(run), "barge", "surge"))
+
+
+def test_stages_of_a_transfer() -> None:
+    """From 2 s to 11 s the first quarter, to 14 s the second; what it does not come to has no
+    numbers. A group without a weight has phases alone."""
+    times = [2.0, 11.0, 14.0, np.nan, np.nan, np.nan, np.nan]
+    run = made().assign(stage_time=(("contact_group", "stage"), [times]))
+    run = run.assign_coords(stage=list(STAGES), contact_weight=("contact_group", [1e7]))
+    found = explained(run)
+    ends = [
+        (float(found.span_begin.sel(span=s)), float(found.span_end.sel(span=s))) for s in QUARTERS
+    ]
+    assert ends[:2] == [(2.0, 11.0), (11.0, 14.0)]
+    assert np.isnan(ends[2]).all()
+    assert parts(found, QUARTERS[1])[STICK] == pytest.approx(HELD)  # from 13 s on
+    none = explained(run.assign_coords(contact_weight=("contact_group", [np.nan])))
+    assert not set(QUARTERS) & set(none.span.values)
 
 
 def test_a_run_without_impulses_is_told_what_it_lacks() -> None:
