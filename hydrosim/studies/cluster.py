@@ -5,7 +5,7 @@ fitted once. Workers give back what is kept of each run, which this process puts
 comes, so that a study that was killed goes on here or on a cluster. A batch whose worker dies is
 made by another one. Dask blames all that waits at a worker that dies: the runs of batches that it
 gives up are made once more, each with nothing beside it, and one that kills its workers then, too,
-is marked as failed.
+is marked as failed. Where no worker is left for a while, nothing is waited for.
 
 The port of a scheduler, and those of its workers, run whatever is sent to them.
 """
@@ -21,7 +21,8 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil
-from threading import Event, RLock
+from threading import Event, RLock, Thread
+from time import monotonic
 from typing import Any
 
 from hydrosim.compiling.compiled import Compiled
@@ -36,6 +37,7 @@ from hydrosim.waves import sea
 
 LOCAL = "local"
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
+DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
 LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
 DEATHS = 1  # of workers on this machine under one batch, that are no reason to give it up
 Run = tuple[Future[Outcome], Scene]
@@ -57,6 +59,7 @@ class Cluster:
                 "--scheduler: needs dask.distributed; pip install 'hydrosim[cluster]'"
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self._closed = Event()
         self._own = _processes(processes) if address == LOCAL else None
         self._client = self._connected(distributed, self._own or address, address)
         try:
@@ -72,6 +75,7 @@ class Cluster:
         self._tasks: dict[Any, list[Future[Outcome]]] = {}
         self._suspects: deque[tuple[Run, Any, Any]] = deque()
         self._lock = RLock()
+        Thread(target=self._watch, daemon=True).start()
 
     def _connected(self, distributed: Any, target: Any, address: str) -> Any:
         try:
@@ -176,18 +180,52 @@ class Cluster:
             if not future.done():
                 future.set_result(outcome)
 
+    def _watch(self) -> None:
+        """See that there are workers, or say that there are none; a scheduler that is gone has
+        none."""
+        seen = monotonic()
+        while not self._closed.wait(ASKED):
+            with suppress(Exception):
+                if self._client.scheduler_info(n_workers=-1)["workers"]:
+                    seen = monotonic()
+            if monotonic() - seen > DESERTED:
+                self._give_up()
+                return
+
+    def _give_up(self) -> None:
+        """End all that is waited for with a message; what comes later is not looked at."""
+        with self._lock:
+            left = [future for each in self._tasks.values() for future in each]
+            left += [future for future, _ in self._rest()]
+            tasks, self._tasks = list(self._tasks), {}
+        for future in left:
+            if not future.done():
+                future.set_exception(
+                    InputError(
+                        f"--scheduler: no worker has been there for {DESERTED:g} s. What is"
+                        " complete is kept: start workers, and give --resume."
+                    )
+                )
+        with suppress(Exception):
+            self._client.cancel(tasks, force=True)
+
+    def _rest(self) -> list[Run]:
+        """Runs that have not been sent; there are none afterwards."""
+        left = [*self._waiting, *(run for run, *_ in self._suspects)]
+        self._waiting, self._suspects = [], deque()
+        return left
+
     def stop(self) -> None:
         """Runs that are not done are not run."""
         with self._lock:
-            tasks = list(self._tasks)
-            left = [*self._waiting, *(run for run, *_ in self._suspects)]
-            self._waiting, self._suspects = [], deque()
+            tasks, left = list(self._tasks), self._rest()
         for future, _ in left:
             future.set_result(Outcome(NOT_RUN))
         self._client.cancel(tasks, force=True)
 
     def close(self) -> None:
         """Leave the scheduler; end processes of our own."""
+        self._closed.set()
         with suppress(Exception):
             self._client.close(timeout=PATIENCE)
         if self._own is not None:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
 from typing import Any, cast
@@ -44,8 +45,14 @@ def started(module: str, *arguments: object, **environment: str) -> subprocess.P
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, list[int]]]:
-    """The address of a scheduler and the processes of its two workers."""
-    file = tmp_path_factory.mktemp("cluster") / "scheduler.json"
+    with running(tmp_path_factory.mktemp("cluster"), 2) as found:
+        yield found
+
+
+@contextmanager
+def running(folder: Path, count: int) -> Iterator[tuple[str, list[int]]]:
+    """The address of a scheduler and the processes of its workers."""
+    file = folder / "scheduler.json"
     where = "--host", "127.0.0.1", "--port", 0, "--scheduler-file", file
     processes = [started("dask_scheduler", *where)]
     try:
@@ -55,11 +62,11 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, lis
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]
         alone = "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1"
-        processes += [started("dask_worker", address, *alone) for _ in range(2)]
+        processes += [started("dask_worker", address, *alone) for _ in range(count)]
         import distributed
 
         with distributed.Client(address, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)
+            client.wait_for_workers(count, timeout=60)
         yield address, [process.pid for process in processes[1:]]
     finally:
         for process in processes:
@@ -147,6 +154,24 @@ def test_a_client_that_was_killed_goes_on(cluster: tuple[str, list[int]], sweep:
     assert sweep("study.yaml", "-o", "here.nc").code == 0
     with xr.open_dataset("here.nc") as here, xr.open_dataset("runs.nc") as there:
         assert list(differences(here, there)) == []
+
+
+def test_nobody_is_waited_for_where_no_worker_is_left(
+    sweep: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The only one dies: what it has made is kept, and the rest is made here."""
+    monkeypatch.setattr("hydrosim.studies.cluster.DESERTED", 2.0)
+    monkeypatch.setattr("hydrosim.studies.cluster.ASKED", 0.2)
+    kept = Path("runs.nc.partial") / "runs"
+    with running(tmp_path, 1) as (address, workers):
+        killer = Thread(target=kill_when, args=(kept, 1000, workers[0]))
+        killer.start()
+        result = sweep("study.yaml", "-o", "runs.nc", "--scheduler", address)
+        killer.join()
+    assert result.code == 2
+    assert "no worker has been there for 2 s" in result.err
+    assert kept.stat().st_size > 1000
+    assert sweep("study.yaml", "-o", "runs.nc", "--resume").code == 0
 
 
 class KilledWorker(Exception):
