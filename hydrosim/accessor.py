@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+FEW = 3  # records without statistics
+
+
 @xr.register_dataset_accessor("hydrosim")
 class RunAccessor:
     """A run, and what can be asked of it."""
@@ -69,10 +72,15 @@ class RunAccessor:
 
     def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
         """Means, periods, extremes with confidence from ``start`` [s] on, of motions, contacts and
-        lines, and of other ``channels`` by name."""
+        lines, and of other ``channels`` by name; InputError where next to nothing is left then."""
+        from hydrosim.errors import InputError
         from hydrosim.results.statistics import statistics
 
-        return statistics(self._run, start, channels=channels)
+        end = float(self._run.time[-1])
+        if not (isinstance(start, int | float) and (self._run.time.values >= start).sum() > FEW):
+            raise InputError(f"found a start of {start!r}; expected seconds well before {end:g} s.")
+        asked = [channels] if isinstance(channels, str) else channels
+        return statistics(self._run, start, channels=asked)
 
     def report(self, path: str | Path) -> Path:
         """Write the report of the run as a page, and say where it is."""

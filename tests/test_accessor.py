@@ -78,3 +78,7 @@ def test_a_run_draws_and_reports_itself(case: hs.Case, tmp_path: Path) -> None:
         run.picture("contact")
     assert run.report(tmp_path / "page.html").stat().st_size > 10_000
     assert float(run.statistics(0.5).start) == 0.5
+    assert run.statistics(0.5, "speed.block").equals(run.statistics(0.5, ["speed.block"]))
+    for start in (1e6, float("nan"), "soon"):
+        with pytest.raises(hs.InputError, match="expected seconds well before 2 s"):
+            run.statistics(start)

@@ -61,11 +61,10 @@ def operability(
 
 
 def _nowhere(found: xr.Dataset) -> str:
-    """What to do where the heights of no sea have the limit between them; nothing where one has, or
-    where limits were not looked for by height."""
+    """What to do where the heights of no sea have the limit between them; nothing where one has."""
     limits = found.limit.values.ravel().tolist()
     sides = {_side(limit, found) for limit in limits}
-    if not found.attrs["runs"] or "" in sides:
+    if "" in sides:
         return ""
     said = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
     match sorted(sides):

@@ -72,4 +72,6 @@ def statistics(
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
     found = of_run(run, start, duration, chosen(known, asked, "--channels"))
     write(found, result)
+    if (status := run.attrs.get("status", "complete")) != "complete":
+        show(f"warning   the run is {status}: {run.attrs.get('status_message', '')}")
     show(*lines(found), f"result    {result.path}")

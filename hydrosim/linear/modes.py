@@ -23,6 +23,7 @@ FREE, FLAT = 1e-3, 1e-9  # rad/s; of the largest stiffness over inertia: there i
 ITERATIONS, CLOSE = 200, 1e-12  # of the frequencies of natural modes; their relative change
 TINY = np.finfo(float).tiny
 LEVEL = 1e-9  # rad/s: slower does not oscillate
+ALIKE = 1e-6  # of w^2: modes as near to each other have shapes of one problem
 
 Stiffness = Callable[[np.ndarray], np.ndarray]
 """D(w), (nw, n, n), at frequencies (nw,) [rad/s]."""
@@ -102,15 +103,17 @@ def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode
 
 def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """w^2 (n,) [1/s^2] of all natural modes and their shapes (n, n), a column each. The k-th is
-    where the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself."""
+    where the k-th smallest eigenvalue of (K, M + A(w)) is w^2 itself. Shapes of equal w, as roll
+    and pitch of a body of revolution have, are of one eigenvalue problem, and so differ."""
     K = stiffness(np.array([STATIC]))[0].real
     squares, shapes = _sorted(K, inertia)
     for _ in range(ITERATIONS):
         omega, last = np.sqrt(np.maximum(np.abs(squares), FREE**2)), squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
         each, vectors = _sorted(K, masses)
+        alike = [int(np.isclose(last, square, rtol=ALIKE, atol=0.0).argmax()) for square in last]
         for k in np.flatnonzero(_bound(squares)):
-            squares[k], shapes[:, k] = 0.5 * (squares[k] + each[k, k]), vectors[k, :, k]
+            squares[k], shapes[:, k] = 0.5 * (squares[k] + each[k, k]), vectors[alike[k], :, k]
         if np.all(np.abs(squares - last) <= CLOSE * np.abs(last)):
             break
     return squares, shapes
@@ -149,7 +152,7 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
     """Eigenvalues (m,), and the share (n, m) of each natural mode with its rate (row): the same in
     coordinates along the ``shapes`` (n, n)."""
     values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
-    n, along = linear.active.size, np.linalg.inv(shapes)
+    n, along = linear.active.size, np.linalg.pinv(shapes, FLAT)  # free shapes may be parallel
     motion = [
         np.abs((shapes.T @ left[at].conj()) * (along @ right[at]))
         for at in (slice(0, n), slice(n, 2 * n))

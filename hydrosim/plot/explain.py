@@ -42,10 +42,9 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     time, at = run.time.values, {"body": body, "dof": direction}
     yield lines(time, direction, "m", {"": run.position.sel(at).values})
     each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    shown = matter(each, "force", LITTLE)
-    yield lines(
-        time, "impulses", "MN s", {name: MEGA * each.sel(force=name).values for name in shown}
-    )
+    pushes = {name: MEGA * each.sel(force=name).values for name in matter(each, "force", LITTLE)}
+    if pushes:
+        yield lines(time, "impulses", "MN s", pushes)
 
 
 def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:

@@ -83,7 +83,8 @@ def bands(time: np.ndarray, modes: Series) -> Panel:
 
 def peak(series: Series) -> float:
     """Largest magnitude in the lines."""
-    return max(float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
+    each = (float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
+    return max(each, default=0.0)
 
 
 def coarse(time: np.ndarray, window: Window) -> float:

@@ -48,7 +48,7 @@ TOLD = (
     ("closed", "closings", "largest_contact_force", "closing_speed"),
     ("closed again", "recontacts", "recontact_force", "recontact_speed"),
 )
-IMPULSE, TIME, WEIGHT = "contact_impulse", "stage_time", "contact_weight"
+IMPULSE, TIME, WEIGHT = "group_impulse", "stage_time", "contact_weight"
 
 
 class Group(NamedTuple):

@@ -51,3 +51,12 @@ def test_a_duration_that_is_no_use_is_refused(
     assert result.code == 2
     assert "--duration: found" in result.err
     assert "expected a tenth of the record, 60 s, or more" in result.err
+
+
+def test_a_run_that_failed_is_said_to_have_failed(statistics: Command, tmp_path: Path) -> None:
+    path = tmp_path / "failed.nc"
+    ended = {"status": "failed", "status_message": "at t = 13 s it blows up"}
+    write(made_run().assign_attrs(ended), path)
+    result = statistics(path)
+    assert result.code == 0
+    assert "warning the run is failed: at t = 13 s it blows up" in result.out

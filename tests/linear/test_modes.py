@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from hydrosim.forces import LinearMooring, Spring
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene
+
+HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
 
 def modes_of(*bodies: Body, **forces: LinearMooring | Spring) -> list[NaturalMode]:
@@ -48,6 +51,24 @@ def test_kinds_of_motion() -> None:
         assert mode.kind == kind
         roots = np.roots([1.0, c, k])
         assert np.abs(roots - mode.eigenvalue).min() < 1e-6
+
+
+@pytest.mark.parametrize("start", ["heave: 1 m", "roll: 1 deg", "roll: 5 deg, yaw: 30 deg"])
+def test_a_body_of_revolution_rolls_as_it_pitches(tmp_path: Path, start: str) -> None:
+    """Wherever it is, afloat and free: the modes of one period are told apart."""
+    case = tmp_path / "case.yaml"
+    case.write_text(
+        "{title: free, duration: 10 s, environment: {water_density: 1000 kg/m^3}, bodies: {sphere:"
+        f" {{hydrodynamics: {HYDRO_DB}/sphere.nc, mass: 261.8e3 kg, centre_of_gravity: [0, 0, -2],"
+        f" radii_of_gyration: [2.54, 2.54, 3.16], initial: {{position: {{{start}}}}}}}}}}}"
+    )
+    scene = hs.load_case(case).scene()
+    modes = {mode.dof: mode for mode in natural_modes(linearise(*hs.compile_scene(scene)))}
+    assert {mode.kind for mode in modes.values()} == {Kind.OSCILLATING, Kind.FREE}
+    roll, pitch = modes["roll"], modes["pitch"]
+    tilt = np.cos(np.radians(5.0))  # the stiffness of a hull without walls, linear as it is
+    assert roll.natural_period == pytest.approx(pitch.natural_period, rel=1.0 - tilt)
+    assert roll.eigenvalue == pytest.approx(pitch.eigenvalue, rel=3.0 * (1.0 - tilt))
 
 
 def test_modes_of_two_bodies_are_kept_apart() -> None:

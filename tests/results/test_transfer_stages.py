@@ -23,6 +23,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.group import STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
+from hydrosim.results.explain import WHOLE, explained
 from hydrosim.results.stages import PARTS, STAGES, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 
@@ -101,6 +102,15 @@ def test_loads_at_every_record_are_weight_and_inertia():
     assert np.abs(MASS * a).max() > 0.02 * WEIGHT
     force = sum(run[f"force_{name}"].sel(body="top", dof="heave") for name in ("leg", "pad"))
     assert force.values == pytest.approx(total.values, rel=1e-12)
+
+
+def test_impulses_of_contacts_add_up_to_those_of_their_group():
+    """Both are in the run, and it can be explained."""
+    run = hs.simulate(replace(removal(), output_impulses=True))
+    each = run.contact_impulse.sum(["fender", "contact_mode"]).values
+    group = run.group_impulse.sum("contact_group").values
+    assert each - each[0] == pytest.approx(group - group[0], rel=1e-9, abs=1e-9 * np.ptp(group))
+    assert WHOLE in explained(run).span
 
 
 def test_accelerations_are_the_rates_of_velocities():

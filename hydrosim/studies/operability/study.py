@@ -171,9 +171,19 @@ class _Table:
         ]
         for s, criteria in enumerate(self.stages.values()):
             least = min(criteria, key=lambda k: each[k])
-            for name in ("limit", "low", "high"):
-                self.values[name][(s, *at)] = each[least]
+            for name, value in self._looked_at(each[least]).items():
+                self.values[name][(s, *at)] = value
             self.values["governing"][(s, *at)] = study.figures[least].name
+
+    def _looked_at(self, limit: float) -> dict[str, float]:
+        """A limit among the heights; outside them as a search has it, infinite where waves move
+        nothing."""
+        lowest, highest = map(float, self.heights[[0, -1]])
+        if limit < lowest:
+            return {"limit": 0.0, "low": 0.0, "high": lowest}
+        if highest < limit < inf:
+            return {"limit": highest, "low": highest, "high": inf}
+        return dict.fromkeys(("limit", "low", "high"), limit)
 
     def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
         study, before = self.study, trials.count
