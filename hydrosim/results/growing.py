@@ -81,8 +81,8 @@ def _gathered(
     said = f"{done:,} of {count:,} runs are in" + (f", {len(failed):,} failed" if failed else "")
     if first is None or not done:
         raise InputError(
-            f"{folder}: {said} and whole; wait for the first one or, where nobody makes them any more,"
-            f" go on with --resume. {' '.join(failed[:1])}".strip()
+            f"{folder}: {said} and whole; wait for the first one or, where nobody makes them any"
+            f" more, go on with --resume. {' '.join(failed[:1])}".strip()
         )
     texts = {"status": status, "status_message": messages, "warnings": warnings}
     found = known.assign({name: known[name].copy(data=text) for name, text in texts.items()})
