@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from importlib.util import find_spec
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, names_in, placed, seconds
-from hydrosim.commands.terminal import show
+from hydrosim.commands.options import From, Overwrite, To, names_in, placed, window_of
+from hydrosim.commands.terminal import not_complete, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,16 +35,8 @@ def export(
         str,
         typer.Option(metavar="NAMES", help='Take these channels alone: "position.*,speed.barge".'),
     ] = "",
-    start: Annotated[
-        str,
-        typer.Option(
-            "--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'
-        ),
-    ] = "",
-    end: Annotated[
-        str,
-        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
-    ] = "",
+    start: From = "",
+    end: To = "",
     date: Annotated[
         str,
         typer.Option(metavar="DATE", help="Let .nc begin at this date, in UTC: 2026-05-31T06:00."),
@@ -59,7 +50,7 @@ def export(
 
     suffix = _suffix(output)
     begin = _date(date, suffix)
-    window = (seconds("--from", start, -inf), seconds("--to", end, inf))
+    window = window_of(start, end)
     result = placed(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
     if (runs := open_runs(run_file)) is not None:
         raise InputError(
@@ -70,9 +61,7 @@ def export(
     _write(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     show(f"export    {count} channels at {table.time.size} times, {span}")
-    if (status := table.attributes.get("status", "complete")) != "complete":
-        show(f"warning   the run is {status}: {table.attributes.get('status_message', '')}")
-    show(f"result    {result.path}")
+    show(*not_complete(table.attributes), f"result    {result.path}")
 
 
 def _suffix(output: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from enum import StrEnum
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -24,6 +24,14 @@ StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="The study
 Workers = Annotated[
     int | None,
     typer.Option(min=1, help="Make so many runs at a time; else as many as there are cores."),
+]
+From = Annotated[
+    str,
+    typer.Option("--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'),
+]
+To = Annotated[
+    str,
+    typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
 ]
 Overwrite = Annotated[
     bool,
@@ -96,6 +104,11 @@ def seconds(option: str, text: str, otherwise: float) -> float:
 def names_in(text: str) -> list[str]:
     """Names or patterns separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def window_of(start: str, end: str) -> tuple[float, float]:
+    """The time [s] from `From` to `To`, each of which may be left out."""
+    return seconds("--from", start, -inf), seconds("--to", end, inf)
 
 
 def one_of(kind: type[Choice], name: str, option: str) -> Choice:

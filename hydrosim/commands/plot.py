@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import inf
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, names_in, one_of, seconds
+from hydrosim.commands.options import From, Overwrite, To, names_in, one_of, window_of
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -27,16 +26,8 @@ def plot(
             metavar="NAMES", help='Draw these channels alone, in one picture: "position.*.heave".'
         ),
     ] = "",
-    start: Annotated[
-        str,
-        typer.Option(
-            "--from", metavar="TIME", help='Leave out what is before: "10 min", or seconds.'
-        ),
-    ] = "",
-    end: Annotated[
-        str,
-        typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
-    ] = "",
+    start: From = "",
+    end: To = "",
     form: Annotated[
         str, typer.Option("--format", metavar="png|svg|pdf", help="Write pictures so.")
     ] = "png",
@@ -57,7 +48,7 @@ def plot(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
     kind = one_of(Format, form, "--format")
-    window = Window(seconds("--from", start, -inf), seconds("--to", end, inf))
+    window = Window(*window_of(start, end))
     if (runs := runs_at(run_file)) is not None:
         if channels or start or end:
             raise InputError(

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from hydrosim.commands.options import Overwrite, names_in, placed
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import not_complete, show
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
 
@@ -72,6 +72,4 @@ def statistics(
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
     found = of_run(run, start, duration, chosen(known, asked, "--channels"))
     write(found, result)
-    if (status := run.attrs.get("status", "complete")) != "complete":
-        show(f"warning   the run is {status}: {run.attrs.get('status_message', '')}")
-    show(*lines(found), f"result    {result.path}")
+    show(*not_complete(run.attrs), *lines(found), f"result    {result.path}")

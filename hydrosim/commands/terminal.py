@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import unicodedata
+from collections.abc import Mapping
 
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.segment import Segment
@@ -34,6 +35,13 @@ def show(*parts: RenderableType) -> None:
 def say(text: str) -> None:
     """A line of text as it is, to the standard error."""
     Console(stderr=True).print(printable(text), markup=False, highlight=False, soft_wrap=True)
+
+
+def not_complete(attributes: Mapping[str, object]) -> list[str]:
+    """A line on how a run ended that is not complete, by its attributes; none of one that is."""
+    status = attributes.get("status", "complete")
+    said = f"warning   the run is {status}: {attributes.get('status_message', '')}"
+    return [] if status == "complete" else [said]
 
 
 def progress_console() -> Console:

@@ -40,10 +40,7 @@ UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and 
 FEWEST = 20  # waves
 SHAPES = (0.5, 4.0)  # of a tail: lighter ones are nearly cut off
 NEAR = 0.02  # of the range: a magnitude comes so near to zero
-SPREAD = (
-    0.48,
-    0.9,
-)  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
+SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
 ROUNDING = 1e-12  # of the largest value
 
 

@@ -30,7 +30,7 @@ from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
 
-WRONG = 5e-4  # of the range of a motion: what is told, half of 1e-3, for the estimate is one
+WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
 STILL = 1e-6  # m, rad: a smaller range is none
 ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
 FINER, TIGHTER = 1.4, 4.0  # steps of the twin for one of the run, and tolerances
