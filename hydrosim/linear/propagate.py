@@ -54,6 +54,22 @@ class Response(NamedTuple):
     weights: np.ndarray
 
 
+Constant = tuple[bytes, tuple[int, ...]]
+"""A matrix that a cache can know again: its values, and its shape."""
+_area_weights = lru_cache(area_weights)
+
+
+def _constant(matrix: np.ndarray) -> Constant:
+    return matrix.tobytes(), matrix.shape
+
+
+@lru_cache(maxsize=8)
+def _interval(J: Constant, G: Constant, length: float, parts: int) -> Interval:
+    """`interval`, once for the runs that have it in common."""
+    one, other = (np.frombuffer(values).reshape(shape) for values, shape in (J, G))
+    return interval(one, other, length, parts)
+
+
 @dataclass(frozen=True, eq=False)
 class Equation:
     """z' = J z + G (f + rest) for z (m,): ``G`` (m, n), and ``rest`` (n,) what acts at all times.
@@ -70,10 +86,11 @@ class Equation:
 
     def response(self, length: float, parts: int) -> Response:
         """That of an interval of this ``length`` [s] with so many parts."""
-        of, n = interval(self.J, self.G, length, parts), self.rest.size
+        of = _interval(_constant(self.J), _constant(self.G), length, parts)
+        n = self.rest.size
         needed = linalg.block_diag(np.eye(n), self.memory)  # of all but q: for the powers
         by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
-        weights = length / parts * area_weights(parts)
+        weights = length / parts * _area_weights(parts)
         return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
 
     def gains(
