@@ -8,6 +8,7 @@ such run. Where there are none, for a channel is not stationary or too short, it
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -44,6 +45,14 @@ EVEN = 1e-6  # of a step
 FEWEST = 4  # values of a phase
 MOTION = ("body", "dof")
 NAMED = "named"  # of those that are asked for by name
+OWN = {  # coordinates of statistics
+    "statistic": NAMES,
+    "side": SIDES,
+    "extreme": FIGURES,
+    "phase": [phase.name.lower().replace("_", " ") for phase in Phase],
+}
+Found = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
+"""Of a variable its dimensions, its values and its attributes."""
 CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
     "motion": ("position", MOTION, "m, rad or s"),
     "wave": ("wave_elevation", (), "m or s"),
@@ -63,110 +72,117 @@ def statistics(
     ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
     and, of the whole run, of each fender the time in each mode and slip, and of each group of them
     crawl by phase. InputError where there is no such channel."""
-    late = _even(run.sel(time=slice(start, None)))
-    step = float(np.diff(late.time.values[:2])[0])
-    length = step * late.time.size
-    growing = float(late.time[0]) < float(run.attrs.get("wave_ramp", 0.0))
-    slowest = _lowest_of_waves(late.wave_elevation.values, step)
-    found: dict[str, xr.DataArray] = {}
+    late = _late(run, start)
+    time = run.variables["time"].values[late]
+    step = float(np.diff(time[:2])[0])
+    growing = float(time[0]) < float(run.attrs.get("wave_ramp", 0.0))
+    slowest = _lowest_of_waves(run.variables["wave_elevation"].values[late], step)
+    how = step, exposure, slowest
+    found: Found = {}
+    coords: dict[str, Any] = {}
     for name, (variable, dims, unit) in CHANNELS.items():
-        if variable in late:
-            each = late[variable].transpose(*dims, "time")
-            found |= _of_channels(name, each, (step, exposure, slowest), growing, unit)
+        if variable in run:
+            each = run.variables[variable].isel(time=late).transpose(*dims, "time")
+            found |= _of_channels(name, each, how, growing, unit)
     if channels:
-        named = _named(late, channels)
-        found |= _of_channels(NAMED, named, (step, exposure, slowest), growing, "see unit")
-        found |= _by_phase(late, named, step)
-    if _has_phases(late):
-        found = _without_laws(found)
-    frequency, spectrum = _spectrum(late.position.transpose(*MOTION, "time").values, step)
-    omega = xr.DataArray(frequency, dims="frequency", attrs=_said("angular frequency", "rad/s"))
-    found["motion_spectrum"] = xr.DataArray(
-        spectrum,
-        {"frequency": omega},
-        (*MOTION, "frequency"),
-        attrs=_said("one-sided spectral density", "m^2 s/rad, rad s"),
-    )
+        named, coords = _named(run, late, channels)
+        found |= _of_channels(NAMED, named, how, growing, "see unit")
+        found |= _by_phase(run, late, named.values, step)
+    if _has_phases(run, late):
+        _leave_out_laws(found)
+    places = run.variables["position"].transpose(*MOTION, "time").values[..., late]
+    frequency, spectrum = _spectrum(places, step)
+    said = _said("one-sided spectral density", "m^2 s/rad, rad s")
+    found["motion_spectrum"] = ((*MOTION, "frequency"), spectrum, said)
+    coords["frequency"] = ("frequency", frequency, _said("angular frequency", "rad/s"))
     attributes = {
         "title": run.attrs["title"],
         "start": start,
-        "exposure": length if exposure is None else exposure,
+        "exposure": step * time.size if exposure is None else exposure,
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
-    dataset = xr.Dataset(found, attrs=attributes)
+    dataset = xr.Dataset(found, _coordinates(run, found) | coords, attributes)
     if "contact_group" not in run.dims:
         return dataset
     return dataset.assign(contact_statistics(run)).assign(stages(run))
 
 
-def _named(run: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
-    """Channels (channel, time) by their names, and the ``unit`` of each."""
-    each = [series(run, name) for name in names]
-    units = ("channel", [unit for _, unit in each])
-    coords = {"channel": list(names), "unit": units, "time": run.time}
-    return xr.DataArray([values for values, _ in each], coords, ("channel", "time"))
+def _late(run: xr.Dataset, start: float) -> slice:
+    """The records from ``start`` [s] on, without the end of a run that is not a whole step after
+    the record before it."""
+    time = run.variables["time"].values
+    first = int(np.searchsorted(time, start))
+    steps = np.diff(time[first:].astype(float))
+    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > EVEN * steps[0]
+    return slice(first, time.size - int(odd))
 
 
-def _by_phase(run: xr.Dataset, series: xr.DataArray, step: float) -> dict[str, xr.DataArray]:
+def _coordinates(run: xr.Dataset, found: Found) -> dict[str, Any]:
+    """Coordinates of what is ``found``: those of the run, and names of its own."""
+    dims = {dim for over, *_ in found.values() for dim in over}
+    of_run = {str(name): run.variables[name] for name in run.coords}
+    of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
+    return of_run | {name: list(each) for name, each in OWN.items() if name in dims}
+
+
+def _named(
+    run: xr.Dataset, late: slice, names: Sequence[str]
+) -> tuple[xr.Variable, dict[str, Any]]:
+    """Channels (channel, time) by their names, and their names and units as coordinates."""
+    values, units = zip(*(series(run, name) for name in names), strict=True)
+    coords = {"channel": list(names), "unit": ("channel", list(units))}
+    return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
+
+
+def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Found:
     """Figures of channels in the phases of each group of contacts; not a number where a phase has
     fewer than `FEWEST` values."""
     if "contact_group" not in run.dims:
         return {}
-    phases = run.contact_phase.transpose("contact_group", "time").values
-    nothing = np.full((series.sizes["channel"], len(NAMES)), np.nan)
+    phases = _phases(run, late)
+    nothing = np.full((len(series), len(NAMES)), np.nan)
     found = [
         [
-            [_figures(x[of == phase], step) for x in series.values]
+            [_figures(x[of == phase], step) for x in series]
             if np.count_nonzero(of == phase) >= FEWEST
             else nothing
             for phase in Phase
         ]
         for of in phases
     ]
-    names = [phase.name.lower().replace("_", " ") for phase in Phase]
-    at = {"contact_group": run.contact_group, "phase": names, "channel": series.channel}
-    dims = (*at, "statistic")
+    dims = ("contact_group", "phase", "channel", "statistic")
     said = _said("figures of a channel in a phase", "see unit")
-    values = xr.DataArray(found, {**at, "statistic": list(NAMES)}, dims, attrs=said)
-    return {f"{NAMED}_phase": values}
+    return {f"{NAMED}_phase": (dims, np.array(found), said)}
 
 
 def _of_channels(
     name: str,
-    series: xr.DataArray,
+    series: xr.Variable,
     how: tuple[float, float | None, float],
     growing: bool,
     unit: str,
-) -> dict[str, xr.DataArray]:
+) -> Found:
     """Figures, extremes and their basis of all channels of a variable, along its dimensions; the
     arguments of `extremes` besides; ``growing`` are the waves."""
-    dims, size = series.dims[:-1], series.shape[:-1]
-    channels = series.values.reshape(-1, series.sizes["time"])
+    dims, size = tuple(map(str, series.dims[:-1])), series.shape[:-1]
+    channels = series.values.reshape(-1, series.shape[-1])
     figures = [_figures(x, how[0]) for x in channels]
     sides = [_judged(x, how, growing) for x in channels]
     values = [[side[:-1] for side in both] for both in sides]
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
-    at = {str(coord): series[coord] for coord in series.coords if "time" not in series[coord].dims}
-    both, each = {"side": list(SIDES)}, {"extreme": list(FIGURES)}
+    said = _said("most probable extreme and interval, prediction interval", unit)
     return {
-        name: xr.DataArray(
-            np.reshape(figures, (*size, -1)),
-            {**at, "statistic": list(NAMES)},
+        name: (
             (*dims, "statistic"),
-            attrs=_said(name.replace("_", " "), unit),
+            np.reshape(figures, (*size, -1)),
+            _said(name.replace("_", " "), unit),
         ),
-        f"{name}_extreme": xr.DataArray(
-            np.reshape(values, (*size, len(SIDES), -1)),
-            {**at, **both, **each},
+        f"{name}_extreme": (
             (*dims, "side", "extreme"),
-            attrs={
-                **_said("most probable extreme and interval, prediction interval", unit),
-                "interval_probability": INTERVAL,
-            },
+            np.reshape(values, (*size, len(SIDES), -1)),
+            {**said, "interval_probability": INTERVAL},
         ),
-        f"{name}_basis": xr.DataArray(
-            basis.reshape(*size, -1), {**at, **both}, (*dims, "side"), attrs=_flags()
-        ),
+        f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _flags()),
     }
 
 
@@ -197,34 +213,32 @@ def _judged(
     return extremes(x, *how)
 
 
-def _has_phases(run: xr.Dataset) -> bool:
+def _phases(run: xr.Dataset, late: slice) -> np.ndarray:
+    """The phase (contact_group, time) that each group of contacts is in."""
+    phases = run.variables["contact_phase"].transpose("contact_group", "time")
+    return np.asarray(phases.values[:, late])
+
+
+def _has_phases(run: xr.Dataset, late: slice) -> bool:
     """True if a group of contacts is in one phase for a while and then in another."""
     if "contact_group" not in run.dims:
         return False
-    phases = run.contact_phase.transpose("contact_group", "time").values
+    phases = _phases(run, late)
     shares = np.array([(phases == one).mean(axis=1) for one in Phase])
     return bool(np.any((shares > A_WHILE).sum(axis=0) > 1))
 
 
-def _without_laws(found: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:
+def _leave_out_laws(found: Found) -> None:
     """What bodies and contacts do in an operation has no law, if any of it changes over the time:
     phases alone may be a long time without a contact."""
     names = [name for name in (*CHANNELS, NAMED) if name != "wave" and name in found]
-    if not any(np.isin(found[f"{name}_basis"], CHANGES).any() for name in names):
-        return found
-    for name in names:
-        basis, extreme = found[f"{name}_basis"], found[f"{name}_extreme"]
-        by_law = basis.isin(LAWS)
-        found[f"{name}_extreme"] = extreme.where(~by_law)
-        found[f"{name}_basis"] = basis.where(~by_law, np.int8(Basis.OPERATION))
-    return found
-
-
-def _even(run: xr.Dataset) -> xr.Dataset:
-    """Without the end of a run that is not a whole step after the record before it."""
-    steps = np.diff(run.time.values.astype(float))
-    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > EVEN * steps[0]
-    return run.isel(time=slice(None, -1)) if odd else run
+    each = {name: found[f"{name}_basis"][1] for name in names}
+    if not any(np.isin(basis, CHANGES).any() for basis in each.values()):
+        return
+    for name, basis in each.items():
+        by_law = np.isin(basis, LAWS)
+        found[f"{name}_extreme"][1][by_law] = np.nan
+        basis[by_law] = Basis.OPERATION
 
 
 def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
@@ -238,7 +252,7 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     return 2.0 * np.pi * frequency, density / (2.0 * np.pi)
 
 
-def _flags() -> dict[str, object]:
+def _flags() -> dict[str, Any]:
     return {
         "long_name": "what extremes are by, or why there are none",
         "flag_values": np.array(list(Basis), dtype=np.int8),
