@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf, isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrosim.commands.options import Overwrite, numbers, placed
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RunFile = Annotated[
     Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
@@ -90,16 +93,18 @@ def compare(
     Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
     beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
     what differs between any two results, to the bit, and nothing is written. Of two files of many
-    runs it is said which of their numbers differ by more than chance.
+    runs it is said, and written, which of their numbers differ by more than chance. `hydrosim
+    report` makes a page of what is written.
     """
     if exact:
         _exactly(run_file, recorded, _patterns(but))
         return
-    if _of_many(run_file, recorded):
+    name = f"{run_file.stem}_compare"
+    if _of_many(run_file, recorded, name, output, overwrite):
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
-    from hydrosim.compare.comparison import beyond
+    from hydrosim.compare.comparison import beyond, by_channel
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
     from hydrosim.plot import open_run
@@ -107,10 +112,10 @@ def compare(
     from hydrosim.recordings import read_recording
     from hydrosim.results.output import write
 
-    name, inputs = f"{run_file.stem}_compare", [path for path in (recorded, mapping) if path]
+    inputs = [path for path in (recorded, mapping) if path]
     result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
-    tolerances = dict(_tolerance(text) for text in tolerance)
+    given = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     found = comparison_of(
         run,
@@ -121,20 +126,23 @@ def compare(
         edges=_edges(bands),
         only=_patterns(channels) or ("*",),
     )
-    out_of = beyond(found, tolerances)
-    write(to_dataset(found, {"run": str(run_file), "recording": str(recorded)}), result)
+    out_of = beyond(found, given)
+    said = _compared(run, run_file, recorded)
+    write(to_dataset(found, said, by_channel(found, given)), result)
     draw_comparison(found, f"{run_file.name} and {recorded.name}", page)
     show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
     show(f"result    {result.path}, {page.path}")
-    if tolerances:
+    if given:
         show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
         raise typer.Exit(1)
 
 
-def _of_many(one: Path, other: Path) -> bool:
+def _of_many(one: Path, other: Path, name: str, output: Path | None, overwrite: bool) -> bool:
     """Compare two files of many runs, if the first is one; InputError if the other is none then."""
+    from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies, lines
+    from hydrosim.results.output import write
     from hydrosim.results.runs_file import open_runs
 
     ours, theirs = open_runs(one), open_runs(other)
@@ -142,8 +150,16 @@ def _of_many(one: Path, other: Path) -> bool:
         return False
     if theirs is None:
         raise InputError(f"{other}: is no file of many runs, as {one} is; expected another such.")
-    show(*lines(compare_studies(ours, theirs)))
+    result = placed(output, name, "comparison", one, inputs=[other], overwrite=overwrite)
+    found = compare_studies(ours, theirs)
+    write(studies_dataset(found, _compared(ours, one, other)), result)
+    show(*lines(found), f"result    {result.path}")
     return True
+
+
+def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
+    """What was compared with what, as the result says it."""
+    return {"title": str(ours.attrs.get("title", "")), "run": str(one), "recording": str(other)}
 
 
 def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:

@@ -13,15 +13,17 @@ from hydrosim.commands.terminal import show
 
 def report(
     run_file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+        Path,
+        typer.Argument(metavar="RESULT.nc", help="Result of run, sweep, operability or compare."),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="REPORT.html", help="Page.")
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a report as one HTML file that needs no network: the case and its assumptions, stages,
-    statistics with intervals, series to look closer at, energy."""
+    """Write a report as one HTML file that needs no network: of a run its case, assumptions,
+    stages, statistics with intervals, series to look closer at and energy; or what a study, its
+    limits of operation or a comparison has found."""
     from hydrosim.report import report_of, written_page
 
     name = f"{run_file.stem}_report"

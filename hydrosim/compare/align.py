@@ -30,6 +30,7 @@ GAP = 10.0  # usual steps
 SAME = 1e-6  # of a step: times that differ less are the same
 MONOTONE = "fender_normal_force"
 MOVED = ("position", "velocity")  # what is of a point
+SMALLEST = 1e-250  # of a size: what is less has no digits that could be told
 EXACT = 16  # digits: more are not told apart from rounding
 Interpolate = Callable[[np.ndarray, np.ndarray], Any]
 
@@ -205,7 +206,8 @@ def precision_of(values: np.ndarray) -> float:
     largest, eps = float(np.abs(values).max()), float(np.finfo(float).eps)
     if np.unique(values).size < LEAST:
         return largest * eps / 2.0
-    exponent = np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values))))
+    sizes = np.maximum(np.where(values == 0.0, 1.0, np.abs(values)), SMALLEST)
+    exponent = np.floor(np.log10(sizes))
     for digits in range(1, EXACT):
         unit = 10.0 ** (exponent - digits + 1)
         if np.allclose(np.round(values / unit) * unit, values, rtol=4e-16, atol=0.0):

@@ -100,16 +100,21 @@ def compare(
 
 
 def beyond(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
-    """The tolerances, by channel, that are not kept; ``tolerances`` are by channel or pattern, of
-    which the last that fits holds. Raises InputError where one fits no channel."""
+    """The ``tolerances``, as `by_channel` takes them, that are not kept, by channel."""
+    held = by_channel(found, tolerances)
+    return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
+
+
+def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+    """The tolerance of each channel; ``tolerances`` are by channel or pattern, of which the last
+    that fits holds. Raises InputError where one fits no channel."""
     chosen([*found.results, *found.zero], list(tolerances), "--tolerance")
-    held = {
+    return {
         name: limit
         for pattern, limit in tolerances.items()
         for name in found.results
         if fnmatchcase(name, pattern)
     }
-    return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
 
 
 def _result(time: np.ndarray, pair: Pair, edges: tuple[float, float]) -> Result:

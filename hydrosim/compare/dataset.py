@@ -1,14 +1,20 @@
-"""A comparison as a dataset: both series, what is between them, and the figures."""
+"""Comparisons as datasets: of two runs both series, what is between them, and the figures; of two
+sets of runs the figures of each channel, and its values in all of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import nan
+from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS, Contact
+from hydrosim.compare.studies import KINDS, LEVEL
+from hydrosim.compare.studies import Comparison as Studies
+from hydrosim.results.gumbel import INTERVAL
 
 OVER_TIME = {
     "ours": "the run",
@@ -35,13 +41,28 @@ PER_BAND = {
     "band_ours": "standard deviation of the run",
     "band_recorded": "standard deviation of the recording",
 }
+OF_STUDIES = {
+    "ours_mean": ("ours", "mean over our runs"),
+    "theirs_mean": ("theirs", "mean over their runs"),
+    "difference": ("difference", "mean difference, ours less theirs"),
+    "low": ("low", "lower end of its interval"),
+    "high": ("high", "upper end of its interval"),
+    "chance": ("chance", "probability of such a difference by chance"),
+    "differs": ("differs", "1 where it counts as different"),
+}
+NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
     zip(Contact._fields, ("first contact [s]",) * 2 + ("share of contact",) * 2, strict=True)
 )
 
 
-def to_dataset(found: Comparison, attributes: Mapping[str, object]) -> xr.Dataset:
-    """Dimensions time, channel, band; units of a channel are in the coordinate ``units``."""
+def to_dataset(
+    found: Comparison,
+    attributes: Mapping[str, object],
+    tolerances: Mapping[str, float] = NO_TOLERANCES,
+) -> xr.Dataset:
+    """Dimensions time, channel, band; units of a channel are in the coordinate ``units``;
+    ``tolerances`` are by channel."""
     results = list(found.results.values())
     pairs = [result.pair for result in results]
     ours, recorded = (
@@ -57,21 +78,54 @@ def to_dataset(found: Comparison, attributes: Mapping[str, object]) -> xr.Datase
             for name in PER_BAND
         }
         | {name: ("channel", [_of_contact(r, name) for r in results]) for name in CONTACT}
-        | {"verdict": ("channel", [result.verdict for result in results])},
+        | {
+            "verdict": ("channel", [result.verdict for result in results]),
+            "tolerance": ("channel", [tolerances.get(name, nan) for name in found.results]),
+        },
         coords={
             "time": ("time", found.overlap.time, {"units": "s", "long_name": "time of the run"}),
             "channel": ("channel", list(found.results)),
             "units": ("channel", [pair.unit for pair in pairs]),
             "column": ("channel", [pair.column for pair in pairs]),
+            "recorded_in": ("channel", [pair.said for pair in pairs]),
             "band": ("band", list(BANDS)),
         },
     )
     for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
         dataset[name].attrs["long_name"] = text
+    dataset.tolerance.attrs["long_name"] = "what rms over std, or rms of a constant, may be"
     dataset.attrs.update(attributes, compared=found.overlap.method, band_edges=found.edges)
+    dataset.attrs.update(guessed=int(found.guessed), unused="\n".join(found.unused))
+    dataset.attrs["zero_in_both"] = "\n".join(found.zero)
     if found.shift is not None:
         dataset.attrs["shift"] = found.shift
     return dataset
+
+
+def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
+    """Dimensions channel, run (of ours) and other_run (of theirs); pairs are in one order."""
+    each = found.channels
+    values = {
+        name: (("channel", dim), np.stack([one.values[k] for one in each]), {"long_name": said})
+        for k, (name, dim, said) in enumerate(
+            (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
+        )
+    }
+    figures = {
+        name: ("channel", [_number(getattr(one, field)) for one in each], {"long_name": said})
+        for name, (field, said) in OF_STUDIES.items()
+    }
+    coords = {
+        "channel": ("channel", [one.channel for one in each]),
+        "units": ("channel", [one.unit for one in each]),
+    }
+    said = {"compared": KINDS[found.paired], "paired": int(found.paired)}
+    said |= {"interval_probability": INTERVAL, "level": LEVEL}
+    return xr.Dataset(values | figures, coords, {**attributes, **said})
+
+
+def _number(value: float | bool) -> float | int:
+    return int(value) if isinstance(value, bool) else value
 
 
 def _of_contact(result: Result, name: str) -> float:

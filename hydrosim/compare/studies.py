@@ -17,19 +17,22 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
 from hydrosim.results.gumbel import INTERVAL
 from hydrosim.results.runs_file import RUN
 
 LEVEL = 0.05
 FEWEST = 3  # runs that a test needs
+KINDS = {True: "pairs in the same waves", False: "independent runs"}
 STATISTICS = ("mean", "std", "smallest", "largest")
 APART = {"seed", "solver_steps", "solver_events", "energy_residual_relative", "contact_sequence"}
 
 
 class Found(NamedTuple):
     """A channel: means of both, the mean difference ours less theirs with its interval, the
-    probability of such a one by chance, and whether it counts as different."""
+    probability of such a one by chance, whether it counts as different, and its ``values`` in the
+    runs of ours and of theirs (n,)."""
 
     channel: str
     unit: str
@@ -40,6 +43,7 @@ class Found(NamedTuple):
     high: float
     chance: float
     differs: bool
+    values: tuple[np.ndarray, np.ndarray]
 
 
 class Comparison(NamedTuple):
@@ -79,8 +83,7 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
 
 def lines(found: Comparison) -> Iterator[str]:
     """The comparison in words: what differs, the most certain first, and how much does not."""
-    kind = "pairs in the same waves" if found.paired else "independent runs"
-    yield f"{found.ours} and {found.theirs} runs, {kind}"
+    yield f"{found.ours} and {found.theirs} runs, {KINDS[found.paired]}"
     differing = [each for each in found.channels if each.differs]
     for each in sorted(differing, key=lambda each: each.chance):
         yield (
@@ -139,11 +142,12 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
         labels = [values[dim].values.tolist() for dim in others]
         for at in product(*labels):
             one = values.sel(dict(zip(others, at, strict=True)))
-            yield ".".join(map(str, (name, *at))), one
+            unit = unit_of(one.attrs, [*map(str, at)])
+            yield ".".join(map(str, (name, *at))), one.assign_attrs(units=unit)
 
 
 def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -> Found | None:
-    a, b = ours.values.astype(float), theirs.values.astype(float)
+    values = a, b = ours.values.astype(float), theirs.values.astype(float)
     if paired:
         known = np.isfinite(a) & np.isfinite(b)
         a, b = a[known], b[known]
@@ -160,8 +164,8 @@ def _tested(name: str, ours: xr.DataArray, theirs: xr.DataArray, paired: bool) -
         low, high = test.confidence_interval(INTERVAL)
         chance = float(test.pvalue)
     unit = str(ours.attrs.get("units", ""))
-    ends = float(low), float(high)
-    return Found(name, unit, float(a.mean()), float(b.mean()), difference, *ends, chance, False)
+    means, ends = (float(a.mean()), float(b.mean())), (float(low), float(high))
+    return Found(name, unit, *means, difference, *ends, chance, False, values)
 
 
 def _marked(found: list[Found]) -> list[Found]:

@@ -10,6 +10,7 @@ order: ``force_wave_first_order.barge.surge``, ``fender_compression.interface 1`
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 NETCDF = (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 ENOUGH = 4  # values, for a cubic
 Column = str | int
+APART = "statistic_units"  # the attribute of statistics that are not in the unit of their channel
 
 
 @dataclass(frozen=True)
@@ -137,16 +139,21 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
         source.wrong(
             f'found {shown(column)} for every {" and ".join(left)}; expected one, as in "{example}"'
         )
-    return values.values.astype(float), _unit(values.attrs, labels)
+    return values.values.astype(float), unit_of(values.attrs, labels)
 
 
-def _unit(said: Mapping[str, object], labels: Sequence[str]) -> str:
-    """The unit of what is selected by ``labels``: that of all, or of the degree of freedom. Older
-    files have "m or rad", of translations or rotations."""
+def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
+    """The unit of what is selected by ``labels``, from the attributes of a variable: that of all,
+    of the degree of freedom, or of the statistic, which comes last. Older files have "m or rad", or
+    "m, rad or s", of translations and rotations."""
+    apart = dict(each.split(": ") for each in str(said.get(APART, "")).split(", ") if each)
+    if labels and labels[-1] in apart:
+        return apart[labels[-1]]
     row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
     if "dof_units" in said:
         return str(said["dof_units"]).split(", ")[row]
-    return str(said.get("units", "")).split(" or ")[-1 if row > 2 else 0]
+    each = re.split(", | or ", str(said.get("units", "")))
+    return each[min(row // 3, len(each) - 1)]
 
 
 def _others(values: xr.DataArray) -> Iterator[str]:

@@ -66,9 +66,11 @@ def _points(
         *(curve.x, curve.y, curve.low, curve.high, remarks), strict=True
     ):
         if np.isfinite([x, y]).all():
-            ends = [value if np.isfinite(value) else y for value in (low, high)]
-            said = f"{name}: {digits_of(y)} ({digits_of(ends[0])} to {digits_of(ends[1])}) {remark}"
-            yield Point(across(x), up(y), up(ends[0]), up(ends[1]), said.strip())
+            known = np.isfinite([low, high]).any()
+            low, high = (value if np.isfinite(value) else y for value in (low, high))
+            between = f" ({digits_of(low)} to {digits_of(high)})" if known else ""
+            said = f"{name}: {digits_of(y)}{between} {remark}"
+            yield Point(across(x), up(y), up(low), up(high), said.strip())
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:

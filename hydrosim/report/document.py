@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
 
 from hydrosim.report.blocks import Document
+from hydrosim.report.compared_studies import is_of_studies, studies_document
+from hydrosim.report.comparison import comparison_document, is_comparison
 from hydrosim.report.limits import is_limits, limits_document
 from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.report.study import study_document
 from hydrosim.results.output import read
-from hydrosim.results.runs_file import open_runs
+from hydrosim.results.runs_file import is_of_runs
+
+KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
+    (is_of_runs, study_document),
+    (is_limits, limits_document),
+    (is_comparison, comparison_document),
+    (is_of_studies, studies_document),
+)
+"""What results there are besides those of a run."""
+EXPECTED = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"
 
 
 def report_of(path: Path) -> Document:
-    """What there is to show of the result in a file, of a run, of many or of limits of operation;
-    InputError where it is none."""
-    if (runs := open_runs(path)) is not None:
-        with runs:
-            return study_document(runs)
-    limits = _limits(path)
-    return run_document(read(path)) if limits is None else limits_document(limits)
+    """What there is to show of the result in a file, of a run, of many, of limits of operation or
+    of a comparison; InputError where it is none."""
+    other = _other(path)
+    return run_document(read(path, EXPECTED)) if other is None else other
 
 
 def replay_of(path: Path) -> Document:
@@ -30,12 +39,13 @@ def replay_of(path: Path) -> Document:
     return replay_document(read(path))
 
 
-def _limits(path: Path) -> xr.Dataset | None:
-    """Limits of operation; None where the file is anything else."""
+def _other(path: Path) -> Document | None:
+    """The document of a result that is none of a run; None where the file is anything else."""
     if not path.is_file():
         return None
     try:
-        with xr.open_dataset(path, engine="netcdf4") as found:
-            return found.load() if is_limits(found) else None
+        found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
         return None
+    with found:
+        return next((made(found) for is_one, made in KINDS if is_one(found)), None)

@@ -15,16 +15,10 @@ from hydrosim.report.envelopes import stretch
 from hydrosim.report.figures import contact_blocks, statistics_blocks
 from hydrosim.report.parts import sections_of, title_of
 from hydrosim.report.replay import replay_blocks
-from hydrosim.report.series import energies, ledger, main_charts, more_charts
+from hydrosim.report.series import READING, energies, ledger, main_charts, more_charts
 from hydrosim.results.output import REMEDY
 
 DIMENSIONS = ("time", "body", "dof")
-
-READING = (
-    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
-    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
-    " its line."
-)
 
 
 def run_document(run: xr.Dataset) -> Document:

@@ -16,6 +16,11 @@ from hydrosim.results.contact import crawl
 from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
 
 LITTLE = 1e-9  # of the largest of a chart's lines: what is less throughout is rounding
+READING = (
+    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
+    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
+    " its line."
+)
 PARTS = {"stored": "stored", "work": "work done", "dissipated": "lost"}
 
 

@@ -131,18 +131,18 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
         marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 
 
-def read(path: Path) -> xr.Dataset:
+def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
     """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
-    is missing, is not netCDF or is not the result of a run."""
+    is missing, is not netCDF or is not the result of a run; it says what is ``expected``."""
     if reason := no_file(path):
-        raise InputError(f"{path}: {reason}; {REMEDY}.")
+        raise InputError(f"{path}: {reason}; {expected}.")
     try:
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
-        raise InputError(f"{path}: cannot be read as netCDF ({error}); {REMEDY}.") from None
+        raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
     missing = [name for name in NEEDED if name not in run]
     if missing:
-        raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {REMEDY}.")
+        raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     return run
 

@@ -30,10 +30,15 @@ def open_runs(path: Path) -> xr.Dataset | None:
         runs = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
         return None
-    if RUN in runs.dims and "status" in runs:
+    if is_of_runs(runs):
         return runs
     runs.close()
     return None
+
+
+def is_of_runs(found: xr.Dataset) -> bool:
+    """Whether a dataset is one of many runs."""
+    return RUN in found.dims and "status" in found
 
 
 class RunsFile:

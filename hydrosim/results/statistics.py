@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from scipy import signal
 
+from hydrosim.documents.series import APART
 from hydrosim.results.channels import series
 from hydrosim.results.contact import contact_statistics
 from hydrosim.results.extremes import (
@@ -31,6 +32,7 @@ from hydrosim.results.peaks import fit_weibull, peaks
 from hydrosim.results.phases import Phase
 from hydrosim.results.series import lowest_frequency, upcrossings
 from hydrosim.results.stages import stages
+from hydrosim.results.variables import units_of
 
 ENDS = ("first_mean", "last_mean", "first_std", "last_std")
 MOMENTS = ("skewness", "kurtosis")  # the kurtosis of a Gaussian record is 3
@@ -53,11 +55,13 @@ OWN = {  # coordinates of statistics
 }
 Found = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
 """Of a variable its dimensions, its values and its attributes."""
+EACH = ""  # units that the coordinate unit says
+OWN_UNITS = {APART: "period: s, skewness: 1, kurtosis: 1, peak_shape: 1"}
 CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
-    "motion": ("position", MOTION, "m, rad or s"),
-    "wave": ("wave_elevation", (), "m or s"),
-    "fender_force": ("fender_normal_force", ("fender",), "N or s"),
-    "spring_force": ("spring_tension", ("spring",), "N or s"),
+    "motion": ("position", MOTION, "m or rad"),
+    "wave": ("wave_elevation", (), "m"),
+    "fender_force": ("fender_normal_force", ("fender",), "N"),
+    "spring_force": ("spring_tension", ("spring",), "N"),
 }
 
 
@@ -86,13 +90,13 @@ def statistics(
             found |= _of_channels(name, each, how, growing, unit)
     if channels:
         named, coords = _named(run, late, channels)
-        found |= _of_channels(NAMED, named, how, growing, "see unit")
+        found |= _of_channels(NAMED, named, how, growing, EACH)
         found |= _by_phase(run, late, named.values, step)
     if _has_phases(run, late):
         _leave_out_laws(found)
     places = run.variables["position"].transpose(*MOTION, "time").values[..., late]
     frequency, spectrum = _spectrum(places, step)
-    said = _said("one-sided spectral density", "m^2 s/rad, rad s")
+    said = _said("one-sided spectral density", "m^2 s/rad or rad s")
     found["motion_spectrum"] = ((*MOTION, "frequency"), spectrum, said)
     coords["frequency"] = ("frequency", frequency, _said("angular frequency", "rad/s"))
     attributes = {
@@ -151,7 +155,7 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
         for of in phases
     ]
     dims = ("contact_group", "phase", "channel", "statistic")
-    said = _said("figures of a channel in a phase", "see unit")
+    said = _said("figures of a channel in a phase", EACH) | OWN_UNITS
     return {f"{NAMED}_phase": (dims, np.array(found), said)}
 
 
@@ -175,7 +179,7 @@ def _of_channels(
         name: (
             (*dims, "statistic"),
             np.reshape(figures, (*size, -1)),
-            _said(name.replace("_", " "), unit),
+            _said(name.replace("_", " "), unit) | OWN_UNITS,
         ),
         f"{name}_extreme": (
             (*dims, "side", "extreme"),
@@ -261,4 +265,5 @@ def _flags() -> dict[str, Any]:
 
 
 def _said(what: str, unit: str) -> dict[str, str]:
-    return {"long_name": what, "units": unit}
+    own = {"comment": "each in the unit of its channel"}
+    return {"long_name": what, **(own if unit == EACH else units_of(unit))}

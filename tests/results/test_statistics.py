@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from random_records import KINDS
 
+from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.results.extremes import Basis
@@ -100,6 +101,24 @@ def test_channels_that_are_asked_for() -> None:
     assert "position.barge.heave: mean" in text
     assert "  interface stuck: mean" in text
     assert "nan" not in text
+
+
+def test_each_statistic_has_its_unit() -> None:
+    run = record(heave=np.sin(TIME), pitch=np.cos(TIME))
+    run.position.attrs["dof_units"] = "m, m, m, rad, rad, rad"
+    found = statistics(run, channels=["position.barge.pitch"])
+    each = {"heave": "m", "pitch": "rad"}
+    for dof, unit in each.items():
+        for name in found.statistic.values:
+            own = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
+            assert unit_of(found.motion.attrs, ["barge", dof, name]) == own.get(name, unit)
+        assert unit_of(found.motion_extreme.attrs, ["barge", dof, "mpm"]) == unit
+        squared = {"m": "m^2 s/rad", "rad": "rad s"}[unit]
+        assert unit_of(found.motion_spectrum.attrs, ["barge", dof]) == squared
+    assert "units" not in found.named.attrs
+    assert found.named.unit.values == ["rad"]
+    old = {"units": "m, rad or s"}  # of files of earlier versions
+    assert [unit_of(old, [dof, "mean"]) for dof in each] == ["m", "rad"]
 
 
 def test_what_is_before_the_start_does_not_count() -> None:

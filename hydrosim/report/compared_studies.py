@@ -1,0 +1,139 @@
+"""The report of a comparison of two sets of runs: which numbers differ by more than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.report.blocks import Block, Curve, Curves, Document, Number, Table, Text, number
+from hydrosim.report.comparison import compared, files
+from hydrosim.report.parts import drawn_as, sections_of
+
+NEEDED = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
+PICTURES, ROWS = 12, 300  # at most
+
+
+def is_of_studies(found: xr.Dataset) -> bool:
+    """Whether a dataset is what `hydrosim compare` writes of two files of many runs."""
+    return all(name in found for name in NEEDED)
+
+
+def studies_document(found: xr.Dataset) -> Document:
+    """The report of a comparison of two sets of runs."""
+    said = f"{found.sizes['run']} and {found.sizes['other_run']} runs: {found.attrs['compared']}"
+    return Document(compared(found), said, sections_of(PARTS, found))
+
+
+def _outcome(found: xr.Dataset) -> Iterator[Block]:
+    yield Table(("", "file"), list(files(found, "theirs")))
+    differing, equal = _differing(found), _equal(found)
+    all_, level = found.sizes["channel"], float(found.attrs["level"])
+    yield Text(
+        f"{differing.sizes['channel']} of {all_} channels differ by more than chance;"
+        f" {int(equal.sum())} are equal in all runs, and differences of the other"
+        f" {all_ - differing.sizes['channel'] - int(equal.sum())} may be chance. Were there no"
+        f" difference at all, one or more would be named in {level:.0%} of such comparisons."
+    )
+    if differing.sizes["channel"]:
+        yield Text("What differs, the most certain first:")
+        yield _table(differing)
+
+
+def _pictures(found: xr.Dataset) -> Iterator[Block]:
+    differing, paired = _differing(found), bool(found.attrs.get("paired"))
+    if not differing.sizes["channel"]:
+        return
+    order = "theirs rise; one above the other are runs in the same waves" if paired else "each rise"
+    yield Text(
+        f"Values in all runs of the channels that differ most certainly, {PICTURES} at most:"
+        f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
+    )
+    alike = {one.theirs.values.tobytes(): one for one in reversed(list(_rows(differing)))}
+    for one in list(reversed(alike.values()))[:PICTURES]:
+        yield _picture(one, paired)
+
+
+def _picture(one: xr.Dataset, paired: bool) -> Curves:
+    unit, scale = drawn_as(str(one.units.values))
+    ours, theirs = (scale * one[name].values for name in ("ours", "theirs"))
+    order = np.argsort(theirs)
+    sets = {"ours": ours[order] if paired else np.sort(ours), "theirs": theirs[order]}
+    curves = {name: _curve(values, unit) for name, values in sets.items()}
+    label = "share of the runs, in this order [%]"
+    return Curves(str(one.channel.values), label, f"[{unit or 1}]", curves)
+
+
+def _others(found: xr.Dataset) -> Iterator[Block]:
+    rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
+    rest = rest.isel(channel=np.argsort(rest.chance.values))
+    if rest.sizes["channel"]:
+        yield _table(rest.isel(channel=slice(ROWS)))
+    if names := [str(name) for name in found.channel.values[_equal(found)]]:
+        yield Text(f"Equal in all runs: {', '.join(names)}.")
+
+
+def _assumed(found: xr.Dataset) -> Iterator[Block]:
+    paired = bool(found.attrs.get("paired"))
+    test = (
+        "Runs of the same seed and parameters are pairs, in the same waves; their differences are"
+        " tested by Student's t."
+        if paired
+        else "The two sets have no seeds in common, or not each seed once; they are independent,"
+        " and their means are tested by Welch's t."
+    )
+    interval = float(found.attrs["interval_probability"])
+    yield Text(f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}.")
+    yield Text(
+        f"A channel differs if it does at {float(found.attrs['level']):.0%} for all channels"
+        " together, by Holm's procedure (1979). Both tests take values that are about normal over"
+        " runs. A difference that is certain may be too small to matter, and one that may be chance"
+        " may be large: more seeds tell. What step the solver has is not assessed."
+    )
+
+
+def _differing(found: xr.Dataset) -> xr.Dataset:
+    own = found.isel(channel=np.flatnonzero(found.differs.values))
+    return own.isel(channel=np.argsort(own.chance.values, kind="stable"))
+
+
+def _equal(found: xr.Dataset) -> np.ndarray:
+    """Which channels (n,) are the same in all runs."""
+    ends = np.stack([found[name].values for name in ("difference", "low", "high")])
+    return np.asarray((ends == 0.0).all(axis=0))
+
+
+def _rows(found: xr.Dataset) -> Iterator[xr.Dataset]:
+    return (found.isel(channel=k) for k in range(found.sizes["channel"]))
+
+
+def _table(rows: xr.Dataset) -> Table:
+    interval = f"{float(rows.attrs['interval_probability']):.0%} interval"
+    head = ("channel", "ours", "theirs", "ours less theirs", "of theirs", interval, "by chance")
+    return Table(head, [_row(each) for each in _rows(rows)])
+
+
+def _row(one: xr.Dataset) -> list[str | Number]:
+    unit, scale = drawn_as(str(one.units.values))
+    mean = [number(scale * float(one[name]), unit) for name in ("ours_mean", "theirs_mean")]
+    low, high = (number(scale * float(one[name])).text for name in ("low", "high"))
+    apart, chance = number(scale * float(one.difference), unit), number(float(one.chance), "", 2)
+    theirs = abs(float(one.theirs_mean)) or np.nan
+    share = number(100.0 * float(one.difference) / theirs, "%", 2)
+    return [str(one.channel.values), *mean, apart, share, f"{low} to {high} {unit}", chance]
+
+
+def _curve(values: np.ndarray, unit: str) -> Curve:
+    none = np.full(values.size, np.nan)
+    share = 100.0 * (np.arange(values.size) + 0.5) / max(values.size, 1)
+    return Curve(share, values, none, none, [unit] * values.size)
+
+
+PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+    "outcome": ("What differs", _outcome),
+    "pictures": ("Both sets of runs", _pictures),
+    "others": ("What may be chance", _others),
+    "assumptions": ("How it was tested", _assumed),
+}
+"""Sections by name: the heading, and what makes it of a comparison of studies."""

@@ -1,0 +1,217 @@
+"""The report of a comparison of a run with a recording: what differs in words and figures, and both
+series over one another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.report.blocks import Block, Chart, Document, Number, Points, Table, Text, number
+from hydrosim.report.parts import drawn_as, sections_of
+from hydrosim.report.series import READING
+
+NEEDED = ("ours", "recorded", "residual", "verdict")
+SHARES = (1e-3, 0.01, 0.1)  # rms over std, between which channels are counted
+ORDER = ("position", "wave", "fender", "spring", "", "energy")  # kinds of channels
+FIRST = 12  # charts that are open
+HEAD = (
+    "channel",
+    "the recording is",
+    "rms of the difference",
+    "over the std recorded",
+    "largest difference",
+    "at",
+    "correlation",
+)
+RULES = (  # of the words of a verdict
+    "gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
+    " later and lies 0.05 m higher; each is said only if the series agree clearly worse without it",
+    "sign swapped, degrees for radians, N for kN: a gain that is one of a sign or a unit",
+    "another realisation: waves of the same size that do not correlate at any lag; another seed",
+    "apart by 12 % of the std: none of these, and how much it is",
+)
+
+
+def is_comparison(found: xr.Dataset) -> bool:
+    """Whether a dataset is what `hydrosim compare` writes of a run and a recording."""
+    return all(name in found for name in NEEDED) and "channel" in found.dims
+
+
+def comparison_document(found: xr.Dataset) -> Document:
+    """The report of a comparison."""
+    time = found.time.values.astype(float)
+    said = f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s"
+    return Document(compared(found), said, sections_of(PARTS, found), time)
+
+
+def compared(found: xr.Dataset) -> str:
+    """What was compared with what."""
+    names = [str(found.attrs.get(name, "")) or "unknown" for name in ("run", "recording")]
+    return " and ".join(names)
+
+
+def files(found: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
+    """What "ours" and the ``other`` are."""
+    title = str(found.attrs.get("title", ""))
+    yield "ours", f"{found.attrs.get('run', 'unknown')}{': ' if title else ''}{title}"
+    yield other, str(found.attrs.get("recording", "unknown"))
+
+
+def _outcome(found: xr.Dataset) -> Iterator[Block]:
+    yield Table(("", "file"), list(files(found, "recorded")))
+    yield Text(_counted(found))
+    yield from _tolerances(found)
+    yield Text("Motions are first, then waves, contacts and the rest; the furthest apart first.")
+    yield Table(HEAD, [_row(found.isel(channel=k)) for k in _furthest(found)])
+    yield Points(RULES)
+
+
+def _counted(found: xr.Dataset) -> str:
+    """How many channels differ by how much."""
+    size, of = _error(found), found.sizes["channel"]
+    parts, below = [f"Of {of} channels"], np.zeros(of, dtype=bool)
+    for share in SHARES:
+        own = (size < share) & ~below
+        below |= own
+        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %,")
+    parts.append(
+        f"{of - below.sum()} by more: rms of the difference over the std recorded, or over"
+    )
+    return " ".join([*parts, "the largest value of what is constant."])
+
+
+def _error(found: xr.Dataset) -> np.ndarray:
+    """The rms of each difference (n,) over the std recorded, or the largest value of a constant."""
+    largest = np.abs(np.stack([found.ours, found.recorded])).max(axis=(0, 1))
+    alone = found.rms.values / np.where(largest > 0.0, largest, 1.0)
+    return np.where(np.isnan(found.relative.values), alone, found.relative.values)
+
+
+def _furthest(found: xr.Dataset) -> np.ndarray:
+    """Channels in the `ORDER` of their kinds, of each kind those first that differ most."""
+    kinds = np.array([_kind(str(name)) for name in found.channel.values])
+    return np.lexsort((-_error(found), kinds))
+
+
+def _kind(name: str) -> int:
+    of = next((each for each in ORDER if each and name.startswith(each)), "")
+    return ORDER.index(of)
+
+
+def _tolerances(found: xr.Dataset) -> Iterator[Block]:
+    """Which channels are beyond what they may be."""
+    limit = (
+        found.tolerance.values if "tolerance" in found else np.full(found.sizes["channel"], np.nan)
+    )
+    if np.isnan(limit).all():
+        yield Text("No tolerance was given: whether a difference matters is not judged here.")
+        return
+    size = np.where(np.isnan(found.relative), found.rms, found.relative)
+    out = np.flatnonzero(~(size <= limit) & ~np.isnan(limit))
+    yield Text(f"{out.size} of {np.count_nonzero(~np.isnan(limit))} channels are out of tolerance.")
+    if out.size:
+        each = zip(found.channel.values[out], size[out], limit[out], strict=True)
+        yield Points([f"{name}: {s:.3g}, tolerance {most:g}" for name, s, most in each], grave=True)
+
+
+def _row(one: xr.Dataset) -> list[str | Number]:
+    unit, scale = drawn_as(str(one.units.values))
+    figures = (number(scale * float(one[name]), unit) for name in ("rms", "peak"))
+    rms, peak = figures
+    share = "constant" if np.isnan(one.relative) else number(100.0 * float(one.relative), "%")
+    at = number(float(one.peak_time), "s")
+    correlation = number(float(one.correlation))
+    return [str(one.channel.values), str(one.verdict.values), rms, share, peak, at, correlation]
+
+
+def _series(found: xr.Dataset) -> Iterator[Block]:
+    yield Text(READING)
+    for rank, k in enumerate(_furthest(found)):
+        one = found.isel(channel=k)
+        unit, scale = drawn_as(str(one.units.values))
+        name, folded = str(one.channel.values), rank >= FIRST
+        both = {"ours": one.ours.values, "recorded": one.recorded.values}
+        yield Chart(f"{name}: {one.verdict.values}", unit or "1", both, scale, folded=folded)
+        apart = {"ours less recorded": one.residual.values}
+        yield Chart(f"{name}: difference", unit or "1", apart, scale, folded=True)
+
+
+def _bands(found: xr.Dataset) -> Iterator[Block]:
+    low, high = np.ravel(found.attrs["band_edges"])
+    yield Text(
+        "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
+        f" over that recorded: slow is below {low:g} rad/s, fast above {high:g} rad/s, waves are"
+        " between. Drift is the mean of the last tenth of the time less that of the first."
+    )
+    names = [str(band) for band in found.band.values]
+    rows = [_of_bands(found.isel(channel=k), names) for k in _furthest(found)]
+    yield Table(("channel", *names, "mean difference", "difference of drifts"), rows)
+
+
+def _of_bands(one: xr.Dataset, names: list[str]) -> list[str | Number]:
+    unit, scale = drawn_as(str(one.units.values))
+    std = float(one["std"])
+    bands = [_band(one.sel(band=name), std) for name in names]
+    ends = [number(scale * float(one[name]), unit) for name in ("mean", "drift")]
+    return [str(one.channel.values), *bands, *ends]
+
+
+def _band(at: xr.Dataset, std: float) -> str:
+    if std == 0.0:
+        return "–"
+    share = f"{100.0 * float(at.band_rms) / std:.3g} %"
+    known = float(at.band_recorded) > SHARES[0] * std
+    return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if known else share
+
+
+def _contacts(found: xr.Dataset) -> Iterator[Block]:
+    own = found.isel(channel=np.flatnonzero(~np.isnan(found.share_ours.values)))
+    if own.sizes["channel"] == 0:
+        return
+    head = ("contact", "first, ours", "recorded", "share of the time, ours", "recorded")
+    columns: tuple[tuple[str, float, str], ...] = (
+        ("first_ours", 1.0, "s"),
+        ("first_recorded", 1.0, "s"),
+        ("share_ours", 100.0, "%"),
+        ("share_recorded", 100.0, "%"),
+    )
+    rows: list[list[Any]] = [
+        [str(name), *(number(s * float(own[c][k]), unit) for c, s, unit in columns)]
+        for k, name in enumerate(own.channel.values)
+    ]
+    yield Table(head, rows)
+
+
+def _assumed(found: xr.Dataset) -> Iterator[Block]:
+    shift = found.attrs.get("shift")
+    rows = [("times", str(found.attrs.get("compared", "unknown")))]
+    rows += [("added to the recorded times", f"{float(shift):+.3f} s")] if shift is not None else []
+    yield Table(("assumption", ""), rows)
+    if found.attrs.get("guessed"):
+        yield Text("Which column is which channel was guessed from names and units.")
+    pairs = zip(found.channel.values, found.column.values, found.units.values, strict=True)
+    said = found.recorded_in.values if "recorded_in" in found else [""] * found.sizes["channel"]
+    rows_ = [(*map(str, pair), str(s)) for pair, s in zip(pairs, said, strict=True)]
+    others = [row for row in rows_ if row[0] != row[1] or row[2] != row[3]]
+    if others:
+        yield Table(("channel", "column", "unit", "recorded in"), others)
+    for name, what in (("unused", "Not compared"), ("zero_in_both", "Zero in both")):
+        if left := str(found.attrs.get(name, "")).splitlines():
+            yield Text(f"{what}: {', '.join(left)}.")
+    yield Text(
+        "These are figures of two series, and have no intervals; hydrosim compare of two studies"
+        " says which differences are more than chance. Which of the two is right is not judged."
+    )
+
+
+PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+    "outcome": ("What differs", _outcome),
+    "series": ("Both over time", _series),
+    "contacts": ("Contacts", _contacts),
+    "bands": ("Slow, waves, fast", _bands),
+    "assumptions": ("How it was compared", _assumed),
+}
+"""Sections by name: the heading, and what makes it of a comparison."""
