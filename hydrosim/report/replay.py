@@ -16,6 +16,8 @@ from hydrosim.report.blocks import Block, Document, Replay, Section
 from hydrosim.report.envelopes import base64_of
 from hydrosim.report.parts import title_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
+from hydrosim.report.supports import EARTH, keel_of, supports_of
+from hydrosim.report.supports import SAID as FOR_THE_EYE
 from hydrosim.report.tanks import SAID, tanks_of
 from hydrosim.scene import Scene
 
@@ -26,7 +28,6 @@ COARSE = ", straight between: too far apart to follow waves"
 BETWEEN = ", straight between"
 SEEN = 0.02  # of the size of the scene: how large motions are to be drawn
 PLANE = 0.12  # of the size of the scene: half a side of a plane without corners
-EARTH = -1  # in place of the number of a body
 
 
 def replay_document(run: xr.Dataset) -> Document:
@@ -43,7 +44,9 @@ def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
         return
     scene = scene_of(run)
     shapes = (
-        [shape_of(body) for body in scene.bodies] if scene else [shape_of(None) for _ in run.body]
+        [shape_of(body, keel_of(scene, body.name)) for body in scene.bodies]
+        if scene
+        else [shape_of(None) for _ in run.body]
     )
     waves, water = waves_of(scene, run)
     size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
@@ -69,11 +72,13 @@ def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
         "factor": 1 if "fender_mode" in run else _factor(_placed(frames), size),
         "waves": [_packed(each) for each in waves],
         "planes": list(_planes(scene, size)) if scene else [],
+        "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
         **_contacts(frames, scene),
         **_lines(frames, scene),
         **tanks_of(frames, scene),
     }
     notes += [SAID] if data["tanks"] else []
+    notes += [FOR_THE_EYE] if data["supports"] else []
     yield Replay(data, notes)
 
 

@@ -48,8 +48,9 @@ def scene_of(run: xr.Dataset) -> Scene | None:
     return scene if [b.name for b in scene.bodies] == list(map(str, run.body.values)) else None
 
 
-def shape_of(body: Body | None) -> Shape:
-    """What a body is drawn as: its hull, or else a box of its radii of gyration."""
+def shape_of(body: Body | None, keel: float | None = None) -> Shape:
+    """What a body is drawn as: its hull, or else a box of its radii of gyration, down to its
+    ``keel`` [m] if that is known: how high it is touched from below."""
     if body is None:
         return Shape(box(np.full(3, UNKNOWN)), "a box: its case cannot be read again")
     if body.hydrostatics is not None:
@@ -61,7 +62,11 @@ def shape_of(body: Body | None) -> Shape:
     square = np.diag(body.inertia) / body.mass
     sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
     least = max(float(sides.max()), 1e-6) * THIN**2
-    return Shape(box(np.sqrt(np.maximum(sides, least))), "a box of its radii of gyration")
+    made = box(np.sqrt(np.maximum(sides, least)))
+    if keel is None:
+        return Shape(made, "a box of its radii of gyration")
+    made[..., 2] = np.where(made[..., 2] < 0.0, keel, made[..., 2])
+    return Shape(made, "a box of its radii of gyration, down to where it is touched from below")
 
 
 def box(sides: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from hydrosim.case import load_case
 from hydrosim.report.page import LARGEST, html
 from hydrosim.report.replay import replay_document
 from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
+from hydrosim.report.supports import column, keel_of, supports_of
 from hydrosim.report.tanks import tanks_of
 from hydrosim.results.output import write
 from hydrosim.waves.elevation import elevations
@@ -75,6 +76,36 @@ def test_tanks_are_where_they_are_and_as_full_as_they_are() -> None:
     assert first["high"] == pytest.approx([70.0, 28.0, 6.9])
     full = np.frombuffer(b64decode(found["levels"]), "<f4").reshape(2, 4)
     np.testing.assert_allclose(full, [[0.0, 0.25, 0.5, 12 / 14], [0.1, 0.35, 0.6, 12 / 14]], 1e-6)
+
+
+def test_a_topside_stands_on_its_supports() -> None:
+    """Keel at -12.4 m of the topside; legs at z 3.6 m of the earth, where their points are at rest,
+    in the order in which contacts are recorded."""
+    scene = load_case(ROOT / "cases" / "topside_removal" / "removal.yaml").scene()
+    barge, topside = (shape_of(b, keel_of(scene, b.name)) for b in scene.bodies)
+    assert keel_of(scene, "barge") is None
+    assert topside.triangles[..., 2].min() == pytest.approx(-12.4)
+    assert "touched from below" in topside.said
+    found = supports_of(scene, [barge.triangles, topside.triangles], 100.0)
+    assert [(each["body"], each["contact"]) for each in found] == [
+        (body, k) for k in range(4) for body in (1, -1)
+    ]
+    legs = np.array([[x, y] for x in (25.0, -25.0) for y in (40.0, -40.0)])
+    for k, (arm, under) in enumerate(zip(found[::2], found[1::2], strict=True)):
+        corners = np.frombuffer(b64decode(under["triangles"]), "<f4").reshape(-1, 3)
+        assert corners[:, 2].max() == pytest.approx(3.6)
+        np.testing.assert_allclose(corners[:, :2].mean(axis=0), legs[k], atol=1e-4)
+        ends = np.frombuffer(b64decode(arm["triangles"]), "<f4").reshape(-1, 3)
+        assert np.abs(ends[:, 1]).max() == pytest.approx(40.0)
+        assert np.abs(ends[:, 1]).min() == pytest.approx(np.abs(topside.triangles[..., 1]).max())
+
+
+def test_a_column_is_closed() -> None:
+    """Its volume by the divergence theorem is that of length times side squared."""
+    one, other = np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 8.0])
+    a, b, c = column(one, other, 0.25).transpose(1, 0, 2)
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0
+    assert abs(volume) == pytest.approx(0.25 * np.linalg.norm(other - one))
 
 
 def test_other_waves_are_not_drawn(base_run: xr.Dataset) -> None:

@@ -103,6 +103,7 @@
     for (let k = 1; k + 1 < plane.corners.length; k++) fan.push(...plane.corners[0], ...plane.corners[k], ...plane.corners[k + 1]);
     return { body: plane.body, mesh: buffer(new Float32Array(fan)) };
   });
+  const supports = given.supports.map((one) => ({ body: one.body, contact: one.contact, mesh: buffer(floats(one.triangles)) }));
   const string = buffer(new Float32Array(6));
   const R = given.size, middle = [0, 1, 2].map((i) => given.rest.reduce((sum, x) => sum + x[i], 0) / bodies);
   const surface = new Float32Array(3 * N * N), cells = new Uint16Array(6 * (N - 1) * (N - 1));
@@ -201,6 +202,11 @@
       const s = R * (0.018 + 0.04 * Math.sqrt(Math.max(force, 0) / hardest)), model = new Float32Array(IDENTITY);
       model[0] = model[5] = model[10] = s; model.set(apply(modelFor(body), place), 12);
       draw(point, model, [...MODES[mode], 1]);
+    }
+    for (const { body, contact, mesh } of supports) {
+      const force = forces[now[0] * contacts + contact] || 0, mode = modes[now[0] * contacts + contact] || 0;
+      const share = 0.3 + 0.7 * Math.sqrt(Math.max(force, 0) / hardest);
+      draw(mesh, modelFor(body), [...MODES[mode].map((x, i) => share * x + (1 - share) * OPEN[i]), 1]);
     }
     for (let l = 0; l < lines; l++) {
       const line = given.lines[l], share = (tensions[now[0] * lines + l] || 0) / tightest;

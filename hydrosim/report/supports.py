@@ -1,0 +1,90 @@
+"""What carries a landing in a replay: arms from its points to their body, columns under its seats.
+
+Both are for the eye: a case says places, not shapes. They have the colour of the contact's mode,
+the more so the harder it is pressed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hydrosim.forces.contact.fender import Contact, Fender
+from hydrosim.forces.contact.landing import Landing
+from hydrosim.report.envelopes import base64_of
+from hydrosim.scene import Scene
+
+THICK = 0.008  # of the size of the scene: half a side of an arm or a column
+DEEP = 0.15  # of the size of the scene: how far columns go below the water, or to the bed
+ACROSS = 0.9  # of a normal: what is more is of a plane that is nearly level
+SAID = "Arms and columns at landings are drawn for the eye; the case says places, not shapes."
+EARTH = -1  # in place of the number of a body
+
+
+def keel_of(scene: Scene, name: str) -> float | None:
+    """How high in its frame a body is touched from below [m], by a landing or on a plane of its
+    own; None if it is not."""
+    found = [z for element in scene.forces.values() for z in _touched(element, name)]
+    return min((z for z in found if z < 0.0), default=None)
+
+
+def _touched(element: object, name: str) -> Iterator[float]:
+    if isinstance(element, Landing) and element.body == name:
+        yield from map(float, element.points[:, 2])
+    elif isinstance(element, Fender) and element.plane.body == name:
+        normal = np.asarray(element.plane.normal, float)
+        if abs(normal[2]) > ACROSS * np.linalg.norm(normal):
+            yield float(element.plane.point[2])
+
+
+def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list[dict[str, Any]]:
+    """Arms and columns as triangles in the frame of a body or the earth's, each with the number of
+    its contact; ``shapes`` are the triangles of the bodies."""
+    numbers = {body.name: k for k, body in enumerate(scene.bodies)}
+    depth = min(DEEP * size, scene.environment.water_depth)
+    found: list[dict[str, Any]] = []
+    contact = 0
+    for element in scene.forces.values():
+        if isinstance(element, Landing):
+            for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
+                own = numbers[element.body]
+                ends = [(own, point, _nearest(shapes[own], point))]
+                if element.on is None:
+                    ends += [(EARTH, seat, np.array([seat[0], seat[1], -depth]))]
+                else:
+                    on = numbers[element.on]
+                    ends += [(on, seat, _nearest(shapes[on], seat))]
+                found += [
+                    {
+                        "body": body,
+                        "contact": contact + k,
+                        "triangles": base64_of(column(a, b, THICK * size).ravel()),
+                    }
+                    for body, a, b in ends
+                ]
+        contact += len(element.points) if isinstance(element, Contact) else 0
+    return found
+
+
+def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
+    """Triangles (12, 3, 3) of a square column between two points, ``half`` a side wide each way;
+    none where they are one."""
+    along = np.asarray(other, float) - one
+    if np.linalg.norm(along) == 0.0:
+        return np.zeros((0, 3, 3))
+    across = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
+    across *= half / np.linalg.norm(across)
+    other_way = np.cross(along, across) / np.linalg.norm(along)
+    turned = [a * across + b * other_way for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    begin, end = np.asarray(one) + turned, np.asarray(other) + turned
+    sides = [(begin[k], begin[k - 1], end[k - 1], end[k]) for k in range(4)]
+    quads = np.array([*sides, begin, end[::-1]])
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _nearest(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """The place nearest to a point in the box around a shape."""
+    corners = triangles.reshape(-1, 3)
+    return np.clip(point, corners.min(axis=0), corners.max(axis=0))
