@@ -17,13 +17,13 @@ from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.study import draw_runs, tables
 from hydrosim.commands.terminal import progress_console, say, show
-from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
     from hydrosim.studies.cluster import Cluster
+    from hydrosim.studies.study_file import Enough
     from hydrosim.studies.sweep import Study
 
 LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
@@ -62,7 +62,7 @@ def sweep(
     name, inputs = study_file.stem, study.inputs
     result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
     if study.until is not None:
-        _until(study, result, workers, resume or scheduler is not None, plot_too)
+        _until(study, study.until, result, (workers, scheduler), resume, plot_too)
         return
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
@@ -86,23 +86,28 @@ def _told(runs: xr.Dataset, study: Study, path: Path, overwrite: bool, plot_too:
         raise typer.Exit(3)
 
 
-def _until(study: Study, result: Output, workers: int | None, other: bool, plot_too: bool) -> None:
-    """A study with more and more seeds; its rounds are kept nowhere."""
+def _until(
+    study: Study,
+    wanted: Enough,
+    result: Output,
+    by: tuple[int | None, str | None],
+    resume: bool,
+    plot_too: bool,
+) -> None:
+    """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
     from hydrosim.results.runs_file import open_runs
     from hydrosim.studies.precise import run_until
     from hydrosim.studies.sweep import run_study
 
-    if other or study.until is None:
-        raise InputError("until: a study with it goes without --resume and --scheduler.")
-
     def run(part: Study, path: Path) -> xr.Dataset:
-        runs = run_study(part, path, workers)
+        pool = _pool(by[1], by[0])
+        runs = run_study(part, path, by[0], resume=True, pool=pool)
         if {"interrupted", "not run"} & {*runs.status.values.tolist()}:
             raise KeyboardInterrupt
         return runs
 
     with announced(err), err.status("runs"):
-        said = run_until(study, study.seeds, study.until, run, result)
+        said = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
     show(said)

@@ -45,12 +45,14 @@ class Gap(NamedTuple):
 
 def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     """The worst gap in the ledger of a run; ``least`` [J] counts as exchanged in any stretch."""
-    time, residual = run.time.values, run.energy_residual.values
+    time, residual, kinetic = (
+        run.variables[name].values for name in ("time", "energy_residual", "energy_kinetic")
+    )
     if time.size < 2:
         return Gap(0.0, 0.0, 0.0, 0.0)
     exchanged = _exchanged(run)
     rounding = ROUNDING * max(float(np.abs(e).max()) for e in _energies(run).values())
-    parts, kinetic = list(_stretches(time.size)), run.energy_kinetic.values
+    parts = list(_stretches(time.size))
     each = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
     usual, found = float(np.median(each)), []
     for (i, j), own in zip(parts, each, strict=True):
@@ -110,8 +112,8 @@ def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
     """All energies (nt,) of the ledger but its residual."""
     left_out = ("energy_residual", "energy_wave_absolute")
     return {
-        str(name): energy.values
-        for name, energy in run.items()
+        str(name): run.variables[name].values
+        for name in run.data_vars
         if str(name).startswith("energy_") and name not in left_out
     }
 

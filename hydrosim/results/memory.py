@@ -19,15 +19,18 @@ NODE = ("double integral", "integral", "velocity", "acceleration")
 SHORTEST = 1e-6  # of an interval: less than that from a point of the grid to a time is nothing
 
 
-def packed(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr.DataArray]:
-    """The points of the grid, the oldest first, and the node; nothing without a convolution."""
+def packed(
+    scene: Scene, model: Model, history: VelocityHistory
+) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray]], dict[str, object]]:
+    """The points of the grid, the oldest first, and the node, with their dimensions; and their
+    coordinates. Nothing without a convolution."""
     if not history.time[THEN] < np.inf:
-        return {}
+        return {}, {}
     dofs, newest = np.unique(model.convolution.column), history.place[2]
     first = history.place[0] + history.place[1] - newest
     points = np.arange(max(newest + 1 - (history.grid.shape[2] - first), 0), newest + 1)
     time = history.begin[0] + points * history.step
-    coords = {
+    coords: dict[str, object] = {
         "memory_row": ("memory_row", list(ROWS), {"long_name": "what is remembered"}),
         "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
         "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
@@ -39,10 +42,10 @@ def packed(scene: Scene, model: Model, history: VelocityHistory) -> dict[str, xr
     past = history.grid[:, dofs][:, :, first + newest - points]
     node = history.node[THEN][:, dofs]
     about = ("memory_row", "memory_dof", "memory_time")
-    kept = xr.Dataset(
-        {"memory_past": (about, past), "memory_node": (("memory_node_row", about[1]), node)}, coords
-    )
-    return {str(name): kept[name] for name in kept.data_vars}
+    return {
+        "memory_past": (about, past),
+        "memory_node": (("memory_node_row", about[1]), node),
+    }, coords
 
 
 def take_over(run: xr.Dataset, dofs: np.ndarray, history: VelocityHistory) -> bool:

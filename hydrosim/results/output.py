@@ -71,6 +71,8 @@ from hydrosim.waves import Components, elevations
 
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
+"""Of variables by name the dimensions and the values."""
 FORMAT, LATEST = "hydrosim run", 2
 """Files of runs say "hydrosim run 2"; those of the first format say nothing."""
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
@@ -89,7 +91,7 @@ def to_dataset(
     probes, and the velocity ``history`` at the end."""
     values = unpack(model, record, count)
     time = values["time"]
-    data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+    data: Columns = {
         "position": (MOTION, _by_body(values["coordinates"])),
         "velocity": (MOTION, _by_body(values["velocity"])),
         "reference_position": (("body", "axis"), model.bodies.each["origin"]),
@@ -113,9 +115,10 @@ def to_dataset(
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
-    dataset = xr.Dataset(data, coords=_coordinates(scene, time))
-    dataset = dataset.assign(_states(scene, model, values, modes))
-    dataset = dataset.assign(memory.packed(scene, model, history))
+    states, of_states = _states(scene, model, values, modes)
+    memories, of_memory = memory.packed(scene, model, history)
+    coords = {**_coordinates(scene, time), **of_states, **of_memory}
+    dataset = xr.Dataset({**data, **states, **memories}, coords)
     describe(dataset)
     dataset = staged(dataset, model.elements.fenders, values["y"])
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
@@ -187,26 +190,22 @@ def _by_body(flat: np.ndarray) -> np.ndarray:
 
 def _states(
     scene: Scene, model: Model, values: dict[str, np.ndarray], modes: np.ndarray
-) -> dict[str, xr.DataArray]:
-    """What a run can start from, at the end or at every output time."""
+) -> tuple[Columns, dict[str, object]]:
+    """What a run can start from, at the end or at every output time, and its coordinates."""
     kept = slice(None) if scene.output_states else slice(-1, None)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
-    time = xr.DataArray(
-        values["time"][kept], dims="state_time", attrs={"units": "s", "long_name": "time"}
-    )
-    names = xr.DataArray(
-        state_names(scene, model), dims="state", attrs={"long_name": "name of the state"}
-    )
-    coords = {"state_time": time, "state": names}
-    states = {
-        "state_value": xr.DataArray(values["y"][kept], coords, ("state_time", "state")),
-        "state_input": xr.DataArray(rates, {"state": names}, ("state",)),
+    coords: dict[str, object] = {
+        "state_time": ("state_time", values["time"][kept], {"units": "s", "long_name": "time"}),
+        "state": ("state", state_names(scene, model), {"long_name": "name of the state"}),
+    }
+    states: Columns = {
+        "state_value": (("state_time", "state"), values["y"][kept]),
+        "state_input": (("state",), rates),
     }
     points, lines = model.elements.fenders.points, model.elements.springs.lines
     of_fenders = own_modes(fender, model.elements.fenders, modes[kept])
     of_springs = own_modes(spring, model.elements.springs, modes[kept])
-    at = {"state_time": time}
     of_flows = own_modes(tanks, model.elements.tanks, modes[kept])
     of_guides = own_modes(guide, model.elements.guides, modes[kept])
     flows, pins = model.elements.tanks.flows, model.elements.guides.pins
@@ -214,15 +213,14 @@ def _states(
     for kind, each, of in (*kinds, ("pump", flows, of_flows), ("guide", pins, of_guides)):
         if each.size:
             segments = (of[:, :, SEGMENT] - each["first"]).astype(np.int16)
-            states[f"{kind}_segment"] = xr.DataArray(segments, at, ("state_time", kind))
+            states[f"{kind}_segment"] = (("state_time", kind), segments)
     if model.elements.triggers.each.size:
         waits = own_modes(trigger, model.elements.triggers, modes[kept])[:, :, RISING]
-        dims = ("state_time", "trigger")
-        states["trigger_waits"] = xr.DataArray(waits.astype(np.int8), at, dims)
+        states["trigger_waits"] = (("state_time", "trigger"), waits.astype(np.int8))
     if points.size:
         rising = of_fenders[:, :, RISING].astype(np.int8)
-        states["fender_rising"] = xr.DataArray(rising, at, ("state_time", "fender"))
-    return states
+        states["fender_rising"] = (("state_time", "fender"), rising)
+    return states, coords
 
 
 def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:

@@ -97,7 +97,8 @@ def units_of(units: str) -> dict[str, str]:
 
 def describe(dataset: xr.Dataset) -> None:
     """Units, long_name and frame of every variable, from the table; meanings of modes."""
-    for name, variable in dataset.data_vars.items():
+    for name in dataset.data_vars:
+        variable = dataset.variables[name]
         key = name if name in VARIABLES else next(k for k in VARIABLES if str(name).startswith(k))
         long_name, units, frame = VARIABLES[str(key)]
         what = str(name)[len(str(key)) :].replace("_", " ") if str(key).endswith("_") else ""
@@ -106,4 +107,4 @@ def describe(dataset: xr.Dataset) -> None:
     for name, meanings in FLAGS.items():
         if name in dataset:
             values = np.arange(len(meanings.split()), dtype=np.int8)
-            dataset[name].attrs.update(flag_values=values, flag_meanings=meanings)
+            dataset.variables[name].attrs.update(flag_values=values, flag_meanings=meanings)

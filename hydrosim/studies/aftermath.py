@@ -79,8 +79,9 @@ def _large_angles(run: xr.Dataset) -> Iterator[str]:
 
 def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
     """Surge, sway and yaw (nt, 3) without what is as fast as the waves: running means."""
-    q = run.position.sel(body=name).values[:, [0, 1, 5]]
-    step = float(np.median(np.diff(run.time.values)))
+    of = run.variables["body"].values.tolist().index(name)
+    q = run.variables["position"].values[:, of, [0, 1, 5]]
+    step = float(np.median(np.diff(run.variables["time"].values)))
     width = min(max(round(PERIODS * 2.0 * np.pi / float(sea.omega.mean()) / step), 1), len(q))
     sums = np.cumsum(np.vstack([np.zeros((1, 3)), q]), axis=0)
     means = (sums[width:] - sums[:-width]) / width
@@ -178,8 +179,10 @@ def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
 
 def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     """Bodies of one database that have moved from the places for which their waves were coupled."""
-    q = run.position.sel(body=group.names).values
-    places = run.reference_position.sel(body=group.names).values[:, :2]
+    names = run.variables["body"].values.tolist()
+    of = [names.index(name) for name in group.names]
+    q = run.variables["position"].values[:, of]
+    places = run.variables["reference_position"].values[of, :2]
     for one, other in combinations(range(len(group.bodies)), 2):
         away = np.hypot(*(q[:, one, :2] - q[:, other, :2]).T)
         turned = np.abs(q[:, one, 5] - q[:, other, 5])

@@ -6,32 +6,48 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isnan
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
 
 import numpy as np
 import xarray as xr
 
+from hydrosim.errors import InputError
+from hydrosim.locks import alone
 from hydrosim.outputs import Output
 from hydrosim.results import effects
 from hydrosim.results.output import write
 from hydrosim.results.runs_file import RUN
+from hydrosim.studies.digest import digest
+from hydrosim.studies.shared import Shared
 from hydrosim.studies.study_file import Enough
 from hydrosim.studies.sweep import Study, seas
+from hydrosim.studies.unfinished import LOCK, identity, is_whole
 
 Run = Callable[[Study, Path], xr.Dataset]
-"""Makes the runs of a study into a file."""
+"""Makes the runs of a study into a file, those that are kept of it taken over."""
 
 
 def run_until(
-    study: Study, seeds: tuple[int, ...], wanted: Enough, run: Run, output: Output
+    study: Study,
+    seeds: tuple[int, ...],
+    wanted: Enough,
+    run: Run,
+    output: Output,
+    resume: bool = False,
 ) -> str:
     """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
-    words how wide the widest interval is, and of how many seeds."""
+    words how wide the widest interval is, and of how many seeds.
+
+    Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
+    are of: as the seeds of a round follow from those before it, a study that was killed goes on
+    with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
     known, part = list(seeds), study
-    with TemporaryDirectory() as folder:
+    folder, shared = Path(f"{output.path}.rounds"), Shared()
+    _begin(folder, resume, output)
+    with alone(folder / LOCK, output.path):
         rounds: list[xr.Dataset] = []
         while True:
-            rounds.append(run(part, Path(folder, f"{len(rounds)}.nc")))
+            rounds.append(_made(part, len(rounds), shared, folder, run))
             runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
             width, count = widest(runs, wanted.figure), len(known)
@@ -43,12 +59,55 @@ def run_until(
         write(runs, output)
         for each in rounds:
             each.close()
+        _clear(folder)
+    return _said(width, count, wanted)
+
+
+def _said(width: float, count: int, wanted: Enough) -> str:
     if width == inf:
         return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
     said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is {width:.3g}"
-    return said + (
-        "" if width <= wanted.wide.value else f", not {wanted.wide.value:g} as asked for"
-    )
+    wide = wanted.wide.value
+    return said if width <= wide else f"{said}, not {wide:g} as asked for"
+
+
+def _begin(folder: Path, resume: bool, output: Output) -> None:
+    """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
+    go."""
+    if resume:
+        return
+    if any(folder.glob("*.nc*")) and not output.overwrite:
+        raise InputError(
+            f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
+            " them (resume=True in Python), --overwrite begins anew."
+        )
+    _clear(folder)
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.glob("*.nc*"):
+        if path.is_dir():
+            rmtree(path)
+        else:
+            path.unlink()
+
+
+def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> xr.Dataset:
+    """The runs of a round: those that are there, if they are all and of this study."""
+    asked = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    labels = {name: label.values for name, label in part.labels.items()}
+    state = digest(identity(part.scenes, shared.opened, {**asked, **labels}))
+    path = folder / f"{number}-{state[:16]}.nc"
+    others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
+    if others and number == 0:
+        raise InputError(
+            f"--resume: the runs in {folder} were made with another state of the program, of a"
+            " database, or of the study. Go on with what they were made with, or begin anew with"
+            " --overwrite."
+        )
+    if path.exists() and is_whole(path):
+        return xr.open_dataset(path, engine="netcdf4")
+    return run(part, path)
 
 
 def widest(runs: xr.Dataset, figure: str) -> float:

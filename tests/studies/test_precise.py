@@ -56,6 +56,42 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
         assert json.loads(runs.attrs["design"])["figures"] == ["crawl"]
 
 
+def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
+    """Killed as it makes the third round, it goes on with that one, to the same result."""
+    path, made = tmp_path / "study.yaml", list[int]()
+    path.write_text(TEXT)
+    study, data = load_study(path), read_study(path)
+    assert data.until is not None
+    assert data.seeds is not None
+
+    def whole(part: Study, file: Path) -> xr.Dataset:
+        made.append(len(part.scenes))
+        known(part, file).assign(status=("run", ["complete"] * len(part.scenes))).to_netcdf(file)
+        return xr.open_dataset(file)
+
+    def killed(part: Study, file: Path) -> xr.Dataset:
+        if len(made) == 2:
+            raise KeyboardInterrupt
+        return whole(part, file)
+
+    first, second = (Output(tmp_path / name, "sweep", path) for name in ("a.nc", "b.nc"))
+    said = run_until(study, data.seeds, data.until, whole, first)
+    made.clear()
+    with pytest.raises(KeyboardInterrupt):
+        run_until(study, data.seeds, data.until, killed, second)
+    with pytest.raises(InputError, match=r"b.nc.rounds: holds rounds of a study.*--resume"):
+        run_until(study, data.seeds, data.until, whole, second)
+    other = tmp_path / "other.yaml"
+    other.write_text(TEXT.replace("10 s", "12 s"))
+    with pytest.raises(InputError, match="made with another state of"):
+        run_until(load_study(other), data.seeds, data.until, whole, second, resume=True)
+    assert run_until(study, data.seeds, data.until, whole, second, resume=True) == said
+    assert made == [8, 8, 16, 32, 64]
+    with xr.open_dataset(tmp_path / "a.nc") as one, xr.open_dataset(tmp_path / "b.nc") as two:
+        assert one.identical(two.assign_attrs(history=one.history))
+    assert not (tmp_path / "b.nc.rounds").exists()
+
+
 def test_a_figure_that_is_not_there(tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(TEXT.replace("figure: crawl", "figure: crawls"))
