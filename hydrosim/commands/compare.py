@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, numbers, placed
+from hydrosim.commands.options import From, Overwrite, To, numbers, placed, seconds, window_of
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -50,24 +49,8 @@ def compare(
     ] = [],  # noqa: B006  typer copies it
     shift: Annotated[bool, typer.Option("--shift", help="Estimate a shift of the times.")] = False,
     channels: Channels = None,
-    start: Annotated[
-        float,
-        typer.Option(
-            "--from",
-            metavar="SECONDS",
-            help="Leave out what is before this time [s].",
-            show_default=False,
-        ),
-    ] = -inf,
-    end: Annotated[
-        float,
-        typer.Option(
-            "--to",
-            metavar="SECONDS",
-            help="Leave out what is after this time [s].",
-            show_default=False,
-        ),
-    ] = inf,
+    start: From = "",
+    end: To = "",
     bands: Annotated[
         str, typer.Option(help="Count as waves what is between these frequencies [rad/s].")
     ] = "0.1,2.5",
@@ -115,6 +98,7 @@ def compare(
     inputs = [path for path in (recorded, mapping) if path]
     result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    between = window_of(start, end)
     given = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     found = comparison_of(
@@ -122,7 +106,7 @@ def compare(
         read_recording(recorded),
         None if mapping is None else read_mapping(mapping),
         shift=shift,
-        between=(start, end),
+        between=between,
         edges=_edges(bands),
         only=_patterns(channels) or ("*",),
     )
@@ -183,11 +167,11 @@ def record(
     ],
     channels: Channels = None,
     step: Annotated[
-        float | None,
+        str,
         typer.Option(
-            metavar="SECONDS", help="Write a row every so often [s]; else at the run's times."
+            metavar="TIME", help='Write a row every "0.5 s", or seconds; else at the run\'s times.'
         ),
-    ] = None,
+    ] = "",
     digits: Annotated[
         int,
         typer.Option(
@@ -206,12 +190,13 @@ def record(
     from hydrosim.results.channels import chosen, usual
 
     result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
-    if step is not None and not (isfinite(step) and step > 0.0):
-        raise InputError(f"--step: found {step:g}; expected a positive number of seconds.")
+    every = seconds("--step", step, 0.0) if step else None
+    if every is not None and not every > 0.0:
+        raise InputError(f"--step: found {every:g} s; expected a positive time, as in 0.5 s.")
     run = open_run(run_file)
     asked = _patterns(channels)
     names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    write_recording(run, result, names, step, digits)
+    write_recording(run, result, names, every, digits)
     show(f"result    {result.path}, {len(names)} channels")
 
 

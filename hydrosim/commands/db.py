@@ -11,7 +11,7 @@ import typer
 
 from hydrosim.commands.changes import changes_of
 from hydrosim.commands.given import overruled, with_given
-from hydrosim.commands.options import Overwrite, Settings, placed
+from hydrosim.commands.options import Overwrite, Settings, placed, seconds
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -132,8 +132,12 @@ def convert(
 @with_given
 def kernel(
     file: DatabaseFile,
-    until: Annotated[float, typer.Option(min=1e-3, help="Write up to this time [s].")] = 100.0,
-    every: Annotated[float, typer.Option(min=1e-6, help="Write a row every so often [s].")] = 0.1,
+    until: Annotated[
+        str, typer.Option(metavar="TIME", help='Write up to this time: "2 min", or seconds.')
+    ] = "100 s",
+    every: Annotated[
+        str, typer.Option(metavar="TIME", help='Write a row every "0.1 s", or seconds.')
+    ] = "0.1 s",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Write this table.")
     ] = None,
@@ -146,14 +150,13 @@ def kernel(
     from hydrosim.database.load import read
     from hydrosim.plot.kernels import draw_kernels
 
-    if not 2 <= until / every <= MOST:
-        raise InputError(
-            f"--until, --every: {until:g} s by {every:g} s; expected 2 to {MOST} steps."
-        )
+    end, step = seconds("--until", until, 100.0), seconds("--every", every, 0.1)
+    if not (step > 0.0 and 2 <= end / step <= MOST):
+        raise InputError(f"--until, --every: {end:g} s by {step:g} s; expected 2 to {MOST} steps.")
     made = placed(output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv")
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     db = read(file, given)
-    time, functions, report = kernels(db, until, every)
+    time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
     show(report, *_not_used(db, given), f"result    {made.path}, {page.path}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, placed
+from hydrosim.commands.options import From, Overwrite, placed, window_of
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -26,13 +26,16 @@ def explain(
     body: Annotated[
         str | None, typer.Option(help="Explain this body; else the first that moves.")
     ] = None,
-    start: Annotated[
-        float | None,
-        typer.Option("--from", metavar="SECONDS", help="Leave out what is before this time [s]."),
-    ] = None,
-    until: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Leave out what is after this time [s].")
-    ] = None,
+    start: From = "",
+    end: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            "--until",
+            metavar="TIME",
+            help='Leave out what is after: "1 hour", or seconds.',
+        ),
+    ] = "",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="Where to write the result."),
@@ -55,12 +58,13 @@ def explain(
     name = f"{stem_of(run_file)}_explained"
     result = placed(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    between = window_of(start, end)
     run = runs_at(run_file)
     many = run is not None
     if run is None:
         run = read(run_file)
     try:
-        found, parts = _of_many(run, start, until) if many else _of_one(run, start, until)
+        found, parts = _of_many(run, between) if many else _of_one(run, between)
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
     moved = _body(found, direction, body)
@@ -76,21 +80,19 @@ Parts = dict[str, "xr.Dataset"]
 """What is explained of a run, or of each combination of parameters of many, by its name."""
 
 
-def _of_one(run: xr.Dataset, start: float | None, until: float | None) -> tuple[xr.Dataset, Parts]:
+def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.explain import explained
 
-    found = explained(run, -inf if start is None else start, inf if until is None else until)
+    found = explained(run, *between)
     return found, {"": found}
 
 
-def _of_many(
-    runs: xr.Dataset, start: float | None, until: float | None
-) -> tuple[xr.Dataset, Parts]:
+def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.explain import of_runs
     from hydrosim.results.runs_file import COMPLETE
 
-    if start is not None or until is not None:
-        raise InputError("found a sweep; expected one run, for --from and --until.")
+    if between != (-inf, inf):
+        raise InputError("found a sweep; expected one run, for --from and --to.")
     found = of_runs(runs)
     complete = runs.status.values == COMPLETE
     if not complete.any():

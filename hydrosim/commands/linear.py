@@ -18,6 +18,7 @@ from hydrosim.commands.options import (
     numbers,
     one_of,
     placed,
+    seconds,
 )
 from hydrosim.commands.terminal import progress_console, show
 
@@ -33,8 +34,9 @@ SHOWN, LITTLE = 3, 0.05  # coordinates of a mode that are told; shares of energy
 def linear(
     case_file: CaseFile,
     time: Annotated[
-        float, typer.Option(help="Take applied forces and tanks at this time [s].")
-    ] = 0.0,
+        str,
+        typer.Option(metavar="TIME", help='Take applied forces and tanks at this time: "10 min".'),
+    ] = "0 s",
     headings: Annotated[
         str | None,
         typer.Option(help="Compute RAOs for these headings [deg], by commas; else the sea's."),
@@ -73,7 +75,7 @@ def linear(
     made = placed(output, name, "linear", case_file, inputs=inputs, overwrite=overwrite)
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     wanted = Wanted(
-        time,
+        seconds("--time", time, 0.0),
         [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
         if headings
         else (),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed, seconds
 from hydrosim.commands.plot import plot
 from hydrosim.commands.running import complete, simulate_with_progress
 from hydrosim.commands.terminal import show
@@ -33,14 +33,13 @@ def run(
         bool, typer.Option("--resume", help="Go on with a run that was killed or interrupted.")
     ] = False,
     every: Annotated[
-        float,
+        str,
         typer.Option(
             "--checkpoint",
-            min=0.0,
-            metavar="SECONDS",
-            help="Keep the run on the disk so often [s].",
+            metavar="TIME",
+            help='Keep the run on the disk every so often: "10 min", or seconds.',
         ),
-    ] = 60.0,
+    ] = "60 s",
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
     from hydrosim.case import load_case
@@ -51,8 +50,12 @@ def run(
     if plot_too:
         _planned_pictures(result)
 
+    apart = seconds("--checkpoint", every, 60.0)
+    if apart < 0.0:
+        raise InputError(f"--checkpoint: found {apart:g} s; expected 0 s or more.")
+
     def simulated(case: Case, result: Output) -> xr.Dataset:
-        return simulate_with_progress(case, result, resume, every)
+        return simulate_with_progress(case, result, resume, apart)
 
     complete(case, simulated)
     _require_room(case, result.path)

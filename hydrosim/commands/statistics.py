@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import Overwrite, names_in, placed
+from hydrosim.commands.options import From, Overwrite, names_in, placed, seconds
 from hydrosim.commands.terminal import not_complete, show
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
@@ -21,16 +21,14 @@ def statistics(
             metavar="RUN.nc", help="The result of a run, or of a study; a study's RUNS.nc.partial."
         ),
     ],
-    start: Annotated[
-        float,
-        typer.Option("--from", metavar="SECONDS", help="Leave out what is before this time [s]."),
-    ] = 0.0,
+    start: From = "",
     duration: Annotated[
-        float | None,
+        str,
         typer.Option(
-            metavar="SECONDS", help="Tell extremes of this time [s]; else of the record's."
+            metavar="TIME",
+            help='Tell extremes of "3 hour", or seconds; else of the record.',
         ),
-    ] = None,
+    ] = "",
     channels: Annotated[
         str,
         typer.Option(metavar="NAMES", help='Take these channels, too: "speed.*,force_mooring.*".'),
@@ -56,20 +54,21 @@ def statistics(
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)
-    end = float(run.time[-1])
-    if not start < end or run.sel(time=slice(start, None)).time.size < 4:
+    begin, end = seconds("--from", start, 0.0), float(run.time[-1])
+    if not begin < end or run.sel(time=slice(begin, None)).time.size < 4:
         raise InputError(
-            f"--from: found {start:g} s; expected a time well before the end of the run, {end:g} s."
+            f"--from: found {begin:g} s; expected a time well before the end of the run, {end:g} s."
         )
-    least = SHORTEST * (end - max(start, float(run.time[0])))
-    if duration is not None and not least <= duration < inf:
+    least = SHORTEST * (end - max(begin, float(run.time[0])))
+    exposure = seconds("--duration", duration, inf) if duration else None
+    if exposure is not None and not least <= exposure < inf:
         raise InputError(
-            f"--duration: found {duration:g} s; expected a tenth of the record, {least:g} s, or"
+            f"--duration: found {exposure:g} s; expected a tenth of the record, {least:g} s, or"
             " more: of a shorter time the record itself holds many."
         )
     asked = names_in(channels)
     known = names(run)
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
-    found = of_run(run, start, duration, chosen(known, asked, "--channels"))
+    found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
     write(found, result)
     show(*not_complete(run.attrs), *lines(found), f"result    {result.path}")

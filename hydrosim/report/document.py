@@ -7,6 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from hydrosim.errors import InputError
 from hydrosim.report.blocks import Document
 from hydrosim.report.compared_studies import is_of_studies, studies_document
 from hydrosim.report.comparison import comparison_document, is_comparison
@@ -15,7 +16,7 @@ from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.report.study import study_document
 from hydrosim.results.output import read
-from hydrosim.results.runs_file import is_of_runs
+from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 
 KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
     (is_of_runs, study_document),
@@ -36,6 +37,11 @@ def report_of(path: Path) -> Document:
 
 def replay_of(path: Path) -> Document:
     """The replay of the run in a file; InputError where it is none."""
+    if (runs := open_runs(path)) is not None:
+        raise InputError(
+            f"{path}: holds {runs.sizes[RUN]} runs, without their motions over time; expected the"
+            " result of `hydrosim run`. hydrosim report shows a study."
+        )
     return replay_document(read(path))
 
 

@@ -61,6 +61,11 @@ class Keeper:
         self._before, self._start = 0.0, perf_counter()
         self._next = self._start + kept.every
 
+    def begin(self) -> None:
+        """Count time from now on: the kernels are there."""
+        self._start = perf_counter()
+        self._next = self._start + self._kept.every
+
     @property
     def wall_time(self) -> float:
         """Seconds that the run has taken, those before a checkpoint included."""

@@ -138,6 +138,8 @@ def run_compiled(
     chunks = propagate(run) if exact else _chunks(run)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
     start, status = perf_counter(), "complete"
+    if keeper:
+        keeper.begin()
     try:
         for time in _guarded(chunks, compiled, run):
             if progress is not None:

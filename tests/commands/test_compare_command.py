@@ -104,7 +104,7 @@ def test_mapping(hydrosim: Command) -> None:
 
 def test_shift_and_part_of_the_time(hydrosim: Command) -> None:
     write_csv(Path("test.csv"), {"time": TIME + 5.0, "heave [m]": position(RUN, "heave")})
-    options = ("--shift", "--from", "100", "--to", "400", "--bands", "0.3,2")
+    options = ("--shift", "--from", "100 s", "--to", "6.6666666666666667 min", "--bands", "0.3,2")
     result = hydrosim("compare", "run.nc", "test.csv", *options, "--tolerance", "0.001")
     assert result.code == 0
     assert "-5.000 s added to the recorded times (estimated)" in result.out
@@ -165,7 +165,7 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
         (("record", "run.nc", "-o", "x.txt", "--channels", "pos"), "--channels: found pos; expec"),
         (
             ("record", "run.nc", "-o", "x.txt", "--step", "0"),
-            "--step: found 0; expected a positive",
+            "--step: found 0 s; expected a positive",
         ),
     ],
 )

@@ -43,7 +43,20 @@ def test_every_channel_has_its_lines(statistics: Command, run: Path) -> None:
         assert len(meanings) == found.motion_basis.attrs["flag_values"].size
 
 
-@pytest.mark.parametrize("duration", [5.0, float("nan"), float("inf"), -1.0])
+def test_times_have_units(statistics: Command, run: Path) -> None:
+    said = [
+        statistics(run, "--from", a, "--duration", b) for a, b in (("1 min", "2 min"), (60, 120))
+    ]
+    assert said[0].out == said[1].out
+    assert said[0].code == 0
+    for text in ("nan", "inf", "10 kg", "soon"):
+        for option in ("--from", "--duration"):
+            refused = statistics(run, option, text)
+            assert (refused.code, refused.out) == (2, "")
+            assert f"{option}: found" in refused.err
+
+
+@pytest.mark.parametrize("duration", [5.0, -1.0])
 def test_a_duration_that_is_no_use_is_refused(
     statistics: Command, run: Path, duration: float
 ) -> None:

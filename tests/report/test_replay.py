@@ -139,6 +139,9 @@ def test_the_command_writes_a_page(
     assert (tmp_path / "made_replay.html").stat().st_size < LARGEST
     write(made_run(duration=60.0).isel(time=slice(1)), tmp_path / "short.nc")
     assert "nothing to replay" in replay("short.nc").err
+    many = {"status": ("run", ["complete"] * 3)}
+    xr.Dataset(many).to_netcdf("many.nc")
+    assert "holds 3 runs" in replay("many.nc").err
 
 
 @pytest.mark.browser
