@@ -38,7 +38,7 @@ def operability(
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.output import write
     from hydrosim.studies.operability.study import limits_of, load_limits
-    from hydrosim.studies.operability.weather import read_weather, weather_lines
+    from hydrosim.studies.operability.weather import assessed, read_weather, weather_lines
 
     with announced(err):
         study = load_limits(study_file)
@@ -51,7 +51,7 @@ def operability(
         def report(sea: str, runs: int, done: int) -> None:
             status.update(f"{sea}: {done} seas done, {runs} runs")
 
-        found = limits_of(study, workers or os.cpu_count() or 1, report)
+        found = assessed(limits_of(study, workers or os.cpu_count() or 1, report), weather)
     write(found, result)
     draw_limits(found, page)
     show(*_lines(study, found), *weather_lines(found, weather))

@@ -27,6 +27,8 @@ SEPARATORS = (",", ";", "\t", None)
 RULE = re.compile(r"[-=_+|\s]*")
 IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 TIME = re.compile(r"(?:time|t)", re.IGNORECASE)
+DATE = re.compile(r"\d{4}-\d\d-\d\d")
+EPOCH = np.datetime64("1970-01-01", "ms")
 PLAIN = {"": "", "-": "", "1": ""}  # units of plain numbers
 SPELLINGS = {  # as programs write them
     **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "k", "M", "G")},
@@ -70,37 +72,41 @@ class Source:
 @dataclass(frozen=True)
 class Table:
     """A text file: ``names`` and ``units`` of the columns (empty if it has none), and ``rows``
-    (n, columns) with the number of the line of each."""
+    (n, columns) with the number of the line of each; ``dated`` if it has dates."""
 
     names: list[str]
     units: list[str]
     rows: np.ndarray
     lines: list[int]
+    dated: bool = False
 
 
-def parse(source: Source) -> Table:
-    """The table in a text file; InputError says which line is wrong."""
+def parse(source: Source, dates: bool = False) -> Table:
+    """The table in a text file, in which ``dates`` (2020-01-31T12:00, of UTC) may be numbers, the
+    seconds since `EPOCH`; InputError says which line is wrong."""
     try:
         content = source.file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
         source.wrong("found bytes that are no text; expected text (UTF-8) or the netCDF of a run")
     heading, rows, lines = list[str](), list[list[float]](), list[int]()
-    separator: str | None = None
+    separator, first = None, ""
     for number, line in enumerate(content.splitlines(), 1):
         stripped = line.strip()
         remark = stripped.startswith(REMARKS)
-        if not rows and (remark or not _begins(stripped)):
+        if not rows and (remark or not _begins(stripped, dates)):
             heading.append(stripped.lstrip("".join(REMARKS)).strip())
         elif stripped and not remark:
-            separator = separator if rows else _separator(stripped)
-            rows.append(_numbers(source, number, _split(stripped, separator)))
+            if not rows:
+                first, separator = stripped, _separator(stripped)
+            rows.append(_numbers(source, number, _split(stripped, separator), dates))
             lines.append(number)
             if len(rows[-1]) != len(rows[0]):
                 found = f"found {len(rows[-1])} values; expected {len(rows[0])}"
                 source.wrong(f"{found}, as in line {lines[0]}", number)
     if not rows:
         source.wrong("found no numbers; expected lines of numbers, the first of them the time [s]")
-    return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines)
+    dated = dates and any(DATE.match(field) for field in _split(first, separator))
+    return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines, dated)
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
@@ -141,13 +147,21 @@ def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None
         source.wrong(text, lines[k] if lines else None)
 
 
-def _begins(line: str) -> bool:
+def _begins(line: str, dates: bool) -> bool:
     """True if a line begins with a number."""
     try:
-        float(re.split(r"[,;\s]", line)[0])
+        _number(re.split(r"[,;\s]", line)[0], dates)
     except ValueError:
         return False
     return True
+
+
+def _number(field: str, dates: bool) -> float:
+    if dates and DATE.match(field):
+        return float(
+            (np.datetime64(field.removesuffix("Z"), "ms") - EPOCH) / np.timedelta64(1, "s")
+        )
+    return float(field)
 
 
 def _separator(line: str) -> str | None:
@@ -158,11 +172,11 @@ def _split(line: str, separator: str | None) -> list[str]:
     return [part.strip().strip("\"'") for part in line.split(separator)]
 
 
-def _numbers(source: Source, line: int, fields: Sequence[str]) -> list[float]:
+def _numbers(source: Source, line: int, fields: Sequence[str], dates: bool) -> list[float]:
     numbers = []
     for field in fields:
         try:
-            numbers.append(float(field))
+            numbers.append(_number(field, dates))
         except ValueError:
             remedy = "a decimal point, not a comma, and # before a remark"
             source.wrong(f"found {shown(field)}; expected a number; {remedy}", line)

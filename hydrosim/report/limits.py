@@ -32,6 +32,7 @@ SAID = {
     "highest": "highest height looked at [m]",
     "apart": "heights apart [m]",
 }
+HOUR = 3600.0
 OVER = ("stage", "swell", "heading", "peak_period")
 
 
@@ -62,6 +63,39 @@ def _outcome(found: xr.Dataset) -> Iterator[Block]:
         yield Curves(title, "peak period [s]", "significant height [m]", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield Table(head, list(_rows(found)))
+    yield from _weather(found)
+
+
+def _weather(found: xr.Dataset) -> Iterator[Block]:
+    """What the limits are worth in a scatter diagram and a hindcast."""
+    if "scatter_workable" in found:
+        workable, outside = (
+            f"{float(found[f'scatter_{name}']):.1%}" for name in ("workable", "outside")
+        )
+        yield Text(
+            f"Of the scatter diagram {workable} is workable; {outside} is at peak periods without a"
+            " limit and counts as not workable."
+        )
+    if "waiting" not in found:
+        return
+    length = float(found.waiting.attrs["window"]) / HOUR
+    yield Text(
+        f"Of the hindcast {float(found.hindcast_outside):.1%} is in seas without a limit and counts"
+        f" as not workable. A window lasts {length:g} h."
+    )
+    head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
+    yield Table(head, [_season(found.sel(season=season)) for season in found.season.values])
+
+
+def _season(at: xr.Dataset) -> list[str | Number]:
+    workable, startable, never = (
+        f"{float(at[f'hindcast_{name}']):.1%}" for name in ("workable", "startable", "never")
+    )
+    waits = [
+        number(float(w) / HOUR, "h") if np.isfinite(w) else "beyond the record"
+        for w in at.waiting.values
+    ]
+    return [str(at.season.values), workable, startable, *waits, never]
 
 
 def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

@@ -30,11 +30,13 @@ ROUNDS, CLOSE = 50, 1e-12  # of a fixed point that moves by logarithms
 
 
 class Crossings(NamedTuple):
-    """Of a process of so many ``values``: a as ``steepness``, k as ``grouping``."""
+    """Of a process of so many ``values``: a as ``steepness``, k as ``grouping``; the logarithm of
+    by what factor more or fewer groups were found than there can be is ``beyond``."""
 
     values: float
     steepness: float
     grouping: float
+    beyond: float
 
     def groups(self, u: float) -> float:
         """How often the process exceeds u on average, in groups."""
@@ -60,8 +62,9 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), LOWEST**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))
     share = (1.0 - begins) * windows / (values * 2.0 * owens_t(u, steepness))
-    grouping = -np.log1p(-np.clip(share, *SHARES)) / u
-    return Crossings(float(values), steepness, float(grouping))
+    possible = np.clip(share, *SHARES)
+    beyond = np.log(max(share, SHARES[0]) / possible)
+    return Crossings(float(values), steepness, float(-np.log1p(-possible) / u), float(beyond))
 
 
 def _steepness(rate: float, at: float) -> float:

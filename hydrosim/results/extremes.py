@@ -165,23 +165,33 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
         return none(Basis.CLIPPED)
     fit = None if record.slow else fit_gaussian(x, record.memories, windows)
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
-        return _by_windows(x, count, record, None if record.slow else tail_shape(x))
+        return _by_windows(x, count, record)
     return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
 
 
-def _by_windows(x: np.ndarray, count: int, record: _Record, shape: float | None) -> Extremes:
-    """By Gumbel's law of so many windows, of (x - mean)^shape, whose tail is exponential if the
-    peaks have Weibull's law of that ``shape``; of x itself if it is None."""
-    if shape is not None and shape > SHAPES[1]:
+def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
+    """By Gumbel's law of so many windows: of x itself if it is slow, else of (x - origin)^shape,
+    whose tail is exponential."""
+    origin, shape = (x.mean(), 1.0) if record.slow else _tail(x)
+    if shape > SHAPES[1]:
         return none(Basis.CLIPPED)
-    power = 1.0 if shape is None or np.isnan(shape) else max(shape, SHAPES[0])
-    mean = x.mean()
-    bent = np.sign(x - mean) * np.abs(x - mean) ** power
-    law = fit_record(bent, count, record.memories)
-    if law.exceedances(bent.max(), count) < UNLIKELY:
+    z = x - origin
+    law = fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
+    if law.exceedances(z.max() ** shape, count) < UNLIKELY:
         return none(Basis.ALONE)
     values = np.array(_by(law, record.ratio * count, Basis.GUMBEL)[:-1])
-    return _of(mean + np.sign(values) * np.abs(values) ** (1.0 / power), Basis.GUMBEL)
+    return _of(origin + np.sign(values) * np.abs(values) ** (1.0 / shape), Basis.GUMBEL)
+
+
+def _tail(x: np.ndarray) -> tuple[float, float]:
+    """Origin and shape of the upper tail of a record x (nt,): about its mean, or, if it is nearly
+    cut off as seen from there, about the middle of what is above: friction in slip is as large one
+    way as the other, and seldom near its mean."""
+    shape = tail_shape(x, x.mean())
+    if shape > SHAPES[1]:
+        middle = float(np.median(x[x > x.mean()]))
+        return middle, max(tail_shape(x, middle), SHAPES[0])
+    return x.mean(), 1.0 if np.isnan(shape) else max(shape, SHAPES[0])
 
 
 def _regular(x: np.ndarray) -> bool:

@@ -51,9 +51,15 @@ class Gaussian(NamedTuple):
         return self.mean + self.std * self._level(ratio, np.exp(-1.0))
 
     def confidence(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the true `expected` value."""
+        """Interval (2,) that holds the true `expected` value. Where more groups were found than
+        there can be it is about what was found, as far as that is possible."""
         u = self._level(ratio, np.exp(-1.0))
-        return self.mean + self.std * u + self._error(u) * np.array([-1.0, 1.0])
+        found = self.mean + self.std * u
+        size, whole = self._error(u, counted=False), self._error(u)
+        if not self.crossings.beyond > 0.0:
+            return found + whole * np.array([-1.0, 1.0])
+        beyond = self.std * self.crossings.beyond / u
+        return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
     def prediction(self, ratio: float) -> np.ndarray:
         """Interval (2,) that holds the largest value in ``ratio`` times the length: what the
@@ -85,14 +91,14 @@ class Gaussian(NamedTuple):
         """u below which the largest is with a probability."""
         return self.crossings.level(-np.log(probability) / ratio)
 
-    def _error(self, u: float) -> float:
-        """Half of the interval that holds m + s u."""
+    def _error(self, u: float, counted: bool = True) -> float:
+        """Half of the interval that holds m + s u; of m and s alone if u is not ``counted``."""
         shape = np.array([1.0, u])
-        counted = np.zeros(self.counted.size)
-        if u > 0.0:
-            shape, counted = shape - self.moved / u, self.counted / u
+        off = np.zeros(self.counted.size)
+        if counted and u > 0.0:
+            shape, off = shape - self.moved / u, self.counted / u
         weights = np.linalg.solve(self.information[:2, :2], shape)
-        draws = weights @ self.scatter[:2, : counted.size] - counted
+        draws = weights @ self.scatter[:2, : off.size] - off
         odds = float(stdtrit(draws.size, ENDS[1]))
         return odds * self.std * _size(draws)
 

@@ -34,11 +34,12 @@ def peaks(x: np.ndarray) -> np.ndarray:
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
-def tail_shape(x: np.ndarray) -> float:
-    """The shape k of which a record x (nt,) rises above a level with the rate exp(-((level - mean)
-    / scale)^k), by its upcrossings of levels above the mean, where they are many; 2 of a Gaussian
-    process, however broad its band; not a number where there are too few."""
-    z = x - x.mean()
+def tail_shape(x: np.ndarray, origin: float) -> float:
+    """The shape k of which a record x (nt,) rises above a level with the rate exp(-((level -
+    origin) / scale)^k), by its upcrossings of levels above the origin, where they are many; 2 of a
+    Gaussian process about its mean, however broad its band; not a number where there are too
+    few."""
+    z = x - origin
     levels = z.max() * np.arange(1, LEVELS) / LEVELS
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
     fall = np.log(counts[0] / np.maximum(counts[1:], 1))

@@ -1,17 +1,19 @@
-"""What limits mean in the weather there is: workability, waiting times, alpha factors.
+"""What limits mean in the weather there is: workability, alpha factors.
 
-Limits are a curve of significant height over peak period; between its periods they are on straight
-lines, and outside of them nothing is workable. A state of the sea lasts until the next one.
+Limits are significant heights over peak periods, or over headings and peak periods; between these
+they are on straight lines, and outside of them nothing is workable.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.errors import InputError
+
+WIDEST = np.radians(45.0)  # between headings that have a straight line between them
+ROUNDING = 1e-9  # rad
 
 
 @dataclass(frozen=True)
@@ -27,27 +29,39 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Surface:
+    """Limiting ``height`` (m, n) [m] over rising ``heading`` (m,) [rad], in one turn, and rising
+    ``period`` (n,) [s]."""
+
+    heading: np.ndarray
+    period: np.ndarray
+    height: np.ndarray
+
+    def at(self, heading: np.ndarray, period: np.ndarray) -> np.ndarray:
+        """Limits (k,) [m] of seas of any ``heading`` (k,) and ``period`` (k,): NaN at periods
+        outside of those there are, and between headings more than `WIDEST` apart."""
+        first, turn = self.heading[0], 2.0 * np.pi
+        on = first + np.mod(np.asarray(heading) - first + ROUNDING, turn) - ROUNDING
+        nodes = np.append(self.heading, first + turn)
+        before = np.clip(np.searchsorted(nodes, on + ROUNDING, "right") - 1, 0, nodes.size - 2)
+        rows = np.array(
+            [np.interp(period, self.period, row, np.nan, np.nan) for row in self.height]
+        )
+        states = np.arange(on.size)
+        low, high = rows[before, states], rows[(before + 1) % len(rows), states]
+        gap = nodes[before + 1] - nodes[before]
+        part = (on - nodes[before]) / gap
+        between = np.where(gap > WIDEST + ROUNDING, np.nan, (1.0 - part) * low + part * high)
+        return np.where(part * gap < 2.0 * ROUNDING, low, between)
+
+
+@dataclass(frozen=True)
 class Scatter:
     """How often there are seas of each ``height`` (n,) [m] and ``period`` (m,) [s]: ``count``."""
 
     height: np.ndarray
     period: np.ndarray
     count: np.ndarray
-
-
-@dataclass(frozen=True)
-class Hindcast:
-    """States of the sea that begin at rising ``time`` (n,) [s]: ``height`` (n,) [m], ``period``
-    (n,) [s]. The last one lasts as long as the one before it."""
-
-    time: np.ndarray
-    height: np.ndarray
-    period: np.ndarray
-
-    @property
-    def ends(self) -> np.ndarray:
-        """When each state ends [s]."""
-        return np.append(self.time[1:], 2.0 * self.time[-1] - self.time[-2])
 
 
 @dataclass(frozen=True)
@@ -74,18 +88,6 @@ class Alpha:
         return np.interp(limit, self.heights, self.factors[row], left=np.nan)
 
 
-class Waiting(NamedTuple):
-    """Waiting times from all moments of a record until a window begins: median and 90 % quantile
-    [s]; the share of moments after which there is no window any more; the share of the time in
-    which the sea is workable, and in which a window may be begun."""
-
-    median: float
-    p90: float
-    none: float
-    workable: float
-    startable: float
-
-
 def workability(scatter: Scatter, curve: Curve) -> tuple[float, float]:
     """The share of a scatter diagram that is workable, and the share at other peak periods than the
     curve has, which is not."""
@@ -93,52 +95,3 @@ def workability(scatter: Scatter, curve: Curve) -> tuple[float, float]:
     count = scatter.count / scatter.count.sum()
     workable = float(count[scatter.height[:, None] <= limit].sum())
     return workable, float(count[:, np.isnan(limit)].sum())
-
-
-def windows(hindcast: Hindcast, curve: Curve, length: float) -> list[tuple[float, float]]:
-    """Begin and end [s] of each stretch that is workable for the ``length`` [s] or longer."""
-    held = hindcast.height <= curve.at(hindcast.period)
-    ends, found = hindcast.ends, []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(int)))
-    for first, after in edges.reshape(-1, 2):
-        begin, end = float(hindcast.time[first]), float(ends[after - 1])
-        if end - begin >= length:
-            found.append((begin, end))
-    return found
-
-
-def waiting(hindcast: Hindcast, curve: Curve, length: float) -> Waiting:
-    """How long to wait for ``length`` [s] of workable sea, from any moment of the record on."""
-    ends = hindcast.ends
-    first, last = float(hindcast.time[0]), float(ends[-1])
-    held = hindcast.height <= curve.at(hindcast.period)
-    spans = ends - hindcast.time
-    starts = [(begin, end - length) for begin, end in windows(hindcast, curve, length)]
-    at_once = sum(end - begin for begin, end in starts)
-    gaps, before = [], first
-    for begin, end in starts:
-        gaps.append(begin - before)
-        before = end
-    whole = last - first
-    return Waiting(
-        _quantile(at_once, gaps, whole, 0.5),
-        _quantile(at_once, gaps, whole, 0.9),
-        (last - before) / whole,
-        float(spans[held].sum() / spans.sum()),
-        at_once / whole,
-    )
-
-
-def _quantile(at_once: float, gaps: list[float], whole: float, share: float) -> float:
-    """The time w for which so much of the ``whole`` waits no longer: at_once + sum min(gap, w);
-    infinite where nothing comes for the rest."""
-    wanted, w = share * whole - at_once, 0.0
-    if wanted <= 0.0:
-        return 0.0
-    rising = sorted(gaps)
-    for k, gap in enumerate(rising):
-        more = (gap - w) * (len(rising) - k)
-        if wanted <= more:
-            return w + wanted / (len(rising) - k)
-        wanted, w = wanted - more, gap
-    return float("inf")

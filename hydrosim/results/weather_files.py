@@ -2,8 +2,10 @@
 
 A scatter diagram is a text: its first line names the peak periods [s] of the columns, each other
 line begins with a significant height [m], both at the middle of their classes. A hindcast is a text
-with columns time [s], hs [m] and tp [s] (other units in brackets, "time [h]"), or netCDF with hs
-and tp over time, or with spectra, efth over time, freq [Hz] and dir, as wavespectra has them.
+with columns time [s] or dates (2020-01-31T12:00), hs [m] and tp [s] (other units in brackets, "time
+[h]"), and, where it is known, direction [deg], the bearing that waves come from; or netCDF with
+these over time, or with spectra, efth over time, freq [Hz] and dir, as wavespectra has them: of
+those the direction is that of the mean of the energy.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 
 from hydrosim.documents.series import NETCDF
 from hydrosim.documents.text import (
+    EPOCH,
     Source,
     Table,
     name_and_unit,
@@ -22,7 +25,8 @@ from hydrosim.documents.text import (
     require_rising,
 )
 from hydrosim.documents.units import factor
-from hydrosim.results.weather import Hindcast, Scatter
+from hydrosim.results.waiting import Hindcast
+from hydrosim.results.weather import Scatter
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +35,10 @@ NAMES = {
     "time": ("time", "t"),
     "hs": ("hs", "hm0", "swh", "vhm0", "significant_height"),
     "tp": ("tp", "pp1d", "vtpk", "peak_period"),
+    "direction": ("direction", "dir", "dm", "dp", "dpm", "mwd", "mdir", "vmdr", "vpd"),
 }
-UNITS = {"time": "s", "hs": "m", "tp": "s"}
+UNITS = {"time": "s", "hs": "m", "tp": "s", "direction": "rad"}
+USUAL = {**UNITS, "direction": "deg"}  # where a file says none
 NEEDED = "time, hs and tp"
 
 
@@ -58,34 +64,46 @@ def read_scatter(source: Source) -> Scatter:
 def read_hindcast(source: Source) -> Hindcast:
     """The states of the sea in a file; InputError says what is wrong with it."""
     netcdf = source.head(4).startswith(NETCDF)
-    time, height, period = _read_netcdf(source) if netcdf else _read_text(source)
-    for values in (time, height, period):
-        require_finite(source, values)
+    found = _read_netcdf(source) if netcdf else _read_text(source)
+    time, height, period = found.time, found.height, found.period
+    for values in (time, height, period, found.coming):
+        if values is not None:
+            require_finite(source, values)
     require_rising(source, time)
     if time.size < 2 or np.any(height < 0.0) or np.any(period <= 0.0):
         source.wrong("found fewer than two states, or heights or periods below zero")
-    return Hindcast(time, height, period)
+    return found
 
 
-def _read_text(source: Source) -> tuple[np.ndarray, ...]:
-    table = parse(source)
-    return tuple(_column(source, table, what) for what in NAMES)
+def _read_text(source: Source) -> Hindcast:
+    table = parse(source, dates=True)
+    columns = [_column(source, table, what) for what in NAMES]
+    needed = [column for column in columns[:3] if column is not None]
+    if len(needed) < 3:
+        names = ", ".join(table.names) or "without names"
+        source.wrong(f"found columns {names}; expected {NEEDED}")
+    time, height, period = needed
+    if not table.dated:
+        return Hindcast(time, height, period, columns[3])
+    date = EPOCH + np.timedelta64(round(1e3 * float(time[0])), "ms")
+    return Hindcast(time - time[0], height, period, columns[3], date)
 
 
-def _column(source: Source, table: Table, what: str) -> np.ndarray:
+def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
+    """A column in the program's unit, None if the table has none of its names."""
     for k, name in enumerate(table.names):
         bare, unit = name_and_unit(name)
         if bare.strip().lower() in NAMES[what]:
             said = table.units[k].strip("[]()") if table.units else unit
             try:
-                scale = factor(said, UNITS[what]) if said else 1.0
+                scale = factor(said or USUAL[what], UNITS[what])
             except ValueError as error:
-                source.wrong(f"found {name}; expected it in {UNITS[what]}; {error}")
+                source.wrong(f"found {name}; expected it in {USUAL[what]}; {error}")
             return np.asarray(table.rows[:, k] * scale)
-    source.wrong(f"found columns {', '.join(table.names) or 'without names'}; expected {NEEDED}")
+    return None
 
 
-def _read_netcdf(source: Source) -> tuple[np.ndarray, ...]:
+def _read_netcdf(source: Source) -> Hindcast:
     import xarray as xr
 
     try:
@@ -94,16 +112,32 @@ def _read_netcdf(source: Source) -> tuple[np.ndarray, ...]:
         source.wrong(f"cannot be read as netCDF ({error}); expected {NEEDED}")
     if "time" not in data.coords:
         source.wrong(f"found {', '.join(map(str, data.variables))}; expected {NEEDED}")
-    found = [_variable(data, what) for what in ("hs", "tp")]
-    if any(each is None for each in found) and "efth" in data:
-        found = [*_of_spectra(source, data["efth"])]
-    if any(each is None or each.dims != ("time",) for each in found):
+    states = [_variable(data, what) for what in ("hs", "tp", "direction")]
+    if any(each is None for each in states[:2]) and "efth" in data:
+        states = [*_of_spectra(source, data["efth"])]
+    if any(each is None or each.dims != ("time",) for each in states[:2]):
         source.wrong(
             f"found {', '.join(map(str, data.variables))}; expected {NEEDED}, or efth, of one place"
         )
+    height, period = (np.asarray(x, dtype=float) for x in states[:2])
+    coming = None if states[2] is None else _coming(source, states[2])
     time = data["time"].values
-    seconds = (time - time[0]) / np.timedelta64(1, "s") if time.dtype.kind == "M" else time
-    return np.asarray(seconds, dtype=float), *(np.asarray(x, dtype=float) for x in found)
+    if time.dtype.kind != "M":
+        return Hindcast(time.astype(float), height, period, coming)
+    seconds = (time - time[0]) / np.timedelta64(1, "s")
+    return Hindcast(seconds, height, period, coming, time[0].astype("M8[ms]"))
+
+
+def _coming(source: Source, direction: xr.DataArray) -> np.ndarray:
+    """Bearings [rad] that waves come from, as a file has them unless its standard name says that
+    they go there."""
+    unit = str(direction.attrs.get("units", "deg")).replace("degrees", "degree")
+    try:
+        scale = factor("deg" if unit.startswith("degree") else unit, "rad")
+    except ValueError as error:
+        source.wrong(f"{direction.name}: {error}; expected degrees")
+    going = "to_direction" in str(direction.attrs.get("standard_name", ""))
+    return np.asarray(direction.values.astype(float) * scale + (np.pi if going else 0.0))
 
 
 def _variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
@@ -113,12 +147,17 @@ def _variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
     return None
 
 
-def _of_spectra(source: Source, efth: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
-    """4 sqrt(m0), and the period of the largest density over frequency."""
+def _of_spectra(source: Source, efth: xr.DataArray) -> tuple[xr.DataArray, ...]:
+    """4 sqrt(m0), the period of the largest density over frequency, the mean direction."""
+    import xarray as xr
+
     if not {"freq", "dir"} <= {*efth.dims} or "freq" not in efth.coords:
         source.wrong("found efth without freq or dir; expected both, as wavespectra has them")
-    bearing = np.sort(np.mod(efth["dir"].values.astype(float), 360.0))
+    bearing = efth["dir"].astype(float)
     step = 360.0 / bearing.size
     density = (efth.sum("dir") * step).squeeze(drop=True)
     peak = density["freq"][density.argmax("freq")].drop_vars("freq")
-    return 4.0 * density.integrate("freq") ** 0.5, 1.0 / peak
+    over = efth.integrate("freq").squeeze(drop=True)
+    parts = [(over * turned(np.deg2rad(bearing))).sum("dir") for turned in (np.cos, np.sin)]
+    mean = xr.apply_ufunc(np.arctan2, parts[1], parts[0]).assign_attrs(units="rad").rename("dir")
+    return 4.0 * density.integrate("freq") ** 0.5, 1.0 / peak, mean

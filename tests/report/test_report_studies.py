@@ -86,6 +86,26 @@ def test_hostile_texts_are_texts() -> None:
         assert HOSTILE in page.texts["h1"]
 
 
+def test_limits_are_shown_with_what_they_are_worth_in_the_weather() -> None:
+    season = {"season": ["year", "May"]}
+    found = limits().assign(
+        scatter_workable=0.8,
+        scatter_outside=0.1,
+        hindcast_outside=0.05,
+        **{
+            f"hindcast_{name}": ("season", [0.3, 0.6])
+            for name in ("workable", "startable", "never")
+        },
+        waiting=(("season", "quantile"), [[3600.0, np.inf], [0.0, 7200.0]], {"window": 21600.0}),
+    )
+    found = found.assign_coords(season)
+    page = Page(html(limits_document(found), "mark"))
+    assert "80.0% is workable" in page.texts["p"]
+    assert "A window lasts 6 h" in page.texts["p"]
+    for words in ("year", "May", "30.0%", "60.0%", "beyond the record"):
+        assert words in page.texts["td"]
+
+
 def test_limits_are_shown_with_what_governs() -> None:
     assert is_limits(limits())
     assert not is_limits(study())

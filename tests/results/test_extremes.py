@@ -92,13 +92,14 @@ def test_shape_of_a_tail(name: str, shape: float) -> None:
     """By Rice, of what rises along z: exp(-z^2 / 2), and of z |z| exp(-x / 2). That of a power
     holds from the mean on. Ten records; one is 3 % off, by counts of fifty crossings and more."""
     kind, random = KINDS[name], np.random.default_rng(4)
-    found = np.mean([tail_shape(kind.draw(random)) for _ in range(10)])
+    drawn = [kind.draw(random) for _ in range(10)]
+    found = np.mean([tail_shape(x, x.mean()) for x in drawn])
     assert found == pytest.approx(shape, rel=3.0 * 0.03 / np.sqrt(10.0))
 
 
 def test_crossings_of_short_steps_are_rices() -> None:
     """T(u, a) is a / (2 pi) exp(-u^2 / 2) but for (2 + u^2) a^2 / 6 of it (Owen 1956)."""
-    of = Crossings(1e6, 1e-3, 1e3)
+    of = Crossings(1e6, 1e-3, 1e3, 0.0)
     for u in (1.0, 3.0, 5.0):
         rice = 1e6 * 1e-3 / np.pi * np.exp(-0.5 * u**2)
         assert of.groups(u) == pytest.approx(rice, rel=1.01 * (2.0 + u**2) / 6e6)
@@ -167,7 +168,7 @@ def test_independent_waves_have_rayleighs_extremes() -> None:
     fit = fit_gaussian(x, memories(x), 50)
     assert fit is not None
     values = 1e7  # in short steps: Rice's rate, a / pi of the values in groups of one each
-    alone = Crossings(values, np.pi * count / values, 1e3)
+    alone = Crossings(values, np.pi * count / values, 1e3, 0.0)
     fit = fit._replace(mean=0.0, std=1.0, crossings=alone)
     assert fit.expected(1.0) == pytest.approx(3.7376, abs=5e-5)
     exceeded = count / -np.log(0.9)

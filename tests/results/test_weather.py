@@ -11,19 +11,11 @@ import xarray as xr
 
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
-from hydrosim.results.weather import (
-    Alpha,
-    Curve,
-    Hindcast,
-    Scatter,
-    waiting,
-    windows,
-    workability,
-)
+from hydrosim.results.waiting import Hindcast, waiting, windows
+from hydrosim.results.weather import Alpha, Curve, Scatter, Surface, workability
 from hydrosim.results.weather_files import read_hindcast, read_scatter
 
 HOUR = 3600.0
-FLAT = Curve(np.array([4.0, 12.0]), np.array([2.0, 2.0]))
 
 
 def calm_from(*spans: tuple[int, int], hours: int = 100) -> Hindcast:
@@ -38,8 +30,9 @@ def test_windows_and_waiting_times_of_a_hindcast_that_is_known() -> None:
     100 h, 60 wait down to nothing, 18 nothing, 22 for ever: half of them wait no more than
     32 h (18 + 32), and 90 % never come to begin."""
     hindcast = calm_from((10, 20), (30, 33), (60, 90))
-    assert windows(hindcast, FLAT, 12 * HOUR) == [(60 * HOUR, 90 * HOUR)]
-    found = waiting(hindcast, FLAT, 12 * HOUR)
+    held = hindcast.height < 2.0
+    assert windows(hindcast, held, 12 * HOUR).tolist() == [[60 * HOUR, 90 * HOUR]]
+    found = waiting(hindcast, held, 12 * HOUR)
     assert found.median == pytest.approx(32 * HOUR, rel=1e-14)
     assert found.p90 == np.inf
     assert (found.none, found.workable, found.startable) == pytest.approx((0.22, 0.43, 0.18))
@@ -49,7 +42,7 @@ def test_waiting_for_shorter_windows() -> None:
     """Three hours: begin at 10 to 17, 30 exactly, 60 to 87 h: gaps of 10, 13 and 30 h, 34 h at
     once, 13 h for ever. With w above 13 h 34 + 10 + 13 + w = 80 gives the 80 % quantile, 23 h."""
     hindcast = calm_from((10, 20), (30, 33), (60, 90))
-    found = waiting(hindcast, FLAT, 3 * HOUR)
+    found = waiting(hindcast, hindcast.height < 2.0, 3 * HOUR)
     assert found.startable == pytest.approx(0.34)
     assert found.none == pytest.approx(0.13)
     assert found.median == pytest.approx((50 - 34) / 3 * HOUR)
@@ -57,6 +50,56 @@ def test_waiting_for_shorter_windows() -> None:
     begins = [(10.0, 17.0), (30.0, 30.0), (60.0, 87.0)]
     waits = [min((max(a - t, 0.0) for a, b in begins if t <= b), default=np.inf) for t in random]
     assert found.median / HOUR == pytest.approx(np.quantile(waits, 0.5), abs=0.1)
+
+
+def test_waiting_in_parts_of_a_record_is_as_if_one_asked_at_every_moment() -> None:
+    """Twelve random spells of weather; moments by the minute in two spans: their mean error is half
+    a minute."""
+    random = np.random.default_rng(7)
+    time = HOUR * np.append(0.0, np.cumsum(random.integers(1, 40, 24)))
+    held = np.arange(time.size) % 3 > 0
+    hindcast = Hindcast(time, np.ones(time.size), np.ones(time.size))
+    spans = np.array([[5.5 * HOUR, 60.25 * HOUR], [100.0 * HOUR, time[-1] - 3.0 * HOUR]])
+    found = waiting(hindcast, held, 6 * HOUR, spans)
+    moments = np.concatenate([np.arange(a + 30.0, b, 60.0) for a, b in spans])
+    ends = [(a, b - 6 * HOUR) for a, b in windows(hindcast, held, 6 * HOUR)]
+    waits = [min((max(a - t, 0.0) for a, b in ends if t <= b), default=np.inf) for t in moments]
+    for value, share in ((found.median, 0.5), (found.p90, 0.9)):
+        assert value == pytest.approx(np.quantile(waits, share), abs=60.0)
+    assert found.none == pytest.approx(np.mean(np.isinf(waits)), abs=1e-3)
+    assert found.startable == pytest.approx(np.mean(np.array(waits) == 0.0), abs=1e-3)
+    of = np.searchsorted(time, moments, "right") - 1
+    assert found.workable == pytest.approx(held[of].mean(), abs=1e-3)
+
+
+def test_months_of_all_years_add_up_to_the_record() -> None:
+    """From 20 November 2019 on for 800 days, two Novembers, Decembers and Januaries in whole; the
+    February of 2020 has 29 days, that of 2022 is only begun."""
+    time = 86400.0 * np.arange(801)
+    date = np.datetime64("2019-11-20", "ms")
+    months = dict(Hindcast(time, time, time, None, date).months())
+    assert sorted(months) == list(range(1, 13))
+    days = {month: np.ptp(spans, axis=1).sum() / 86400.0 for month, spans in months.items()}
+    assert sum(days.values()) == pytest.approx(801)
+    assert (days[1], days[4], days[11]) == pytest.approx((90, 60, 11 + 30 + 30))
+    february = [29, 28, 801 - (11 + 31 + 366 + 365 + 31)]
+    assert days[2] == pytest.approx(sum(max(each, 0) for each in february))
+    assert list(Hindcast(time, time, time).months()) == []
+
+
+def test_limits_by_heading() -> None:
+    """Straight lines along a turn, also over its end; none between headings that are far apart or
+    at other peak periods."""
+    heading = np.radians([0.0, 30.0, 60.0, 330.0])
+    height = np.array([[3.0, 2.0], [2.0, 1.0], [1.0, 0.5], [2.5, 1.5]])
+    surface = Surface(heading, np.array([6.0, 10.0]), height)
+    asked = np.radians([0.0, 15.0, -345.0, -15.0, 345.0, 60.0, 61.0, 200.0, 330.0 - 1e-12, 15.0])
+    period = np.array([6.0, 6.0, 8.0, 6.0, 10.0, 8.0, 6.0, 6.0, 6.0, 11.0])
+    expected = [3.0, 2.5, 2.0, 2.75, 1.75, 0.75, np.nan, np.nan, 2.5, np.nan]
+    assert surface.at(asked, period) == pytest.approx(expected, nan_ok=True)
+    alone = Surface(heading[1:2], surface.period, height[1:2])
+    assert alone.at(asked[:1] + heading[1], period[:1]) == pytest.approx([2.0])
+    assert np.isnan(alone.at(asked[:1], period[:1])).all()
 
 
 def test_workability_of_a_scatter_diagram() -> None:
@@ -107,6 +150,19 @@ def test_tables(tmp_path: Path) -> None:
     assert hindcast.time.tolist() == [0, 10800]
     assert hindcast.height.tolist() == pytest.approx([1.0, 1.5])
     assert hindcast.ends.tolist() == [10800, 21600]
+    assert hindcast.date is hindcast.coming is None
+
+
+def test_a_table_with_dates_and_directions(tmp_path: Path) -> None:
+    path = tmp_path / "hindcast.csv"
+    rows = "2020-02-28T21:00Z, 1, 8, 350\n2020-02-29 00:00, 2, 9, 10\n"
+    path.write_text("time, hs, tp, mwd [deg]\n" + rows)
+    hindcast = read_hindcast(Source(path))
+    assert hindcast.time.tolist() == [0, 3 * 3600]
+    assert hindcast.date == np.datetime64("2020-02-28T21:00")
+    assert hindcast.coming == pytest.approx(np.radians([350, 10]))
+    path.write_text("time, hs, tp, dir\n" + rows)
+    assert read_hindcast(Source(path)).coming == pytest.approx(np.radians([350, 10]))
 
 
 def test_spectra_as_wavespectra_has_them(tmp_path: Path) -> None:
@@ -128,6 +184,26 @@ def test_spectra_as_wavespectra_has_them(tmp_path: Path) -> None:
         tmp_path / "stats.nc"
     )
     assert read_hindcast(Source(tmp_path / "stats.nc")).height.tolist() == [1, 2]
+
+
+def test_directions_in_netcdf(tmp_path: Path) -> None:
+    """The mean of the energy's direction; directions that waves go to are turned."""
+    freq, direction = np.linspace(0.05, 0.25, 5), np.arange(0.0, 360.0, 30.0)
+    spread = np.maximum(np.cos(np.radians(direction - 330.0)), 0.0) ** 4
+    efth = np.ones((2, 5, 1)) * spread
+    time = np.array(["2020-01-01T00", "2020-01-01T01"], dtype="datetime64[ns]")
+    at = {"time": time, "freq": freq, "dir": direction}
+    path = tmp_path / "hindcast.nc"
+    xr.Dataset({"efth": (("time", "freq", "dir"), efth)}, at).to_netcdf(path)
+    found = read_hindcast(Source(path))
+    assert np.mod(found.coming, 2 * np.pi) == pytest.approx(np.radians([330.0, 330.0]))
+    assert found.date == np.datetime64("2020-01-01")
+    states = {"hs": ("time", [1.0, 2.0]), "tp": ("time", [7.0, 8.0])}
+    name = {"standard_name": "sea_surface_wave_to_direction", "units": "degrees"}
+    going = {"mdir": ("time", [10.0, 20.0], name)}
+    other = tmp_path / "going.nc"
+    xr.Dataset({**states, **going}, {"time": time}).to_netcdf(other)
+    assert read_hindcast(Source(other)).coming == pytest.approx(np.radians([190.0, 200.0]))
 
 
 @pytest.mark.parametrize(

@@ -166,10 +166,12 @@ def test_the_command_with_weather(
     )
     assert "3 h contingency (as long again, as none is given)" in result.out
     assert "alpha by table 4-1, 2011: 0.500, 0.500 at Tp 6, 9 s" in result.out
-    assert "hindcast: 25.0% of the time workable; 6 h can begin in 10.0%" in result.out
+    assert "year: 25.0% of the time workable; 6 h can begin in 10.0%" in result.out
     assert Path("limits_operability.png").exists()
     with xr.open_dataset("limits_operability.nc") as found:
         assert found.limit.attrs["units"] == "m"
+        assert float(found.hindcast_workable.sel(season="year")) == pytest.approx(0.25)
+        assert float(found.waiting.sel(season="year", quantile=0.5)) == np.inf
 
 
 @pytest.mark.parametrize(

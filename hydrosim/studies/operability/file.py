@@ -79,7 +79,8 @@ class AlphaFile(of.Strict):
 
 class Operability(of.Strict):
     """In which seas the criteria hold with a ``probability``: heights, peak periods, headings, and
-    swells beside; the weather that there is, in files."""
+    swells beside; the weather that there is, in files, and the ``bearing`` of the x axis, clockwise
+    from north, by which a hindcast's directions become headings."""
 
     heights: Heights
     peak_periods: Annotated[tuple[of.Period, ...], Field(min_length=1)]
@@ -88,6 +89,7 @@ class Operability(of.Strict):
     probability: Annotated[float, Quantity("probability", "", "90 %", above=0, at_most=0.999)] = 0.9
     scatter: StrictStr | None = None
     hindcast: StrictStr | None = None
+    bearing: of.Angle | None = None
     operation: Operation | None = None
 
     @model_validator(mode="after")
@@ -97,4 +99,6 @@ class Operability(of.Strict):
                 raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
+        if self.hindcast is None and self.bearing is not None:
+            raise problem("a bearing and no hindcast", "hindcast: FILE, whose directions it turns")
         return self

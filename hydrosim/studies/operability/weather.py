@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from calendar import month_name
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,19 +11,25 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.documents.text import Source
-from hydrosim.results.weather import Alpha, Curve, Hindcast, Scatter, Waiting, waiting, workability
+from hydrosim.errors import InputError
+from hydrosim.results.waiting import Hindcast, waiting
+from hydrosim.results.weather import Alpha, Curve, Scatter, Surface, workability
 from hydrosim.results.weather_files import read_hindcast, read_scatter
 from hydrosim.studies.operability.file import Operability, Operation
 
 HOUR = 3600.0
+YEAR = "year"  # the whole record
+QUANTILES = (0.5, 0.9)
 
 
 @dataclass(frozen=True)
 class Weather:
-    """A scatter diagram, a hindcast, and the operation that needs a window."""
+    """A scatter diagram, a hindcast, the bearing of the x axis [rad] by which its directions are
+    headings, and the operation that needs a window."""
 
     scatter: Scatter | None
     hindcast: Hindcast | None
+    bearing: float | None
     operation: Operation | None
 
     def alpha(self) -> Alpha | None:
@@ -39,64 +46,162 @@ def read_weather(folder: Path, wanted: Operability) -> Weather:
     its table of factors does not have."""
     scatter = wanted.scatter and read_scatter(Source(folder / wanted.scatter, "scatter"))
     hindcast = wanted.hindcast and read_hindcast(Source(folder / wanted.hindcast, "hindcast"))
-    weather = Weather(scatter or None, hindcast or None, wanted.operation)
+    if wanted.bearing is not None and hindcast and hindcast.coming is None:
+        raise InputError(
+            f"operability.bearing: {folder / str(wanted.hindcast)}: found no column direction, the"
+            " bearing that waves come from; expected one, or no bearing."
+        )
+    weather = Weather(scatter or None, hindcast or None, wanted.bearing, wanted.operation)
     if (alpha := weather.alpha()) is not None and wanted.operation is not None:
         alpha.factor(wanted.operation.planned, alpha.heights)
     return weather
 
 
-def least_curve(found: xr.Dataset) -> Curve:
-    """The least limit of all headings and swells over the peak periods, all stages together."""
-    limit = found.limit.sel(stage="all").min(("swell", "heading"))
-    return Curve(found.peak_period.values, limit.values)
+def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
+    """The limits ``found`` with what they are worth in the weather: ``scatter_workable`` and
+    ``scatter_outside``; ``alpha`` [1] of each limit; of the hindcast, over the ``season``, the
+    year and each month, the shares ``workable``, ``startable`` and ``never``, and ``waiting`` [s]
+    by ``quantile``. The least limit of all swells counts, stages together; of all headings, too,
+    unless a bearing turns the directions of the hindcast into headings."""
+    limit = found.limit.sel(stage="all").min("swell").transpose("heading", "peak_period")
+    new: dict[str, xr.DataArray] = {}
+    if weather.scatter is not None:
+        curve = Curve(found.peak_period.values, limit.min("heading").values)
+        workable, outside = workability(weather.scatter, curve)
+        new["scatter_workable"] = _share(workable, "share of the seas that is workable")
+        new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
+    operation, alpha = weather.operation, weather.alpha()
+    if operation is not None and alpha is not None:
+        factors = alpha.factor(operation.planned, limit.values)
+        new["alpha"] = limit.copy(data=factors).assign_attrs(long_name=alpha.source, units="1")
+        limit = limit * factors
+    if operation is not None and weather.hindcast is not None:
+        new |= _of_hindcast(weather.hindcast, _limits(limit, weather), window(operation))
+    return found.assign(new)
+
+
+def window(operation: Operation) -> float:
+    """The planned time and its contingency [s]."""
+    spare = operation.planned if operation.contingency is None else operation.contingency
+    return operation.planned + spare
+
+
+def _limits(limit: xr.DataArray, weather: Weather) -> np.ndarray:
+    """The limit [m] in each state of a hindcast, NaN where it is not known."""
+    hindcast, bearing = weather.hindcast, weather.bearing
+    assert hindcast is not None
+    heading, period = limit.heading.values, limit.peak_period.values
+    if bearing is None or hindcast.coming is None:
+        return Curve(period, limit.min("heading", skipna=False).values).at(hindcast.period)
+    going = bearing - hindcast.coming - np.pi  # bearings turn clockwise, headings the other way
+    return Surface(heading, period, limit.values).at(going, hindcast.period)
+
+
+def _of_hindcast(hindcast: Hindcast, limit: np.ndarray, length: float) -> dict[str, xr.DataArray]:
+    held = hindcast.height <= limit
+    months = list(hindcast.months())
+    each = [waiting(hindcast, held, length)]
+    each += [waiting(hindcast, held, length, spans) for _, spans in months]
+    season = {"season": [YEAR, *(month_name[month] for month, _ in months)]}
+    said = {
+        "workable": "share of the time that is workable",
+        "startable": "share of the time in which a window may be begun",
+        "none": "share of the time after the last window of the record",
+    }
+    values = {
+        "hindcast_" + ("never" if name == "none" else name): xr.DataArray(
+            [getattr(one, name) for one in each], season, attrs=_said(text, "1")
+        )
+        for name, text in said.items()
+    }
+    times = [[one.median, one.p90] for one in each]
+    at = {**season, "quantile": list(QUANTILES)}
+    attributes = _said("time until a window begins; infinite beyond the record", "s")
+    values["waiting"] = xr.DataArray(times, at, attrs={**attributes, "window": length})
+    spans = hindcast.ends - hindcast.time
+    unknown = float(spans[np.isnan(limit)].sum() / spans.sum())
+    return values | {"hindcast_outside": _share(unknown, "share of the time that has no limit")}
+
+
+def _share(value: float, text: str) -> xr.DataArray:
+    return xr.DataArray(value, attrs=_said(text, "1"))
+
+
+def _said(text: str, unit: str) -> dict[str, str]:
+    return {"long_name": text, "units": unit}
 
 
 def weather_lines(found: xr.Dataset, weather: Weather) -> Iterator[str]:
-    """Workability and waiting times in words."""
-    curve = least_curve(found)
-    if found.sizes["heading"] * found.sizes["swell"] > 1 and (weather.scatter or weather.hindcast):
-        yield "weather: by the least limit of all headings and swells"
+    """Workability and waiting times in words, of limits that are `assessed`."""
+    several = found.sizes["heading"] * found.sizes["swell"] > 1
+    if several and weather.scatter is not None:
+        yield "scatter diagram: by the least limit of all headings and swells"
     if weather.scatter is not None:
-        share, unknown = workability(weather.scatter, curve)
-        yield f"scatter diagram: {share:.1%} workable; {_beyond(curve, unknown)}"
+        low, high = found.peak_period.values[[0, -1]]
+        yield (
+            f"scatter diagram: {float(found.scatter_workable):.1%} workable;"
+            f" {float(found.scatter_outside):.1%} of the seas are outside Tp {low:g} to {high:g} s"
+            " and count as not workable"
+        )
     if weather.operation is not None:
-        yield from _of_operation(curve, weather, weather.operation)
+        yield from _of_operation(weather.operation)
+    if "alpha" in found:
+        yield from _alpha(found)
+    if weather.hindcast is not None:
+        yield from _directions(found, weather)
+        yield from _seasons(found)
 
 
-def _of_operation(curve: Curve, weather: Weather, operation: Operation) -> Iterator[str]:
-    planned, contingency = operation.planned, operation.contingency
-    length = planned + (planned if contingency is None else contingency)
+def _of_operation(operation: Operation) -> Iterator[str]:
+    planned, length = operation.planned, window(operation)
     yield (
         f"operation: {planned / HOUR:g} h planned, {(length - planned) / HOUR:g} h contingency"
-        f"{' (as long again, as none is given)' if contingency is None else ''}"
+        f"{' (as long again, as none is given)' if operation.contingency is None else ''}"
     )
-    alpha = weather.alpha()
-    if alpha is not None:
-        factors = alpha.factor(planned, curve.height)
-        curve = Curve(curve.period, curve.height * factors)
-        shown = ", ".join(f"{a:.3f}" for a in factors)
-        periods = ", ".join(f"{period:g}" for period in curve.period)
-        yield f"alpha by {alpha.source}: {shown} at Tp {periods} s"
-        if np.isnan(factors).any():
-            yield f"  no factor below {alpha.heights[0]:g} m: those seas count as not workable"
-    if weather.hindcast is not None:
-        yield from _waiting(waiting(weather.hindcast, curve, length), length)
 
 
-def _waiting(found: Waiting, length: float) -> Iterator[str]:
-    times = [
-        f"{w / HOUR:.1f} h" if np.isfinite(w) else "beyond the record"
-        for w in (found.median, found.p90)
-    ]
+def _alpha(found: xr.Dataset) -> Iterator[str]:
+    periods = ", ".join(f"{period:g}" for period in found.peak_period.values)
+    for heading in found.heading.values:
+        shown = ", ".join(f"{a:.3f}" for a in found.alpha.sel(heading=heading).values)
+        where = f", heading {np.degrees(heading):g} deg" if found.sizes["heading"] > 1 else ""
+        yield f"alpha by {found.alpha.attrs['long_name']}: {shown} at Tp {periods} s{where}"
+    if found.alpha.isnull().any():
+        yield "  no factor below the heights of the table: those seas count as not workable"
+
+
+def _directions(found: xr.Dataset, weather: Weather) -> Iterator[str]:
+    assert weather.hindcast is not None
+    outside = f"{float(found.hindcast_outside):.1%} of the time"
+    if weather.bearing is not None:
+        bearing = np.degrees(weather.bearing)
+        yield (
+            f"hindcast: by headings, with the x axis at a bearing of {bearing:g} deg; {outside} is"
+            " at headings and peak periods without a limit, and counts as not workable"
+        )
+        return
+    known = weather.hindcast.coming is not None and found.sizes["heading"] > 1
+    remedy = "; give operability.bearing to use the directions of the hindcast" if known else ""
+    several = found.sizes["heading"] * found.sizes["swell"] > 1
+    least = "by the least limit of all headings and swells" if several else "all waves count alike"
     yield (
-        f"hindcast: {found.workable:.1%} of the time workable; {length / HOUR:g} h can begin in"
-        f" {found.startable:.1%}; waiting P50 {times[0]}, P90 {times[1]}; after the last window"
-        f" {found.none:.1%} of the record is left"
+        f"hindcast: {least}{remedy}; {outside} is at peak periods without a limit, and counts as"
+        " not workable"
     )
 
 
-def _beyond(curve: Curve, unknown: float) -> str:
-    return (
-        f"{unknown:.1%} of the seas are outside Tp {curve.period[0]:g} to {curve.period[-1]:g} s"
-        " and count as not workable"
-    )
+def _seasons(found: xr.Dataset) -> Iterator[str]:
+    for season in found.season.values:
+        at = found.sel(season=season)
+        of = (float(at[f"hindcast_{name}"]) for name in ("workable", "startable", "never"))
+        workable, startable, never = of
+        p50, p90 = (_hours(float(w)) for w in at.waiting.values)
+        yield (
+            f"  {season}: {workable:.1%} of the time workable; {found.waiting.window / HOUR:g} h"
+            f" can begin in {startable:.1%}; waiting P50 {p50}, P90 {p90}; after the last window"
+            f" {never:.1%} is left"
+        )
+
+
+def _hours(seconds: float) -> str:
+    return f"{seconds / HOUR:.1f} h" if np.isfinite(seconds) else "beyond the record"
