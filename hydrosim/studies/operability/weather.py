@@ -20,6 +20,7 @@ from hydrosim.studies.operability.file import Operability, Operation
 HOUR = 3600.0
 YEAR = "year"  # the whole record
 QUANTILES = (0.5, 0.9)
+SHARES = ("workable", "startable", "never")
 
 
 @dataclass(frozen=True)
@@ -191,16 +192,14 @@ def _directions(found: xr.Dataset, weather: Weather) -> Iterator[str]:
 
 
 def _seasons(found: xr.Dataset) -> Iterator[str]:
+    titles = ("season", "workable", "can begin", "waiting P50", "waiting P90", "no more")
+    yield f"windows of {found.waiting.window / HOUR:g} h:"
+    yield "  " + " ".join([f"{titles[0]:<10s}", *(f"{title:>17s}" for title in titles[1:])])
     for season in found.season.values:
         at = found.sel(season=season)
-        of = (float(at[f"hindcast_{name}"]) for name in ("workable", "startable", "never"))
-        workable, startable, never = of
-        p50, p90 = (_hours(float(w)) for w in at.waiting.values)
-        yield (
-            f"  {season}: {workable:.1%} of the time workable; {found.waiting.window / HOUR:g} h"
-            f" can begin in {startable:.1%}; waiting P50 {p50}, P90 {p90}; after the last window"
-            f" {never:.1%} is left"
-        )
+        shares = [f"{float(at[f'hindcast_{name}']):.1%}" for name in SHARES]
+        cells = [*shares[:2], *(_hours(float(w)) for w in at.waiting.values), shares[2]]
+        yield "  " + " ".join([f"{season:<10s}", *(f"{cell:>17s}" for cell in cells)])
 
 
 def _hours(seconds: float) -> str:
