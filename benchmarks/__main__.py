@@ -1,5 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/."""
+JSON and pictures in benchmarks/results/; with --keep in benchmarks/measured/, of which the page of the
+documentation is made."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 
 from importlib import import_module
 
-from benchmarks.report import machine, save
+from benchmarks.report import MEASURED, RESULTS, machine, save
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
@@ -32,6 +33,8 @@ LONG = (
 def main(asked: list[str]) -> None:
     """Answer the questions, one after the other."""
     known = (*QUESTIONS, *LONG)
+    folder = MEASURED if "--keep" in asked else RESULTS
+    asked = [each for each in asked if each != "--keep"]
     unknown = set(asked) - set(known)
     if unknown:
         raise SystemExit(f"no such question: {', '.join(unknown)}; there is {', '.join(known)}")
@@ -40,7 +43,7 @@ def main(asked: list[str]) -> None:
     for question in asked or QUESTIONS:
         answer = import_module(f"benchmarks.{question}").answer()
         print(f"\n# {question}\n\n{answer}")
-        for path in save(question, answer, here):
+        for path in save(question, answer, here, folder):
             print(f"written: {path}")
 
 

@@ -7,6 +7,7 @@ import platform
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
+MEASURED = ROOT / "benchmarks" / "measured"
 
 Row = Mapping[str, str | float]
 
@@ -41,14 +43,16 @@ def markdown(rows: Sequence[Row]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in padded)
 
 
-def save(question: str, answer: Answer, here: Mapping[str, str]) -> list[Path]:
+def save(
+    question: str, answer: Answer, here: Mapping[str, str], folder: Path = RESULTS
+) -> list[Path]:
     """Write the answer as JSON, with the machine, and its picture; returns their paths."""
-    RESULTS.mkdir(exist_ok=True)
-    paths = [RESULTS / f"{question}.json"]
+    folder.mkdir(exist_ok=True)
+    paths = [folder / f"{question}.json"]
     content = {"machine": here, "tables": answer.tables, "remarks": answer.remarks}
     paths[0].write_text(json.dumps(content, indent=2) + "\n")
     if answer.picture is not None:
-        paths.append(RESULTS / f"{question}.png")
+        paths.append(folder / f"{question}.png")
         answer.picture.savefig(paths[-1])
     return paths
 
@@ -64,6 +68,7 @@ def machine() -> dict[str, str]:
         "python": platform.python_version(),
         **{name: version(name) for name in packages},
         "commit": _commit(),
+        "date": datetime.now(UTC).date().isoformat(),
     }
 
 

@@ -1,11 +1,12 @@
 """What the site is made of besides `docs/`.
 
-Pages of the keys and commands from the program itself; READMEs of cases, databases, benchmarks
+Pages of the keys and commands from the program itself; what benchmarks measured, as they wrote it; READMEs of cases, databases, benchmarks
 with their pictures; links that hold in both places.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from os.path import relpath
 from pathlib import Path
@@ -27,6 +28,7 @@ PLAIN = {"string": "a text", "boolean": "true or false", "integer": "a whole num
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made, and those beside `docs/`."""
     made = {"keys.md": keys, "studies_keys.md": study_keys, "commands.md": commands}
+    made |= {"measured.md": measured}
     for name, text in made.items():
         files.append(File.generated(config, name, content=text()))
     files.append(File.generated(config, "index.md", abs_src_path=str(ROOT / "README.md")))
@@ -133,6 +135,32 @@ def _holds(value: dict[str, Any], shared: dict[str, Any]) -> str:
     if isinstance(value.get("additionalProperties"), dict):
         return f"by name, {_holds(value['additionalProperties'], shared)}"
     return PLAIN.get(value.get("type", ""), value.get("type", ""))
+
+
+def measured() -> str:
+    """What benchmarks have written to be kept, each with what it was made with."""
+    parts = [
+        "# As measured\n\nTables as `python -m benchmarks --keep QUESTION` wrote them;"
+        " what the questions are is said with the [benchmarks](benchmarks/README.md).\n"
+    ]
+    for path in sorted((ROOT / "benchmarks" / "measured").glob("*.json")):
+        found = json.loads(path.read_text("utf-8"))
+        made_with = "; ".join(f"{name}: {value}" for name, value in found["machine"].items())
+        parts.append(f"\n## {path.stem}\n\n{made_with}\n")
+        parts += [f"\n{title}\n\n{_table(rows)}" for title, rows in found["tables"].items()]
+        parts.append("".join(f"\n* {remark}" for remark in found["remarks"]))
+    return "\n".join(parts) + "\n"
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """Rows with the same keys as a table in markdown."""
+    lines = [list(rows[0]), ["---"] * len(rows[0]), *(map(_cell, row.values()) for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(value: object) -> str:
+    shown = f"{value:.3g}" if isinstance(value, float) else str(value)
+    return shown.replace("|", "\\|")
 
 
 def commands() -> str:
