@@ -1,6 +1,6 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
-JSON and pictures in benchmarks/results/; with --keep in benchmarks/measured/, of which the page of the
-documentation is made."""
+JSON and pictures in benchmarks/results/; with --keep in benchmarks/measured/, of which the site
+makes a page."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What the site is made of besides `docs/`.
 
-Pages of the keys and commands from the program itself; what benchmarks measured, as they wrote it; READMEs of cases, databases, benchmarks
-with their pictures; links that hold in both places.
+Pages of the keys and commands from the program itself; what benchmarks measured, as they wrote it;
+READMEs of cases, databases, benchmarks with their pictures; links that hold in both places.
 """
 
 from __future__ import annotations

@@ -26,16 +26,16 @@ ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 def ballast(
     case_file: CaseFile,
     time: Annotated[
-        str, typer.Option(help="Show the loading condition at this time [s], or with a unit.")
+        str, typer.Option(help='Show the loading condition at this time: "1 hour", or seconds.')
     ] = "0 s",
     lift: Annotated[
-        str | None, typer.Option(help='Plan to take out this weight [N]: "20000 tonne_force".')
+        str | None, typer.Option(help='Plan to take out this weight (N): "20000 tonne_force".')
     ] = None,
     rise: Annotated[
-        str | None, typer.Option(help='Plan to rise by this much [m]: "0.5 m".')
+        str | None, typer.Option(help='Plan to rise by this much (m): "0.5 m".')
     ] = None,
     within: Annotated[
-        str, typer.Option(help="Let the plan take at most this time [s], or with a unit.")
+        str, typer.Option(help='Let the plan take at most this time: "1 hour", or seconds.')
     ] = "1 hour",
     body: Annotated[str | None, typer.Option(help="Plan for this body.")] = None,
     output: Annotated[

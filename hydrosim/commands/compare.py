@@ -20,7 +20,9 @@ RunFile = Annotated[
 ]
 Channels = Annotated[
     str | None,
-    typer.Option(help="Take these channels of the run, by commas; * is anything: position.*"),
+    typer.Option(
+        help='Take these channels, by commas; * is anything: "position.*,wave_elevation".'
+    ),
 ]
 
 
@@ -52,7 +54,7 @@ def compare(
     start: From = "",
     end: To = "",
     bands: Annotated[
-        str, typer.Option(help="Count as waves what is between these frequencies [rad/s].")
+        str, typer.Option(help="Count as waves what is between these frequencies (rad/s).")
     ] = "0.1,2.5",
     output: Annotated[
         Path | None,

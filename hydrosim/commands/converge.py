@@ -18,7 +18,7 @@ err = progress_console()
 def converge(
     case_file: CaseFile,
     methods: Annotated[str, typer.Option(help="Try these methods, by commas.")] = "rk2,rk4,dopri5",
-    steps: Annotated[str, typer.Option(help="Try these steps [s], by commas.")] = "0.1,0.05,0.025",
+    steps: Annotated[str, typer.Option(help="Try these steps (s), by commas.")] = "0.1,0.05,0.025",
     tolerances: Annotated[
         str, typer.Option(help="Try these tolerances of adaptive methods, by commas.")
     ] = "1e-5,1e-6,1e-7",

@@ -93,7 +93,7 @@ def convert(
         str | None, typer.Option(help="Accept what these checks find, by name; kept in .nc files.")
     ] = None,
     frequencies: Annotated[
-        str | None, typer.Option(help='Keep frequencies between these [rad/s]: "0, 3 rad/s".')
+        str | None, typer.Option(help='Keep frequencies between these (rad/s): "0, 3 rad/s".')
     ] = None,
     without: Annotated[str | None, typer.Option(help="Leave out drift, qtf, loads.")] = None,
     symmetrise: Annotated[bool, typer.Option("--symmetrise", help="Mend the symmetries.")] = False,

@@ -29,28 +29,28 @@ class _Numbers(NamedTuple):
     of_body: int = 0
 
 
-_PLACE = ("Give x, y, z [m].", "coordinate", "m", "-4.9 m", 3)
+_PLACE = ("Give x, y, z (m).", "coordinate", "m", "-4.9 m", 3)
 _NUMBERS = {
-    "length": _Numbers("--length", "Undo a division by this length [m].", "length", "m", "1 m"),
+    "length": _Numbers("--length", "Undo a division by this length (m).", "length", "m", "1 m"),
     "water_density": _Numbers(
         "--density",
-        "Give the density of the water [kg/m^3].",
+        "Give the density of the water (kg/m^3).",
         "density",
         "kg/m^3",
         "1.025 tonne/m^3",
     ),
     "gravity": _Numbers(
         "--gravity",
-        "Give the acceleration of gravity [m/s^2].",
+        "Give the acceleration of gravity (m/s^2).",
         "acceleration",
         "m/s^2",
         "9.81 m/s^2",
     ),
     "water_depth": _Numbers(
-        "--depth", 'Give the depth of the water [m], or "infinite".', "depth", "m", "100 m"
+        "--depth", 'Give the depth of the water (m), or "infinite".', "depth", "m", "100 m"
     ),
     "volume": _Numbers(
-        "--volume", "Give the displaced volume [m^3].", "volume", "m^3", "1000 m^3", 1
+        "--volume", "Give the displaced volume (m^3).", "volume", "m^3", "1000 m^3", 1
     ),
     "centre_of_buoyancy": _Numbers("--centre-of-buoyancy", *_PLACE),
     "centre_of_gravity": _Numbers("--centre-of-gravity", *_PLACE),

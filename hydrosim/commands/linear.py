@@ -39,11 +39,11 @@ def linear(
     ] = "0 s",
     headings: Annotated[
         str | None,
-        typer.Option(help="Compute RAOs for these headings [deg], by commas; else the sea's."),
+        typer.Option(help="Compute RAOs for these headings (deg), by commas; else the sea's."),
     ] = None,
     periods: Annotated[
         str | None,
-        typer.Option(help="Compute RAOs at these periods [s], by commas; else the databases'."),
+        typer.Option(help="Compute RAOs at these periods (s), by commas; else the databases'."),
     ] = None,
     own: Annotated[
         bool, typer.Option("--database", help="Use added mass and damping as databases have them.")

@@ -12,9 +12,10 @@ from hydrosim.commands.terminal import show
 
 
 def replay(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="The result of a run.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="REPLAY.html", help="Page.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="REPLAY.html", help="Where to write the page."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:

@@ -14,10 +14,11 @@ from hydrosim.commands.terminal import show
 def report(
     run_file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.nc", help="Result of run, sweep, operability or compare."),
+        typer.Argument(metavar="RESULT.nc", help="What run, sweep, operability or compare wrote."),
     ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="REPORT.html", help="Page.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="REPORT.html", help="Where to write the page."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:

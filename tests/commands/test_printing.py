@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rich.table import Table
+from typer.main import get_command
 
+from hydrosim.cli import app
 from hydrosim.commands.terminal import printable, show
 
 ROOT = Path(__file__).parents[2]
@@ -88,3 +92,20 @@ def test_shells_complete_commands_and_options(typed: str, offered: set[str]) -> 
     command = [sys.executable, "-m", "hydrosim"]
     done = subprocess.run(command, env={**os.environ, **asked}, capture_output=True, text=True)
     assert set(done.stdout.split()) == offered
+
+
+def helps(command: Any, name: str) -> Iterator[tuple[str, str]]:
+    """All texts of help of a command and of those below it."""
+    yield name, command.help or ""
+    for option in command.params:
+        yield f"{name} {option.name}", getattr(option, "help", None) or ""
+    for own, one in getattr(command, "commands", {}).items():
+        yield from helps(one, f"{name} {own}")
+
+
+def test_no_help_has_brackets_which_rich_would_take_for_markup() -> None:
+    """[s] would begin a style, and vanish."""
+    each = dict(helps(get_command(app), "hydrosim"))
+    assert len(each) > 100
+    assert [name for name, text in each.items() if "[" in text] == []
+    assert [name for name, text in each.items() if text and not text.rstrip().endswith(".")] == []
