@@ -28,6 +28,7 @@ RULE = re.compile(r"[-=_+|\s]*")
 IN_BRACKETS = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 TIME = re.compile(r"(?:time|t)", re.IGNORECASE)
 DATE = re.compile(r"\d{4}-\d\d-\d\d")
+DATED = ", or a date such as 2020-01-31T12:00"
 EPOCH = np.datetime64("1970-01-01", "ms")
 PLAIN = {"": "", "-": "", "1": ""}  # units of plain numbers
 SPELLINGS = {  # as programs write them
@@ -104,7 +105,10 @@ def parse(source: Source, dates: bool = False) -> Table:
                 found = f"found {len(rows[-1])} values; expected {len(rows[0])}"
                 source.wrong(f"{found}, as in line {lines[0]}", number)
     if not rows:
-        source.wrong("found no numbers; expected lines of numbers, the first of them the time [s]")
+        or_date = DATED if dates else ""
+        source.wrong(
+            f"found no numbers; expected lines of numbers, the first of them the time [s]{or_date}"
+        )
     dated = dates and any(DATE.match(field) for field in _split(first, separator))
     return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines, dated)
 
@@ -148,9 +152,12 @@ def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None
 
 
 def _begins(line: str, dates: bool) -> bool:
-    """True if a line begins with a number."""
+    """True if a line begins with a number, or with what is to be a date."""
+    first = re.split(r"[,;\s]", line)[0]
+    if dates and DATE.match(first):
+        return True
     try:
-        _number(re.split(r"[,;\s]", line)[0], dates)
+        float(first)
     except ValueError:
         return False
     return True
@@ -179,7 +186,8 @@ def _numbers(source: Source, line: int, fields: Sequence[str], dates: bool) -> l
             numbers.append(_number(field, dates))
         except ValueError:
             remedy = "a decimal point, not a comma, and # before a remark"
-            source.wrong(f"found {shown(field)}; expected a number; {remedy}", line)
+            expected = f"a number{DATED if dates else ''}; {remedy}"
+            source.wrong(f"found {shown(field)}; expected {expected}", line)
     return numbers
 
 

@@ -213,6 +213,13 @@ def test_directions_in_netcdf(tmp_path: Path) -> None:
         ("time, hs, tp\n0, 1, 8\n0, 1, 8\n", "expected it to rise"),
         ("time [m], hs, tp\n0, 1, 8\n1, 1, 8\n", "expected it in s"),
         ("time, hs, tp\n0, -1, 8\n1, 1, 8\n", "below zero"),
+        (
+            "time, hs, tp\n2020-13-01, 1, 8\n",
+            ':2: found "2020-13-01"; expected a number, or a date',
+        ),
+        ("time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n", "or a date such as 2020-01-31T12:00"),
+        ("01.02.2020 00:00, 1, 6\n", "the time .s., or a date"),
+        ("time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n", "expected it in deg"),
     ],
 )
 def test_hindcasts_that_are_none(tmp_path: Path, text: str, words: str) -> None:
