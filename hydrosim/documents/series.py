@@ -110,9 +110,13 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
 
 def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
     """The names of all columns: of what is measured over time, or instead of ``modes`` (flags)."""
-    for name, variable in run.data_vars.items():
+    known: dict[str, list[str]] = {}
+    for name in run.data_vars:
+        variable = run.variables[name]
         if "time" in variable.dims and ("flag_values" in variable.attrs) == modes:
-            labels = [[str(label) for label in run[dim].values] for dim in _others(variable)]
+            dims = [*_others(variable)]
+            known |= {dim: [str(x) for x in run[dim].values] for dim in dims if dim not in known}
+            labels = [known[dim] for dim in dims]
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
 
@@ -156,7 +160,7 @@ def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     return each[min(row // 3, len(each) - 1)]
 
 
-def _others(values: xr.DataArray) -> Iterator[str]:
+def _others(values: xr.DataArray | xr.Variable) -> Iterator[str]:
     return (str(dim) for dim in values.dims if dim != "time")
 
 

@@ -76,6 +76,24 @@ def statistics(
     ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
     and, of the whole run, of each fender the time in each mode and slip, and of each group of them
     crawl by phase. InputError where there is no such channel."""
+    found, coords, attributes = columns(run, start, exposure, channels)
+    return xr.Dataset({**found, **of_contacts(run)}, coords, attributes)
+
+
+def of_contacts(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Statistics of the contacts of a run, if it has any."""
+    if "contact_group" not in run.dims:
+        return {}
+    return {**contact_statistics(run), **stages(run)}
+
+
+def columns(
+    run: xr.Dataset,
+    start: float = 0.0,
+    exposure: float | None = None,
+    channels: Sequence[str] = (),
+) -> tuple[Found, dict[str, Any], dict[str, Any]]:
+    """`statistics` but those of contacts: variables, coordinates and attributes."""
     late = _late(run, start)
     time = run.variables["time"].values[late]
     step = float(np.diff(time[:2])[0])
@@ -105,10 +123,7 @@ def statistics(
         "exposure": step * time.size if exposure is None else exposure,
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
-    dataset = xr.Dataset(found, _coordinates(run, found) | coords, attributes)
-    if "contact_group" not in run.dims:
-        return dataset
-    return dataset.assign(contact_statistics(run)).assign(stages(run))
+    return found, _coordinates(run, found) | coords, attributes
 
 
 def _late(run: xr.Dataset, start: float) -> slice:

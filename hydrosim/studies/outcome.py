@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from threading import Event
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -15,7 +15,7 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.explain import explained
 from hydrosim.results.figures import Figure, figure_of
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
-from hydrosim.results.statistics import statistics
+from hydrosim.results.statistics import columns, of_contacts
 from hydrosim.studies.shared import Work
 from hydrosim.studies.simulation import run_compiled
 
@@ -87,40 +87,43 @@ def digested(
     if unknown:
         known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
-    end = run.position.isel(time=-1, drop=True)
-    end.attrs.update(long_name="displacement and angles at the end of the run")
-    more = {"end_position": end}
+    found, coords, attributes = columns(run, start)
+    more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
-    more |= {name: xr.DataArray(run.attrs[name]) for name in COUNTS}
-    found = statistics(run, start)
+    more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
     for figure in figures:
-        if figure.name in found or figure.name in more or figure.name in run:
+        if figure.name in more or figure.name in coords or figure.name in run:
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
             )
-        more[figure.name] = figure_of(run, figure)
-    # without their coordinates, which are there: xarray would align each with all others
-    found = found.assign({name: each.variable for name, each in more.items()})
+        more[figure.name] = figure_of(run, figure).variable
+    kept = xr.Dataset(more, coords, attributes)
     if "impulse" in run:
-        found = xr.merge([found, explained(run)], join="exact", compat="equals")
-    return xr.merge([run[variables], found], join="outer", compat="equals") if variables else found
+        kept = xr.merge([kept, explained(run)], join="exact", compat="equals")
+    return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
 
 
-def _sequence(run: xr.Dataset) -> xr.DataArray:
+def _end(run: xr.Dataset) -> xr.Variable:
+    end = run.variables["position"].isel(time=-1)
+    end.attrs["long_name"] = "displacement and angles at the end of the run"
+    return end
+
+
+def _sequence(run: xr.Dataset) -> xr.Variable:
     """A number for the order in which contacts open, stick and slip, as recorded: runs that have
     another one went another way."""
     modes = run.fender_mode.transpose("time", "fender").values
     changed = np.any(modes[1:] != modes[:-1], axis=1)
     order = modes[np.append(True, changed)].astype(np.int8)
     said = {"long_name": "checksum of the order of contact modes"}
-    return xr.DataArray(np.int64(crc32(np.ascontiguousarray(order).tobytes())), attrs=said)
+    return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), said)
 
 
-def _first_contact(run: xr.Dataset) -> xr.DataArray:
+def _first_contact(run: xr.Dataset) -> xr.Variable:
     """When each group of contacts touches first, NaN if it does not."""
     phase = run.contact_phase.transpose("contact_group", "time").values
     first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
     said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
-    return xr.DataArray(first, {"contact_group": run.contact_group}, ("contact_group",), attrs=said)
+    return xr.Variable("contact_group", first, said)
