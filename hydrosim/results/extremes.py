@@ -39,6 +39,8 @@ PERIODIC = 0.05  # of the mean period: the same of periods
 UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
 FEWEST = 20  # waves
 SHAPES = (0.5, 4.0)  # of a tail: lighter ones are nearly cut off
+OFF = 1.3  # times the shape over the root of the number of waves: the scatter of shapes
+NORMAL = 1.645  # 5 % of a normal distribution are beyond
 NEAR = 0.02  # of the range: a magnitude comes so near to zero
 SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
 ROUNDING = 1e-12  # of the largest value
@@ -171,16 +173,31 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
 
 def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
     """By Gumbel's law of so many windows: of x itself if it is slow, else of (x - origin)^shape,
-    whose tail is exponential."""
+    whose tail is exponential; what the shape is off is in the intervals."""
     origin, shape = (x.mean(), 1.0) if record.slow else _tail(x)
     if shape > SHAPES[1]:
         return none(Basis.CLIPPED)
-    z = x - origin
+    found = _of_power(x - origin, shape, count, record)
+    if found is None:
+        return none(Basis.ALONE)
+    if not record.slow:
+        waves = upcrossings(x - origin).size
+        other = _of_power(x - origin, shape * (1.0 + OFF / np.sqrt(waves)), count, record)
+        if other is not None:
+            off = NORMAL * (other[0] - found[0])
+            apart = found - found[0]
+            found = found[0] + np.sign(apart) * np.hypot(apart, off)
+    return _of(origin + found, Basis.GUMBEL)
+
+
+def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.ndarray | None:
+    """Figures (5,) by Gumbel's law of z^shape, z being from the origin of the tail; None where the
+    largest value is not of it."""
     law = fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
     if law.exceedances(z.max() ** shape, count) < UNLIKELY:
-        return none(Basis.ALONE)
+        return None
     values = np.array(_by(law, record.ratio * count, Basis.GUMBEL)[:-1])
-    return _of(origin + np.sign(values) * np.abs(values) ** (1.0 / shape), Basis.GUMBEL)
+    return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / shape))
 
 
 def _tail(x: np.ndarray) -> tuple[float, float]:
