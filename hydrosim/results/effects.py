@@ -20,6 +20,7 @@ from scipy.stats import sobol_indices, spearmanr
 from scipy.stats import t as student
 
 from hydrosim.errors import InputError
+from hydrosim.results.growing import GATHERED
 from hydrosim.results.gumbel import INTERVAL
 
 DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
@@ -184,6 +185,13 @@ def _changed(pairs: list[tuple[xr.Dataset, xr.Dataset]]) -> float:
     return float(np.mean(known)) if known else np.nan
 
 
+def _remedy(runs: xr.Dataset) -> str:
+    """What to do where some runs have no value."""
+    if GATHERED in runs.attrs:
+        return f"The study is on its way ({runs.attrs[GATHERED]}): wait for the rest."
+    return "Take ranges in which no run fails."
+
+
 def indices(plan: Plan) -> Iterator[Index]:
     """Sobol's indices, by the estimators of Saltelli et al. (2010) and Jansen, of the mean over the
     seeds; intervals by drawing samples again. InputError where some run failed."""
@@ -193,7 +201,7 @@ def indices(plan: Plan) -> Iterator[Index]:
         if not np.isfinite(values).all():
             raise InputError(
                 f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
-                " samples; Sobol's indices need all. Take ranges in which no run fails."
+                f" samples; Sobol's indices need all. {_remedy(plan.runs)}"
             )
         sets = {
             "f_A": values[None, :n],

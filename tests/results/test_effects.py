@@ -76,6 +76,10 @@ def test_sobol_indices_of_ishigami() -> None:
         assert index.total[0] == pytest.approx(total, abs=0.03)
         assert index.first[1] < first < index.first[2]
         assert index.total[1] < total < index.total[2]
+    runs.y[3] = np.nan
+    for attributes, remedy in (({}, "no run fails"), ({"gathered": "7 runs"}, "7 runs.: wait for")):
+        with pytest.raises(InputError, match=f"no value in 1 of .*{remedy}"):
+            list(effects.indices(effects.plans(runs.assign_attrs(attributes))[0]))
 
 
 def test_one_at_a_time_and_what_is_missing() -> None:
