@@ -54,7 +54,9 @@ def with_states(given: Several, total: int) -> Several:
         elements=placed(model.elements, model.own + more),
         own=model.own + more,
         slow=model.slow + more,
+        draught=model.draught + more,
         energy=model.energy + more,
+        impulse=model.impulse + more,
         size=model.size + more,
     )
     state = first._replace(y=np.insert(first.y, at, np.zeros(more)))
