@@ -54,6 +54,12 @@ def test_texts_of_a_case_are_shown_as_they_are(case: hs.Case) -> None:
         assert HOSTILE in page.text
 
 
+def test_a_heading_is_shown_where_a_body_has_one(case: hs.Case, tmp_path: Path) -> None:
+    assert "heading" not in case._repr_html_()
+    turned = hs.load_case(case.path, ["bodies.block.heading=30 deg"])._repr_html_()
+    assert "<td>heading</td><td>30 deg</td>" in turned
+
+
 def test_a_case_says_what_it_is_in_one_line(case: hs.Case) -> None:
     assert repr(case).endswith(f"block.yaml: {HOSTILE}, 2 s; bodies: block; forces: >")
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from hydrosim.case.hydrodynamics import files_of
+from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
 from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
@@ -26,6 +26,7 @@ def check(case: CaseFile, folder: Path) -> Iterator[Problem]:
     """All contradictions in ``case``; relative paths in it are relative to ``folder``."""
     yield from _check_names(case)
     yield from _check_bodies(case)
+    yield from _check_accepted(case)
     yield from _check_waves(case)
     yield from _check_streams(case)
     yield from _check_files(case, folder)
@@ -66,6 +67,16 @@ def _check_body(case: CaseFile, keys: Keys, body: str) -> Iterator[Problem]:
     if body not in case.bodies:
         text = f"found {shown(body)}; expected a body of this case: {', '.join(case.bodies)}"
         yield Problem(keys, joined(text, suggestion(body, case.bodies)))
+
+
+def _check_accepted(case: CaseFile) -> Iterator[Problem]:
+    """Names of findings about databases, of which the checks know."""
+    for name, body in case.bodies.items():
+        for keys, finding in accepted_of(body.hydrodynamics):
+            from hydrosim.database.checks import unknown  # loads numba
+
+            if wrong := unknown(finding):
+                yield Problem(("bodies", name, "hydrodynamics", *keys), wrong)
 
 
 def _check_waves(case: CaseFile) -> Iterator[Problem]:

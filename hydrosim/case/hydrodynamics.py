@@ -111,6 +111,18 @@ def files_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
     return []
 
 
+def accepted_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
+    """The findings that are accepted, with the keys to them."""
+    match value:
+        case DatabaseFile():
+            return [(("accept", k), finding) for k, finding in enumerate(value.accept)]
+        case tuple():
+            return [
+                ((k, *keys), x) for k, member in enumerate(value) for keys, x in accepted_of(member)
+            ]
+    return []
+
+
 def built(value: Any, place: Place) -> Any:
     """As a scene has it; ``place`` is where a file of that name is."""
     if value is None:

@@ -45,6 +45,8 @@ BODY = {
     "hydrostatics": (1.0, ""),
     "weight": (1.0, ""),
 }
+USUAL = {"heading": 0.0}
+"""What is not worth a row where it is so."""
 
 
 class CaseTable(NamedTuple):
@@ -98,7 +100,7 @@ def _environment(water: Any) -> Iterator[tuple[str, str]]:
 def _bodies(bodies: Any) -> Iterator[tuple[str, str, str]]:
     for name, body in (bodies or {}).items():
         for key, (scale, unit) in BODY.items():
-            if body.get(key) is not None:
+            if body.get(key) not in (None, USUAL.get(key)):
                 yield str(name), key.replace("_", " "), _scaled(body[key], scale, unit)
 
 

@@ -8,12 +8,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, To, numbers, placed, seconds, window_of
+from hydrosim.commands.options import (
+    From,
+    Overwrite,
+    To,
+    numbers,
+    placed,
+    refuse_options,
+    seconds,
+    window_of,
+)
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hydrosim.outputs import Output
 
 RunFile = Annotated[
     Path, typer.Argument(metavar="RUN.nc", help="The result of a run, or of a study.")
@@ -27,6 +38,7 @@ Channels = Annotated[
 
 
 def compare(
+    context: typer.Context,
     run_file: RunFile,
     recorded: Annotated[
         Path,
@@ -78,14 +90,25 @@ def compare(
     Writes both series and their difference as netCDF, and a picture. Exit code 1 if a channel is
     beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
     what differs between any two results, to the bit, and nothing is written. Of two files of many
-    runs it is said, and written, which of their numbers differ by more than chance. `hydrosim
+    runs it is said, and written, which of their numbers differ by more than chance; of the options
+    they take --output and --overwrite alone. `hydrosim
     report` makes a page of what is written.
     """
     if exact:
+        refuse_options(context, {"exact", "but"}, "--exact, which compares all there is")
         _exactly(run_file, recorded, _patterns(but))
         return
+    if but:
+        raise InputError("--but: found no --exact; expected it, of which it leaves names out.")
     name = f"{run_file.stem}_compare"
-    if _of_many(run_file, recorded, name, output, overwrite):
+    from hydrosim.results.runs_file import open_runs
+
+    if (runs := open_runs(run_file)) is not None:
+        refuse_options(context, {"output", "overwrite"}, f"{run_file}, a file of many runs")
+        result = placed(
+            output, name, "comparison", run_file, inputs=[recorded], overwrite=overwrite
+        )
+        _of_many(runs, run_file, recorded, result)
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
@@ -124,23 +147,19 @@ def compare(
         raise typer.Exit(1)
 
 
-def _of_many(one: Path, other: Path, name: str, output: Path | None, overwrite: bool) -> bool:
-    """Compare two files of many runs, if the first is one; InputError if the other is none then."""
+def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output) -> None:
+    """Compare two files of many runs; InputError if the other is none."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies, lines
     from hydrosim.results.output import write
     from hydrosim.results.runs_file import open_runs
 
-    ours, theirs = open_runs(one), open_runs(other)
-    if ours is None:
-        return False
+    theirs = open_runs(other)
     if theirs is None:
         raise InputError(f"{other}: is no file of many runs, as {one} is; expected another such.")
-    result = placed(output, name, "comparison", one, inputs=[other], overwrite=overwrite)
     found = compare_studies(ours, theirs)
     write(studies_dataset(found, _compared(ours, one, other)), result)
     show(*lines(found), f"result    {result.path}")
-    return True
 
 
 def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:

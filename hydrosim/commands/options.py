@@ -101,6 +101,22 @@ def seconds(option: str, text: str, otherwise: float) -> float:
     return quantity(option, text, "time", "s", "10 min") if text else otherwise
 
 
+def refuse_options(context: typer.Context, used: Iterable[str], why: str) -> None:
+    """Raises InputError if an option of the command is given that is not among those ``used``, by
+    the names of its parameters; ``why`` ends the message."""
+    given = [
+        max(option.opts, key=len)
+        for option in context.command.params
+        if option.param_type_name == "option"
+        and option.name not in used
+        and getattr(context.get_parameter_source(str(option.name)), "name", "") == "COMMANDLINE"
+    ]
+    if given:
+        raise InputError(
+            f"{', '.join(given)}: found {why}; expected none of these options with it."
+        )
+
+
 def names_in(text: str) -> list[str]:
     """Names or patterns separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
-from hydrosim.database.checks import ACCEPTED, NAMES, accepted
+from hydrosim.database.checks import ACCEPTED, accepted, unknown
 from hydrosim.database.database import HydroDatabase, Real, of_frequencies
 from hydrosim.database.transfer import MATRICES
 from hydrosim.dofs import MIRROR_SIGN
@@ -58,10 +57,8 @@ def _words(changes: Changes) -> Iterator[str]:
 
 def _known(name: str) -> str:
     """The name of a finding."""
-    if name not in NAMES:
-        near = get_close_matches(name, NAMES, 1)
-        expected = f'"{near[0]}"' if near else f"one of {', '.join(NAMES)}"
-        raise InputError(f'hydrodynamics.accept: found "{name}"; expected {expected}.')
+    if wrong := unknown(name):
+        raise InputError(f"hydrodynamics.accept: {wrong}.")
     return name
 
 

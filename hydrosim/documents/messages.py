@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from hydrosim.documents.nodes import joined, suggestion
 from hydrosim.documents.units import Quantity, shown
@@ -58,13 +59,20 @@ def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Pro
                 yield Problem(
                     keys, f"found {shown(value)}; expected {context['max_length']} values"
                 )
+            case "too_short":
+                least = context["min_length"]
+                yield Problem(keys, f"found {shown(value)}; expected {_some(least)} or more")
             case kind:
                 expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
                 yield Problem(keys, f"found {shown(value)}; expected {expected}")
 
 
+def _some(count: int) -> str:
+    return "one" if count == 1 else f"{count}"
+
+
 def _unknown(keys: Keys, reader: type[BaseModel] | None) -> str:
-    known = reader.model_fields if reader else {}
+    known = _fields(reader) if reader else {}
     text = f"found an unknown key; expected one of: {', '.join(known)}"
     return joined(text, suggestion(str(keys[-1]), known))
 
@@ -72,9 +80,14 @@ def _unknown(keys: Keys, reader: type[BaseModel] | None) -> str:
 def _missing(keys: Keys, value: Any, reader: type[BaseModel] | None) -> str:
     if reader is None:
         return f"found {shown(value)}; expected more values"
-    about = reader.model_fields[str(keys[-1])].metadata
+    about = _fields(reader)[str(keys[-1])].metadata
     expected = next((item.expected for item in about if isinstance(item, Quantity)), "one")
     return f'found no key "{keys[-1]}"; expected {expected}'
+
+
+def _fields(reader: type[BaseModel]) -> dict[str, FieldInfo]:
+    """What a model has, by the keys of a file."""
+    return {field.alias or name: field for name, field in reader.model_fields.items()}
 
 
 def _choice(value: Any, expected: str) -> str:

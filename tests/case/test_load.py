@@ -416,6 +416,13 @@ HYDRODYNAMICS = {
     "{file: none.nc, frequencies: [3 rad/s, 1 rad/s]}": "the lower one first",
     "{file: none.nc, without: [heave]}": "hydrodynamics.without.0",
     "{file: none.nc, simetrise: true}": "symmetrise",
+    "{file: none.nc, accept: [positive dampng]}": (
+        'case.yaml:6: bodies.block.hydrodynamics.accept.0: found "positive dampng"; expected'
+        ' "positive damping"'
+    ),
+    "[{file: none.nc, draught: 4 m}, {file: none.nc, draught: 5 m, accept: [x]}]": (
+        'case.yaml:6: bodies.block.hydrodynamics.1.accept.0: found "x"; expected one of '
+    ),
     "{file: none.nc}": "hydrodynamics.file: found no such file",
     "{stiffness: {heave: -1 N/m}}": "hydrodynamics.stiffness",
     "{damping: {heave: 1 kN/m}}": "hydrodynamics.damping.heave",

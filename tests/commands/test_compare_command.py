@@ -150,6 +150,35 @@ def test_a_recording_of_another_time_is_refused(hydrosim: Command) -> None:
 
 
 @pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--tolerance", "1"), "--tolerance: found one.nc, a file of many runs; expected none"),
+        (("-m", "map.yaml", "--to", "9"), "--mapping, --to: found one.nc, a file of many runs"),
+        (("--channels", "position.*"), "--channels: found one.nc, a file of many runs"),
+        (("--shift", "--bands", "0.2,2"), "--shift, --bands: found one.nc, a file of many runs"),
+        (("--exact", "--from", "0"), "--from: found --exact, which compares all there is; expec"),
+        (("--but", "seed"), "--but: found no --exact; expected it"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(
+    hydrosim: Command, tmp_path: Path, options: tuple[str, ...], message: str
+) -> None:
+    """Two files of the same four runs, which compare without them."""
+    values = np.random.default_rng(2).normal(size=4)
+    runs = xr.Dataset({"crawl": ("run", values), "status": ("run", ["complete"] * 4)})
+    for name in ("one.nc", "other.nc"):
+        runs.to_netcdf(name)
+    before = files(tmp_path)
+    result = hydrosim("compare", "one.nc", "other.nc", *options)
+    assert result.code == 2
+    assert message in result.err
+    assert files(tmp_path) == before
+    found = hydrosim("compare", "one.nc", "other.nc", "-o", "found.nc", "--overwrite")
+    assert found.code == 0
+    assert "of 1 channels 0 differ" in found.out
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("compare", "none.nc", "test.csv"), "none.nc: there is no such file; expected the result"),

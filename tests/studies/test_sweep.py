@@ -118,6 +118,10 @@ def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Comm
             "parameters: {a/b: {keys: {solver.step: [0.1, 0.05]}}}",
             ("study.yaml:3: parameters.a/b", "without /"),
         ),
+        (
+            "parameters: {wind: {keys: {}}}",
+            ("study.yaml:3: parameters.wind.keys: found an empty mapping; expected one or more",),
+        ),
         ("seed: 1", ("study.yaml:3: seed", "unknown key", 'did you mean "seeds"')),
     ],
 )

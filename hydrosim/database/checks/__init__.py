@@ -7,6 +7,7 @@ What a scene does not use is not judged, see `Use`.
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from functools import lru_cache
 
 from hydrosim.database.checks.finding import ACCEPTED, Check, Finding, accepted
@@ -30,6 +31,14 @@ CHECKS: tuple[Check, ...] = (
     *SECOND_ORDER,
 )
 NAMES = tuple(one.name for one in CHECKS)
+
+
+def unknown(name: str) -> str:
+    """What is wrong with the name of a finding; empty if there is a check of that name."""
+    if name in NAMES:
+        return ""
+    near = get_close_matches(name, NAMES, 1)
+    return f'found "{name}"; expected ' + (f'"{near[0]}"' if near else f"one of {', '.join(NAMES)}")
 
 
 def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
