@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import xarray as xr
 
+from hydrosim.report.assumptions import case_blocks
 from hydrosim.report.blocks import (
     Block,
     Curve,
@@ -31,6 +32,9 @@ SAID = {
     "lowest": "lowest height looked at [m]",
     "highest": "highest height looked at [m]",
     "apart": "heights apart [m]",
+    "program": "program",
+    "versions": "versions",
+    "case_file": "case file",
 }
 HOUR = 3600.0
 OVER = ("stage", "swell", "heading", "peak_period")
@@ -131,12 +135,18 @@ def _rows(found: xr.Dataset) -> Iterator[list[str | Number]]:
                 yield [str(stage), name, number(float(period), "s"), limit, interval, by]
 
 
+def _case(found: xr.Dataset) -> Iterator[Block]:
+    yield Text("The case of all seas; heights, peak periods, headings and seeds are the study's.")
+    yield from case_blocks(found)
+
+
 def _assumed(found: xr.Dataset) -> Iterator[Block]:
     known = {said: _shown(found.attrs[name]) for name, said in SAID.items() if name in found.attrs}
     yield Table(("assumption", ""), list(known.items()))
     yield Text(
         "A limit of 0 is below all heights that were looked at; one at the highest of them may be"
-        " higher. Between peak periods nothing was computed."
+        " higher. Between peak periods nothing was computed. Warnings of single runs are not kept;"
+        " hydrosim check says those of the case."
     )
 
 
@@ -153,6 +163,7 @@ def _convergence(found: xr.Dataset) -> Iterator[Block]:
 
 PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
     "outcome": ("Limits", _outcome),
+    "case": ("Case", _case),
     "assumptions": ("Assumptions", _assumed),
     "convergence": ("Convergence", _convergence),
 }

@@ -117,6 +117,13 @@ def test_limits_are_shown_with_what_governs() -> None:
     assert "governed by heave" in page.texts["title"]
 
 
+def test_limits_show_their_case() -> None:
+    case = "bodies: {barge: {mass: 1000.0, heading: 0.0, dofs: [heave]}}"
+    page = Page(html(limits_document(limits().assign_attrs(case_resolved=case)), "mark"))
+    assert "1000 kg" in page.texts["td"]
+    assert "does not hold its case" in Page(html(limits_document(limits()), "mark")).texts["p"]
+
+
 def test_a_study_without_a_plan_says_so() -> None:
     bare = study().drop_attrs()
     assert "does not say its plan" in Page(html(study_document(bare), "mark")).texts["p"]

@@ -60,6 +60,8 @@ def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(tmp_path: Path) -> 
     path = study(tmp_path, LINEAR.replace(str(SPHERE), str(heave_only(tmp_path))))
     found = limits_of(load_limits(path), 2)
     assert found.attrs["method"] == "by response spectra"
+    assert found.attrs["case_file"] == str(tmp_path / "heave.yaml")
+    assert "dofs: [heave]" in found.attrs["case_resolved"]
     omega = np.linspace(0.25, 6.0, 2000)
     raos = linear_analysis(load_limits(path).scene, Wanted(frequencies=tuple(omega)))
     rao = raos.rao_amplitude.sel(body="sphere", dof="heave").values[0]

@@ -12,7 +12,9 @@ import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
+from hydrosim.outputs import program_version
 from hydrosim.results.figures import Figure
+from hydrosim.results.output import versions
 from hydrosim.scene import Scene
 from hydrosim.studies.many import prepared
 from hydrosim.studies.operability.file import Operability
@@ -121,6 +123,8 @@ def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None)
         else:
             table.add_searched(at, sea, trials)
     found = table.dataset()
+    found.attrs.update(study.scene.source)
+    found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
     found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
     found.attrs["runs"] = trials.count
     found.attrs["runs_of_all"] = (
