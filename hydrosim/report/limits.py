@@ -36,6 +36,7 @@ SAID = {
     "versions": "versions",
     "case_file": "case file",
 }
+OF_RUNS = ("confidence", "seeds", "runs", "runs_of_all")  # of nothing where spectra say the limits
 HOUR = 3600.0
 OVER = ("stage", "swell", "heading", "peak_period")
 
@@ -130,6 +131,7 @@ def _rows(found: xr.Dataset) -> Iterator[list[str | Number]]:
                 one = at.isel(peak_period=k)
                 low, high = (number(float(one[end])).text for end in ("low", "high"))
                 interval = f"{low} to {'above all' if np.isinf(one.high) else high} m"
+                interval = "none, without runs" if _by_spectra(found) else interval
                 limit = number(float(one.limit), "m")
                 by = str(one.governing.values) or "none up to the highest"
                 yield [str(stage), name, number(float(period), "s"), limit, interval, by]
@@ -141,13 +143,23 @@ def _case(found: xr.Dataset) -> Iterator[Block]:
 
 
 def _assumed(found: xr.Dataset) -> Iterator[Block]:
-    known = {said: _shown(found.attrs[name]) for name, said in SAID.items() if name in found.attrs}
+    spectra = _by_spectra(found)
+    known = {
+        said: _shown(found.attrs[name])
+        for name, said in SAID.items()
+        if name in found.attrs and not (spectra and name in OF_RUNS)
+    }
     yield Table(("assumption", ""), list(known.items()))
     yield Text(
         "A limit of 0 is below all heights that were looked at; one at the highest of them may be"
-        " higher. Between peak periods nothing was computed. Warnings of single runs are not kept;"
-        " hydrosim check says those of the case."
+        " higher. Between peak periods nothing was computed. hydrosim check says the warnings of"
+        " the case; those of single runs are not kept."
     )
+
+
+def _by_spectra(found: xr.Dataset) -> bool:
+    """Whether limits are from response spectra, of all seeds that there could be."""
+    return int(found.attrs.get("runs", 1)) == 0
 
 
 def _shown(value: object) -> str | Number:

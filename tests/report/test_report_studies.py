@@ -124,6 +124,15 @@ def test_limits_show_their_case() -> None:
     assert "does not hold its case" in Page(html(limits_document(limits()), "mark")).texts["p"]
 
 
+def test_limits_by_spectra_have_no_seeds_and_no_intervals() -> None:
+    sampled = Page(html(limits_document(limits().assign_attrs(runs=40)), "mark"))
+    assert "seeds" in sampled.texts["th"]
+    page = Page(html(limits_document(limits().assign_attrs(runs=0)), "mark"))
+    assert "seeds" not in page.texts["th"]
+    assert "none, without runs" in page.texts["td"]
+    assert "0.7 to 0.9 m" not in page.texts["td"]
+
+
 def test_a_study_without_a_plan_says_so() -> None:
     bare = study().drop_attrs()
     assert "does not say its plan" in Page(html(study_document(bare), "mark")).texts["p"]
