@@ -73,15 +73,20 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
 
 
 def _of_runs(found: xr.Dataset, body: str, direction: str) -> Figure:
-    """Bars of means over runs, of mean forces, friction and displacements."""
-    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    axes = figure.subplots(3, 1)
-    at, along = found.sel(body=body, dof=direction), found.sel(direction=AXES[direction])
-    _bars(axes[0], KILO * at.mean_force, "force", "mean force [kN]")
+    """Bars of means over runs, of mean forces and, where there are contacts, of friction and
+    displacements."""
+    kinds = [(KILO * found.mean_force.sel(body=body, dof=direction), "force", "mean force [kN]")]
     if "friction_part" in found:
+        along = found.sel(direction=AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(PARTS))
-        _bars(axes[1], KILO * part, "part", "mean friction [kN]")
-        _bars(axes[2], along.mode_moved.mean("fender"), "contact_mode", "moved in a mode [m]")
+        kinds += [
+            (KILO * part, "part", "mean friction [kN]"),
+            (along.mode_moved.mean("fender"), "contact_mode", "moved in a mode [m]"),
+        ]
+    figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
+    axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
+    for axis, (values, dim, label) in zip(axes, kinds, strict=True):
+        _bars(axis, values, dim, label)
     runs = found.sizes["run"]
     figure.suptitle(f"{body} in {direction}: means over {runs} runs with intervals of 90 %")
     return figure
@@ -106,4 +111,5 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     axis.set_xticks(np.arange(len(stages)), labels=stages)
     axis.set_ylabel(label)
     axis.grid(axis="y", alpha=0.3)
-    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")
+    if shown:
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")

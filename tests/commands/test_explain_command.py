@@ -69,6 +69,26 @@ def test_many_runs(explain: Command, tmp_path: Path) -> None:
     assert explain(path, "--from", 5, "--overwrite").code == 2
 
 
+def test_many_runs_without_contacts(explain: Command, tmp_path: Path) -> None:
+    """Mean forces alone: 10, 20 and 30 kN, half of whose interval is t(2) s / sqrt(3) = 2.92 x 10 /
+    sqrt(3); F t^2 / 2 M is 10 m of 20 kN."""
+    body = block(MASS, ("surge",))
+    pushes = [
+        replace(scene(body, {"push": steady(surge=x)}, 10.0, 0.1), output_impulses=True)
+        for x in (1e4, 2e4, 3e4)
+    ]
+    path = tmp_path / "pushed.nc"
+    with hs.simulate_many(pushes, path, workers=1):
+        pass
+    result = explain(path)
+    assert result.code == 0
+    assert "mean force, push [kN] 20.0 ± 16.9" in result.out
+    assert "displacement [m] 10.000 ± " in result.out
+    assert "friction" not in result.out
+    assert (tmp_path / "pushed_explained.png").stat().st_size > 5_000
+    assert explain(path, "--direction", "heave").code == 0
+
+
 def test_what_cannot_be_explained(explain: Command, tmp_path: Path) -> None:
     """Each is refused with one message that says what it lacks."""
     bare, runs, text = (tmp_path / name for name in ("bare.nc", "runs.nc", "study.yaml"))
