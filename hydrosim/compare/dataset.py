@@ -12,7 +12,7 @@ import xarray as xr
 
 from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS, Contact
-from hydrosim.compare.studies import KINDS, LEVEL
+from hydrosim.compare.studies import LEVEL
 from hydrosim.compare.studies import Comparison as Studies
 from hydrosim.results.gumbel import INTERVAL
 
@@ -119,7 +119,7 @@ def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Data
         "channel": ("channel", [one.channel for one in each]),
         "units": ("channel", [one.unit for one in each]),
     }
-    said = {"compared": KINDS[found.paired], "paired": int(found.paired)}
+    said = {"compared": found.kind, "paired": int(found.paired)}
     said |= {"interval_probability": INTERVAL, "level": LEVEL}
     return xr.Dataset(values | figures, coords, {**attributes, **said})
 

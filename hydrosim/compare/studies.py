@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from hydrosim.compare.circumstances import codes_apart, durations_apart, is_code
 from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
 from hydrosim.results.gumbel import INTERVAL
@@ -47,12 +48,23 @@ class Found(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """All channels; of how many runs, ``paired`` or not."""
+    """All channels; of how many runs, ``paired`` or not; where they differ the ``durations`` of
+    ours and of theirs in words, and the names of ``codes``, which are not tested."""
 
     channels: list[Found]
     ours: int
     theirs: int
     paired: bool
+    durations: tuple[str, ...] = ()
+    codes: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """What the runs of both sets are to each other."""
+        if not self.durations:
+            return KINDS[self.paired]
+        kind = "pairs of the same seeds" if self.paired else KINDS[False]
+        return f"{kind}, but of other durations: ours {' and theirs '.join(self.durations)}"
 
 
 def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
@@ -65,9 +77,10 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
         )
     else:
         _refuse_pooled(ours, theirs)
+    paired = pairs is not None
     known = dict(_channels(theirs))
     found = [
-        _tested(name, values, known[name], pairs is not None)
+        _tested(name, values, known[name], paired)
         for name, values in _channels(ours)
         if name in known
     ]
@@ -78,12 +91,15 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
             " of runs of one kind of case (hydrosim sweep)."
         )
     sizes = ours.sizes[RUN], theirs.sizes[RUN]
-    return Comparison(_marked(tested), *sizes, pairs is not None)
+    durations, codes = (f(ours, theirs, paired) for f in (durations_apart, codes_apart))
+    return Comparison(_marked(tested), *sizes, paired, durations, codes)
 
 
 def lines(found: Comparison) -> Iterator[str]:
     """The comparison in words: what differs, the most certain first, and how much does not."""
-    yield f"{found.ours} and {found.theirs} runs, {KINDS[found.paired]}"
+    yield f"{found.ours} and {found.theirs} runs, {found.kind}"
+    if found.durations:
+        yield "extremes, sums and places at the end differ with the duration alone"
     differing = [each for each in found.channels if each.differs]
     for each in sorted(differing, key=lambda each: each.chance):
         yield (
@@ -97,6 +113,8 @@ def lines(found: Comparison) -> Iterator[str]:
         f"of {len(found.channels)} channels {len(differing)} differ, at {LEVEL:.0%} for all"
         f" together; differences of {rest} may be chance, {same} are equal in all runs"
     )
+    if found.codes:
+        yield f"codes differ, too, which are not tested: {', '.join(found.codes)}"
 
 
 def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
@@ -134,7 +152,7 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
     for name, variable in runs.data_vars.items():
         others = [str(dim) for dim in variable.dims if dim != RUN]
         kept = RUN in variable.dims and variable.dtype.kind == "f" and name not in APART
-        if not kept or {"time", "frequency", "extreme"} & {*others}:
+        if not kept or is_code(variable) or {"time", "frequency", "extreme"} & {*others}:
             continue
         values = variable
         if "statistic" in others:

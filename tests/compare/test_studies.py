@@ -74,3 +74,44 @@ def test_other_parameters_are_no_other_seeds() -> None:
         compare_studies(
             heights, runs(values, seeds).assign_coords(height=("run", np.full(RUNS, 3.0)))
         )
+
+
+def test_codes_are_no_channels() -> None:
+    """What extremes are by differs in all runs: it is told, and not counted among the tests."""
+    values, seeds = np.random.default_rng(2).normal(size=(RUNS, 2)), np.arange(RUNS)
+    meanings = {"flag_values": np.arange(11, dtype=np.int8), "flag_meanings": "gaussian ..."}
+    one, other = (
+        runs(values, seeds).assign(
+            motion_basis=(("run", "dof"), np.full((RUNS, 2), code)),
+            state=("run", np.full(RUNS, code), meanings),
+        )
+        for code in (0.0, 10.0)
+    )
+    found = compare_studies(one, other)
+    assert [each.channel for each in found.channels] == ["motion.d0", "motion.d1", "crawl"]
+    assert list(lines(found))[-1] == (
+        "codes differ, too, which are not tested: motion_basis, state"
+    )
+    assert compare_studies(one, one).codes == ()
+    assert compare_studies(one.drop_vars("seed"), other.drop_vars("seed")).codes == found.codes
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_other_durations_are_told_first(paired: bool) -> None:
+    seeds = np.arange(RUNS) if paired else None
+    values = np.random.default_rng(3).normal(size=(RUNS, 2))
+
+    def lasting(*durations: float) -> xr.Dataset:
+        cases = [f"title: S\nduration: {x}\nbodies: {{}}\n" for x in durations * RUNS][:RUNS]
+        return runs(values, seeds).assign(case_resolved=("run", cases))
+
+    text = list(lines(compare_studies(lasting(300.0), lasting(400.0, 500.0))))
+    assert "but of other durations: ours 300 s and theirs 400 to 500 s" in text[0]
+    assert "same waves" not in text[0]
+    assert "differ with the duration alone" in text[1]
+    for same in (
+        compare_studies(*[lasting(300.0)] * 2),
+        compare_studies(*[runs(values, seeds)] * 2),
+    ):
+        assert same.durations == ()
+        assert "durations" not in " ".join(lines(same))
