@@ -28,10 +28,10 @@ def codes_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str
 
 def durations_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
     """How long ours and theirs last, in words, where that differs and both files say it."""
-    each = [_durations(runs) for runs in (ours, theirs)]
-    if not all(durations.size for durations in each) or not _apart(*each, paired):
+    one, other = _durations(ours), _durations(theirs)
+    if not one.size or not other.size or not _apart(one, other, paired):
         return ()
-    return tuple(_said(durations) for durations in each)
+    return _said(one), _said(other)
 
 
 def _apart(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
