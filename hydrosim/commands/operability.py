@@ -79,7 +79,8 @@ def _side(limit: float, found: xr.Dataset) -> str:
     """On which side of the heights a limit is; of none if it is between them."""
     if limit < found.attrs["lowest"]:
         return "below"
-    return "above" if limit > found.attrs["highest"] - 0.5 * found.attrs["apart"] else ""
+    near = 0.5 * found.attrs["apart"] if found.attrs["runs"] else 0.0
+    return "above" if limit >= found.attrs["highest"] - near else ""
 
 
 def _lines(study: Limits, found: xr.Dataset) -> Iterator[str]:
@@ -116,12 +117,12 @@ def _curve(found: xr.Dataset) -> Iterator[str]:
 def _limit(at: xr.Dataset) -> str:
     limit, low, high = (float(at[name]) for name in ("limit", "low", "high"))
     lowest, highest = at.attrs["lowest"], at.attrs["highest"]
-    if not at.attrs["runs"]:
-        return f"Hs {limit:.3f} m"
     side = _side(limit, at)
     if side == "below":
         return f"no limit in the range: {lowest:g} m is too high already"
     if side == "above":
         return f"no limit in the range: all holds up to {highest:g} m"
+    if not at.attrs["runs"]:
+        return f"Hs {limit:.3f} m"
     ends = f"{max(low, 0.0):.2f} to {high:.2f} m" if high <= highest else f"{low:.2f} m or more"
     return f"Hs {limit:.2f} m ({ends})"

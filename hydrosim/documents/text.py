@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
 
@@ -83,8 +84,8 @@ class Table:
 
 
 def parse(source: Source, dates: bool = False) -> Table:
-    """The table in a text file, in which ``dates`` (2020-01-31T12:00, of UTC) may be numbers, the
-    seconds since `EPOCH`; InputError says which line is wrong."""
+    """The table in a text file, in which ``dates`` (2020-01-31T12:00, UTC unless they say another
+    zone) may be numbers, the seconds since `EPOCH`; InputError says which line is wrong."""
     try:
         content = source.file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -101,6 +102,10 @@ def parse(source: Source, dates: bool = False) -> Table:
                 first, separator = stripped, _separator(stripped)
             rows.append(_numbers(source, number, _split(stripped, separator), dates))
             lines.append(number)
+            if dates and _dated(stripped, separator) != _dated(first, separator):
+                source.wrong(
+                    "found a date in some lines, none in others; expected one kind", number
+                )
             if len(rows[-1]) != len(rows[0]):
                 found = f"found {len(rows[-1])} values; expected {len(rows[0])}"
                 source.wrong(f"{found}, as in line {lines[0]}", number)
@@ -109,7 +114,7 @@ def parse(source: Source, dates: bool = False) -> Table:
         source.wrong(
             f"found no numbers; expected lines of numbers, the first of them the time [s]{or_date}"
         )
-    dated = dates and any(DATE.match(field) for field in _split(first, separator))
+    dated = dates and any(_dated(first, separator))
     return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines, dated)
 
 
@@ -163,12 +168,16 @@ def _begins(line: str, dates: bool) -> bool:
     return True
 
 
+def _dated(line: str, separator: str | None) -> list[bool]:
+    """Which fields of a line are dates."""
+    return [bool(DATE.match(field)) for field in _split(line, separator)]
+
+
 def _number(field: str, dates: bool) -> float:
-    if dates and DATE.match(field):
-        return float(
-            (np.datetime64(field.removesuffix("Z"), "ms") - EPOCH) / np.timedelta64(1, "s")
-        )
-    return float(field)
+    if not dates or not DATE.match(field):
+        return float(field)
+    date = datetime.fromisoformat(field)
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 def _separator(line: str) -> str | None:

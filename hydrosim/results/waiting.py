@@ -22,10 +22,10 @@ class Hindcast:
     long as the one before it."""
 
     time: np.ndarray
+    date: np.datetime64 | None
     height: np.ndarray
     period: np.ndarray
     coming: np.ndarray | None = None
-    date: np.datetime64 | None = None
 
     @property
     def ends(self) -> np.ndarray:

@@ -23,6 +23,7 @@ from hydrosim.documents.text import (
     parse,
     require_finite,
     require_rising,
+    spelled,
 )
 from hydrosim.documents.units import factor
 from hydrosim.results.waiting import Hindcast
@@ -70,8 +71,21 @@ def read_hindcast(source: Source) -> Hindcast:
         if values is not None:
             require_finite(source, values)
     require_rising(source, time)
-    if time.size < 2 or np.any(height < 0.0) or np.any(period <= 0.0):
-        source.wrong("found fewer than two states, or heights or periods below zero")
+    if time.size < 2:
+        source.wrong(f"found {time.size} state; expected two or more")
+    for name, values, bad in (("height", height, height < 0.0), ("period", period, period <= 0.0)):
+        if bad.any():
+            k = int(np.argmax(bad))
+            source.wrong(
+                f"found a {name} of {values[k]:g} in record {k + 1}; expected one above zero; leave"
+                " out states that are not known"
+            )
+    if found.coming is not None and np.abs(found.coming).max() > 2.0 * np.pi + 1e-6:
+        k = int(np.abs(found.coming).argmax())
+        source.wrong(
+            f"found a direction of {np.degrees(found.coming[k]):g} deg in record {k + 1}; expected"
+            " one within a turn; leave out states that are not known"
+        )
     return found
 
 
@@ -84,9 +98,9 @@ def _read_text(source: Source) -> Hindcast:
         source.wrong(f"found columns {names}; expected {NEEDED}")
     time, height, period = needed
     if not table.dated:
-        return Hindcast(time, height, period, columns[3])
+        return Hindcast(time, None, height, period, columns[3])
     date = EPOCH + np.timedelta64(round(1e3 * float(time[0])), "ms")
-    return Hindcast(time - time[0], height, period, columns[3], date)
+    return Hindcast(time - time[0], date, height, period, columns[3])
 
 
 def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
@@ -110,34 +124,48 @@ def _read_netcdf(source: Source) -> Hindcast:
         data = xr.load_dataset(source.file, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
         source.wrong(f"cannot be read as netCDF ({error}); expected {NEEDED}")
+    if "time" not in data.coords and "valid_time" in data.coords:
+        data = data.rename(valid_time="time")
     if "time" not in data.coords:
         source.wrong(f"found {', '.join(map(str, data.variables))}; expected {NEEDED}")
-    states = [_variable(data, what) for what in ("hs", "tp", "direction")]
-    if any(each is None for each in states[:2]) and "efth" in data:
-        states = [*_of_spectra(source, data["efth"])]
-    if any(each is None or each.dims != ("time",) for each in states[:2]):
-        source.wrong(
-            f"found {', '.join(map(str, data.variables))}; expected {NEEDED}, or efth, of one place"
-        )
-    height, period = (np.asarray(x, dtype=float) for x in states[:2])
-    coming = None if states[2] is None else _coming(source, states[2])
-    time = data["time"].values
-    if time.dtype.kind != "M":
-        return Hindcast(time.astype(float), height, period, coming)
-    seconds = (time - time[0]) / np.timedelta64(1, "s")
-    return Hindcast(seconds, height, period, coming, time[0].astype("M8[ms]"))
+    states = {what: _variable(data, what) for what in ("hs", "tp", "direction")}
+    if (states["hs"] is None or states["tp"] is None) and "efth" in data:
+        states = _of_spectra(source, data["efth"])
+    for what in ("hs", "tp"):
+        if (each := states[what]) is None or each.dims != ("time",):
+            source.wrong(
+                f"found {', '.join(map(str, data.variables))}; expected {NEEDED}, or efth, of one"
+                " place"
+            )
+    height, period, coming = (
+        None if each is None else _converted(source, each, what) for what, each in states.items()
+    )
+    assert height is not None
+    assert period is not None
+    return Hindcast(*_times(source, data["time"]), height, period, coming)
 
 
-def _coming(source: Source, direction: xr.DataArray) -> np.ndarray:
-    """Bearings [rad] that waves come from, as a file has them unless its standard name says that
-    they go there."""
-    unit = str(direction.attrs.get("units", "deg")).replace("degrees", "degree")
+def _times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.datetime64 | None]:
+    """Seconds, and the date of zero: none in a calendar that is not ours."""
+    values = time.values
+    if values.dtype.kind == "M":
+        return (values - values[0]) / np.timedelta64(1, "s"), values[0].astype("M8[ms]")
+    if values.dtype.kind == "O":
+        return np.array([(each - values[0]).total_seconds() for each in values]), None
+    return _converted(source, time, "time"), None
+
+
+def _converted(source: Source, values: xr.DataArray, what: str) -> np.ndarray:
+    """Numbers in the program's unit; directions those that waves come from, as a file has them
+    unless its standard name says that they go there."""
+    unit = str(values.attrs.get("units", USUAL[what]))
+    unit = "deg" if unit.lower().startswith("deg") else spelled(unit) or unit
     try:
-        scale = factor("deg" if unit.startswith("degree") else unit, "rad")
+        scale = factor(unit, UNITS[what])
     except ValueError as error:
-        source.wrong(f"{direction.name}: {error}; expected degrees")
-    going = "to_direction" in str(direction.attrs.get("standard_name", ""))
-    return np.asarray(direction.values.astype(float) * scale + (np.pi if going else 0.0))
+        source.wrong(f"{values.name or what}: {error}; expected {USUAL[what]}")
+    going = what == "direction" and "to_direction" in str(values.attrs.get("standard_name", ""))
+    return np.asarray(values.values.astype(float) * scale + (np.pi if going else 0.0))
 
 
 def _variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
@@ -147,17 +175,29 @@ def _variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
     return None
 
 
-def _of_spectra(source: Source, efth: xr.DataArray) -> tuple[xr.DataArray, ...]:
+def _of_spectra(source: Source, efth: xr.DataArray) -> dict[str, xr.DataArray | None]:
     """4 sqrt(m0), the period of the largest density over frequency, the mean direction."""
     import xarray as xr
 
-    if not {"freq", "dir"} <= {*efth.dims} or "freq" not in efth.coords:
+    if not {"freq", "dir"} <= {*efth.dims} or not {"freq", "dir"} <= {*efth.coords}:
         source.wrong("found efth without freq or dir; expected both, as wavespectra has them")
+    for name, units in (("freq", ("Hz", "1/s", "s-1")), ("dir", ("deg",))):
+        said = str(efth[name].attrs.get("units", units[0]))
+        if not said.lower().startswith(tuple(unit.lower() for unit in units)):
+            source.wrong(f"found {name} in {said}; expected {units[0]}, as wavespectra has it")
+    efth = efth.sortby("freq")
     bearing = efth["dir"].astype(float)
-    step = 360.0 / bearing.size
+    around = np.sort(bearing.values % 360.0)
+    step = 360.0 / around.size
+    if not np.allclose(np.diff(around, append=around[0] + 360.0), step, rtol=1e-3):
+        source.wrong(
+            f"found {around.size} directions that are not evenly all around; expected steps of"
+            f" {step:g} deg, each direction once"
+        )
     density = (efth.sum("dir") * step).squeeze(drop=True)
-    peak = density["freq"][density.argmax("freq")].drop_vars("freq")
+    peak = density["freq"][density.argmax("freq")].drop_vars("freq").drop_attrs()
     over = efth.integrate("freq").squeeze(drop=True)
     parts = [(over * turned(np.deg2rad(bearing))).sum("dir") for turned in (np.cos, np.sin)]
-    mean = xr.apply_ufunc(np.arctan2, parts[1], parts[0]).assign_attrs(units="rad").rename("dir")
-    return 4.0 * density.integrate("freq") ** 0.5, 1.0 / peak, mean
+    mean = xr.apply_ufunc(np.arctan2, parts[1], parts[0]).drop_attrs().assign_attrs(units="rad")
+    height = 4.0 * density.integrate("freq").drop_attrs() ** 0.5
+    return {"hs": height, "tp": 1.0 / peak, "direction": mean}

@@ -22,7 +22,7 @@ def calm_from(*spans: tuple[int, int], hours: int = 100) -> Hindcast:
     """States of an hour each, 1 m high within the spans [h] and 3 m outside."""
     time = np.arange(hours)
     calm = np.any([(time >= a) & (time < b) for a, b in spans], axis=0)
-    return Hindcast(HOUR * time, np.where(calm, 1.0, 3.0), np.full(hours, 8.0))
+    return Hindcast(HOUR * time, None, np.where(calm, 1.0, 3.0), np.full(hours, 8.0))
 
 
 def test_windows_and_waiting_times_of_a_hindcast_that_is_known() -> None:
@@ -58,7 +58,7 @@ def test_waiting_in_parts_of_a_record_is_as_if_one_asked_at_every_moment() -> No
     random = np.random.default_rng(7)
     time = HOUR * np.append(0.0, np.cumsum(random.integers(1, 40, 24)))
     held = np.arange(time.size) % 3 > 0
-    hindcast = Hindcast(time, np.ones(time.size), np.ones(time.size))
+    hindcast = Hindcast(time, None, np.ones(time.size), np.ones(time.size))
     spans = np.array([[5.5 * HOUR, 60.25 * HOUR], [100.0 * HOUR, time[-1] - 3.0 * HOUR]])
     found = waiting(hindcast, held, 6 * HOUR, spans)
     moments = np.concatenate([np.arange(a + 30.0, b, 60.0) for a, b in spans])
@@ -77,14 +77,14 @@ def test_months_of_all_years_add_up_to_the_record() -> None:
     February of 2020 has 29 days, that of 2022 is only begun."""
     time = 86400.0 * np.arange(801)
     date = np.datetime64("2019-11-20", "ms")
-    months = dict(Hindcast(time, time, time, None, date).months())
+    months = dict(Hindcast(time, date, time, time).months())
     assert sorted(months) == list(range(1, 13))
     days = {month: np.ptp(spans, axis=1).sum() / 86400.0 for month, spans in months.items()}
     assert sum(days.values()) == pytest.approx(801)
     assert (days[1], days[4], days[11]) == pytest.approx((90, 60, 11 + 30 + 30))
     february = [29, 28, 801 - (11 + 31 + 366 + 365 + 31)]
     assert days[2] == pytest.approx(sum(max(each, 0) for each in february))
-    assert list(Hindcast(time, time, time).months()) == []
+    assert list(Hindcast(time, None, time, time).months()) == []
 
 
 def test_limits_by_heading() -> None:
@@ -206,18 +206,54 @@ def test_directions_in_netcdf(tmp_path: Path) -> None:
     assert read_hindcast(Source(other)).coming == pytest.approx(np.radians([190.0, 200.0]))
 
 
+def test_units_and_calendars_of_netcdf(tmp_path: Path) -> None:
+    """Hours without a date, centimetres, a calendar of 365 days, a time axis of another name."""
+    path = tmp_path / "hindcast.nc"
+    height = ("time", [100.0, 200.0], {"units": "cm"})
+    period = ("time", [7.0, 8.0], {"units": "s"})
+    data = xr.Dataset({"hs": height, "tp": period}, {"time": ("time", [0, 3], {"units": "hours"})})
+    data.to_netcdf(path)
+    found = read_hindcast(Source(path))
+    assert found.time.tolist() == [0, 3 * 3600]
+    assert found.date is None
+    assert found.height.tolist() == pytest.approx([1.0, 2.0])
+    year = {"units": "days since 2001-01-01", "calendar": "noleap"}
+    data.assign_coords(time=("time", [0, 1], year)).to_netcdf(tmp_path / "noleap.nc")
+    other = read_hindcast(Source(tmp_path / "noleap.nc"))
+    assert (other.time.tolist(), other.date) == ([0, 86400], None)
+    data.rename(time="valid_time").to_netcdf(tmp_path / "valid.nc")
+    wrong = data.assign(hs=("time", [1.0, 2.0], {"units": "banana"}))
+    wrong.to_netcdf(tmp_path / "wrong.nc")
+    with pytest.raises(InputError, match="expected m"):
+        read_hindcast(Source(tmp_path / "wrong.nc"))
+
+
+def test_spectra_over_a_part_of_the_circle_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "spectra.nc"
+    at = {"time": [0.0, 1.0], "freq": [0.3, 0.2, 0.1], "dir": [0.0, 90.0, 180.0]}
+    xr.Dataset({"efth": (tuple(at), np.ones((2, 3, 3)))}, at).to_netcdf(path)
+    with pytest.raises(InputError, match="3 directions that are not evenly all around"):
+        read_hindcast(Source(path))
+    at["dir"] = [10.0, 130.0, 250.0]
+    whole = tmp_path / "whole.nc"
+    xr.Dataset({"efth": (tuple(at), np.ones((2, 3, 3)))}, at).to_netcdf(whole)
+    assert read_hindcast(Source(whole)).height == pytest.approx(4.0 * np.sqrt(0.2 * 360.0))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("a, b\n1, 2\n3, 4\n", "expected time, hs and tp"),
         ("time, hs, tp\n0, 1, 8\n0, 1, 8\n", "expected it to rise"),
         ("time [m], hs, tp\n0, 1, 8\n1, 1, 8\n", "expected it in s"),
-        ("time, hs, tp\n0, -1, 8\n1, 1, 8\n", "below zero"),
+        ("time, hs, tp\n0, -1, 8\n1, 1, 8\n", "a height of -1 in record 1"),
         (
             "time, hs, tp\n2020-13-01, 1, 8\n",
             ':2: found "2020-13-01"; expected a number, or a date',
         ),
         ("time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n", "or a date such as 2020-01-31T12:00"),
+        ("time, hs, tp\n0, 1, 8\n2020-01-01, 1, 8\n", ":3: found a date in some lines"),
+        ("time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n", "a direction of -999 deg in record 2"),
         ("01.02.2020 00:00, 1, 6\n", "the time .s., or a date"),
         ("time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n", "expected it in deg"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, StrictStr, model_validator
@@ -10,6 +11,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.units import Quantity, problem
 
 MOST_HEIGHTS = 1000
+TURN = 6.2832  # rad
 
 
 class Heights(of.Strict):
@@ -74,6 +76,8 @@ class AlphaFile(of.Strict):
         for values in (self.planned, self.heights):
             if list(values) != sorted(set(values)):
                 raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
+        if (most := max(max(row) for row in self.factors)) > 1.0:
+            raise problem(f"a factor of {most:g}", "factors of 1 or less")
         return self
 
 
@@ -99,6 +103,9 @@ class Operability(of.Strict):
                 raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
+        if self.bearing is not None and abs(self.bearing) > TURN:
+            found = f"a bearing of {degrees(self.bearing):g} deg"
+            raise problem(found, "one within a turn; a number without a unit is in rad")
         if self.hindcast is None and self.bearing is not None:
             raise problem("a bearing and no hindcast", "hindcast: FILE, whose directions it turns")
         return self

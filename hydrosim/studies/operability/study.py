@@ -108,8 +108,8 @@ def load_limits(path: Path) -> Limits:
 
 def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None) -> xr.Dataset:
     """Limiting heights ``limit`` [m] by stage, swell, heading and peak period, with their intervals
-    and the criterion that governs; 0 where the smallest height fails (``status`` below), infinite
-    where no criterion is reached, and the largest height where that holds (above)."""
+    and the criterion that governs; 0 where the smallest height fails, and the largest
+    height, its interval without an upper end, where that holds."""
     about = spectral(study.scene, study.figures, bool(study.wanted.swells))
     known = isinstance(about, Spectral)
     if not known:
@@ -177,15 +177,15 @@ class _Table:
             least = min(criteria, key=lambda k: each[k])
             for name, value in self._looked_at(each[least]).items():
                 self.values[name][(s, *at)] = value
-            self.values["governing"][(s, *at)] = study.figures[least].name
+            reached = each[least] <= self.heights[-1]
+            self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
 
     def _looked_at(self, limit: float) -> dict[str, float]:
-        """A limit among the heights; outside them as a search has it, infinite where waves move
-        nothing."""
+        """A limit among the heights; outside them as a search has it."""
         lowest, highest = map(float, self.heights[[0, -1]])
         if limit < lowest:
             return {"limit": 0.0, "low": 0.0, "high": lowest}
-        if highest < limit < inf:
+        if limit > highest:
             return {"limit": highest, "low": highest, "high": inf}
         return dict.fromkeys(("limit", "low", "high"), limit)
 

@@ -13,13 +13,15 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.results.waiting import Hindcast, waiting
-from hydrosim.results.weather import Alpha, Curve, Scatter, Surface, workability
+from hydrosim.results.weather import WIDEST, Alpha, Curve, Scatter, Surface, workability
 from hydrosim.results.weather_files import read_hindcast, read_scatter
 from hydrosim.studies.operability.file import Operability, Operation
 
 HOUR = 3600.0
 YEAR = "year"  # the whole record
 QUANTILES = (0.5, 0.9)
+GAP = 3.0  # times as long as usual: what a state is not taken to last without a word
+MOST = 0.5  # of the time without a limit: more, and headings or periods are lacking
 SHARES = ("workable", "startable", "never")
 
 
@@ -78,7 +80,34 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
         limit = limit * factors
     if operation is not None and weather.hindcast is not None:
         new |= _of_hindcast(weather.hindcast, _limits(limit, weather), window(operation))
-    return found.assign(new)
+    return found.assign(new).assign_attrs(_assumed(weather))
+
+
+def _assumed(weather: Weather) -> dict[str, str | float]:
+    """What the worth of the limits depends on, as attributes."""
+    known: dict[str, str | float] = {}
+    if weather.operation is not None:
+        known = {"planned": weather.operation.planned, "window": window(weather.operation)}
+    if (alpha := weather.alpha()) is not None:
+        known["alpha_table"] = alpha.source
+    if weather.bearing is not None:
+        known["bearing"] = weather.bearing
+    if weather.hindcast is not None:
+        known["hindcast"] = record(weather.hindcast)
+    return known
+
+
+def record(hindcast: Hindcast) -> str:
+    """How long a hindcast is, from when on, and how far apart its states are."""
+    apart = np.diff(hindcast.time)
+    usual, most, k = float(np.median(apart)), float(apart.max()), int(apart.argmax())
+    begins = "" if hindcast.date is None else f" from {np.datetime_as_string(hindcast.date, 'D')}"
+    days = float(hindcast.ends[-1] - hindcast.time[0]) / (24.0 * HOUR)
+    said = f"{days:.4g} days{begins}, {hindcast.time.size} states {usual / HOUR:.3g} h apart"
+    if most > GAP * usual:
+        where = f"{float(hindcast.time[k]) / HOUR:.6g} h after it begins"
+        said += f"; one is taken to last for {most / HOUR:.4g} h, {where}, as none follows sooner"
+    return said
 
 
 def window(operation: Operation) -> float:
@@ -149,7 +178,13 @@ def weather_lines(found: xr.Dataset, weather: Weather) -> Iterator[str]:
     if "alpha" in found:
         yield from _alpha(found)
     if weather.hindcast is not None:
+        yield f"hindcast: {found.attrs['hindcast']}"
         yield from _directions(found, weather)
+        if float(found.hindcast_outside) > MOST:
+            yield (
+                "warning   most of the time has no limit: add peak periods, and with a bearing"
+                f" headings at most {np.degrees(WIDEST):g} deg apart, that cover the hindcast"
+            )
         yield from _seasons(found)
 
 
