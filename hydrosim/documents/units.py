@@ -154,19 +154,27 @@ class Scale:
 
 @dataclass(frozen=True)
 class AnyQuantity:
-    """Annotation of a `Scale`: a number in SI, or a text with any unit."""
+    """Annotation of a `Scale`: a number in SI, or a text with any unit; the value must be ``above``
+    a bound, if given."""
 
     what: str
     example: str
+    above: float | None = None
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
-        return _number_or_text(self.what, self.example)
+        return _number_or_text(self.what, self.example, exclusiveMinimum=self.above)
 
     def read(self, value: object) -> Scale:
         """The factor; raises PydanticCustomError where it is none."""
+        found = self._read(value)
+        if self.above is not None and not found.value > self.above:
+            raise problem(shown(value), self.expected, f"it must be above {self.above:g}")
+        return found
+
+    def _read(self, value: object) -> Scale:
         text = value.strip() if isinstance(value, str) else ""
         number = NUMBER.match(text)
         if number is None or not text[number.end() :].strip():

@@ -60,15 +60,17 @@ def run_until(
         for each in rounds:
             each.close()
         _clear(folder)
-    return _said(width, count, wanted)
+    unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
+    return _said(width, unit, count, wanted)
 
 
-def _said(width: float, count: int, wanted: Enough) -> str:
+def _said(width: float, unit: str, count: int, wanted: Enough) -> str:
     if width == inf:
         return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
-    said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is {width:.3g}"
-    wide = wanted.wide.value
-    return said if width <= wide else f"{said}, not {wide:g} as asked for"
+    wide, unit = wanted.wide.value, unit and f" {unit}"
+    said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
+    said += f" {width:.3g}{unit}"
+    return said if width <= wide else f"{said}, not {wide:g}{unit} as asked for"
 
 
 def _begin(folder: Path, resume: bool, output: Output) -> None:

@@ -172,7 +172,7 @@ class Enough(of.Strict):
     so ``wide``, for all values of the parameters."""
 
     figure: StrictStr
-    wide: Annotated[Scale, AnyQuantity("width", "0.1 m")]
+    wide: Annotated[Scale, AnyQuantity("width", "0.1 m", above=0.0)]
     most: Annotated[StrictInt, Field(ge=2)] = 1000
 
 

@@ -172,6 +172,9 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
     if data.until is not None and data.until.figure not in known:
         text = f"found {data.until.figure}; expected one of: {', '.join(known) or 'none'}"
         yield Problem(("until", "figure"), text)
+    if data.until is not None and data.until.most < (given := len(data.seeds or ())):
+        text = f"found {data.until.most:,} and {given:,} seeds; expected as many as these, or more"
+        yield Problem(("until", "most"), text)
     for name in data.figures.keys() & data.criteria.keys():
         yield Problem(("criteria", name), "found the name of a figure; expected another name")
     linked = {

@@ -33,7 +33,7 @@ def known(study: Study, path: Path) -> xr.Dataset:
         np.random.default_rng(s).normal(0.0, 1.0 if t == 8.0 else 0.5)
         for s, t in zip(seed, period.values, strict=True)
     ]
-    runs = xr.Dataset({"crawl": ("run", values)}, attrs={"design": study.design})
+    runs = xr.Dataset({"crawl": ("run", values, {"units": "m"})}, attrs={"design": study.design})
     return runs.assign_coords({"seed": ("run", seed), "environment.waves.peak_period": period})
 
 
@@ -49,7 +49,7 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
     output = Output(tmp_path / "runs.nc", "sweep", path)
     said = run_until(load_study(path), data.seeds, data.until, known, output)
     assert said.startswith(f"{seeds} seeds: ")
-    assert ("as asked for" in said) == (wide == "1 mm")
+    assert said.endswith(" m, not 0.001 m as asked for" if wide == "1 mm" else " m")
     with xr.open_dataset(tmp_path / "runs.nc") as runs:
         assert runs.sizes["run"] == 2 * seeds
         assert sorted({*runs.seed.values.tolist()}) == list(range(1, seeds + 1))
@@ -96,4 +96,20 @@ def test_a_figure_that_is_not_there(tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(TEXT.replace("figure: crawl", "figure: crawls"))
     with pytest.raises(InputError, match=r"until.*found crawls; expected one of: crawl"):
+        read_study(path)
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        ("wide: 0 m", r'until.wide: found "0 m"; expected a width.*above 0'),
+        ("wide: -0.1 m", r'until.wide: found "-0.1 m"; expected a width.*above 0'),
+        ("wide: 0", r"until.wide: found 0; expected a width.*above 0"),
+        ("most: 3", r"until.most: found 3 and 4 seeds; expected as many as these, or more"),
+    ],
+)
+def test_what_cannot_be_enough_is_refused(tmp_path: Path, found: str, message: str) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(TEXT.replace("wide: 0.5 m" if "wide" in found else "most: 100", found))
+    with pytest.raises(InputError, match=message):
         read_study(path)
