@@ -42,7 +42,7 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
-from hydrosim.outputs import Output, as_output
+from hydrosim.outputs import Output, as_output, content
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import ballast, impulses, memory, points
 from hydrosim.results.ledger import guarded
@@ -76,6 +76,7 @@ Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
 FORMAT, LATEST = "hydrosim run", 2
 """Files of runs say "hydrosim run 2"; those of the first format say nothing."""
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
+SHOWN = ("limits of ", "comparison of ")  # what is no run, and has a report
 
 
 def to_dataset(
@@ -145,7 +146,14 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
     missing = [name for name in NEEDED if name not in run]
     if missing:
-        raise InputError(f"{path}: is netCDF without {', '.join(missing)}; {expected}.")
+        made = content(path) or ""
+        is_shown = made.startswith(SHOWN)
+        found = (
+            f"holds the {made}, which `hydrosim report` shows"
+            if is_shown
+            else (f"is netCDF without {', '.join(missing)}")
+        )
+        raise InputError(f"{path}: {found}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     return run
 

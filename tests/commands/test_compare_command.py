@@ -186,6 +186,14 @@ def test_an_option_that_would_do_nothing_is_refused(
         (("compare", "run.nc", "test.csv", "-m", "none.yaml"), "none.yaml: cannot be read"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=-1"), "--tolerance: found '-1'"),
         (("compare", "run.nc", "test.csv", "--tolerance", "x=1"), "--tolerance: found x; expected"),
+        (
+            ("compare", "run.nc", "test.csv", "--from", "60 s", "--to", "10 s"),
+            "--to: found 10 s; expected a time after --from, 60 s.",
+        ),
+        (
+            ("plot", "run.nc", "--from", "200", "--to", "100"),
+            "--to: found 100 s; expected a time after --from, 200 s.",
+        ),
         (("compare", "run.nc", "test.csv", "--bands", "2,1"), "--bands: found '2,1'; expected two"),
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
         (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc is read here"),

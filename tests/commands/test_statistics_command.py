@@ -9,6 +9,7 @@ import xarray as xr
 from command_line import Command, command
 from recorded_runs import made_run
 
+from hydrosim.outputs import Output
 from hydrosim.results.output import write
 
 
@@ -73,3 +74,16 @@ def test_a_run_that_failed_is_said_to_have_failed(statistics: Command, tmp_path:
     result = statistics(path)
     assert result.code == 0
     assert "warning the run is failed: at t = 13 s it blows up" in result.out
+
+
+@pytest.mark.parametrize("what", ["limits", "comparison"])
+def test_another_result_is_said_to_be_what_it_is(
+    statistics: Command, tmp_path: Path, what: str
+) -> None:
+    """It is told which command reads it."""
+    path = tmp_path / "other.nc"
+    write(xr.Dataset({"limit": 1.0}), Output(path, what, tmp_path / "study.yaml"))
+    result = statistics(path)
+    assert (result.code, result.out) == (2, "")
+    said = f"other.nc: holds the {what} of [study.yaml], which `hydrosim report` shows; expected"
+    assert said in result.err
