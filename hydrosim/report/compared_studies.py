@@ -45,7 +45,7 @@ def _pictures(found: xr.Dataset) -> Iterator[Block]:
     differing, paired = _differing(found), bool(found.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
-    order = "theirs rise; one above the other are runs in the same waves" if paired else "each rise"
+    order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
     yield Text(
         f"Values in all runs of the channels that differ most certainly, {PICTURES} at most:"
         f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
@@ -77,8 +77,8 @@ def _others(found: xr.Dataset) -> Iterator[Block]:
 def _assumed(found: xr.Dataset) -> Iterator[Block]:
     paired = bool(found.attrs.get("paired"))
     test = (
-        "Runs of the same seed and parameters are pairs, in the same waves; their differences are"
-        " tested by Student's t."
+        "Runs of the same seed and parameters are pairs; their differences are tested by"
+        " Student's t."
         if paired
         else "The two sets have no seeds in common, or not each seed once; they are independent,"
         " and their means are tested by Welch's t."
