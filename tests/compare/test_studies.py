@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from hydrosim.compare.dataset import studies_dataset
 from hydrosim.compare.studies import compare_studies, lines
 from hydrosim.errors import InputError
 
@@ -92,6 +93,7 @@ def test_codes_are_no_channels() -> None:
     assert list(lines(found))[-1] == (
         "codes differ, too, which are not tested: motion_basis, state"
     )
+    assert studies_dataset(found, {}).attrs["codes_apart"] == "motion_basis state"
     assert compare_studies(one, one).codes == ()
     assert compare_studies(one.drop_vars("seed"), other.drop_vars("seed")).codes == found.codes
 
