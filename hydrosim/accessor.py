@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FEW = 3  # records without statistics
-
-
 @xr.register_dataset_accessor("hydrosim")
 class RunAccessor:
     """A run, and what can be asked of it."""
@@ -74,10 +71,10 @@ class RunAccessor:
         """Means, periods, extremes with confidence from ``start`` [s] on, of motions, contacts and
         lines, and of other ``channels`` by name; InputError where next to nothing is left then."""
         from hydrosim.errors import InputError
-        from hydrosim.results.statistics import statistics
+        from hydrosim.results.statistics import enough_from, statistics
 
         end = float(self._run.time[-1])
-        if not (isinstance(start, int | float) and (self._run.time.values >= start).sum() > FEW):
+        if not (isinstance(start, int | float) and enough_from(self._run, start)):
             raise InputError(f"found a start of {start!r}; expected seconds well before {end:g} s.")
         asked = [channels] if isinstance(channels, str) else channels
         return statistics(self._run, start, channels=asked)

@@ -91,8 +91,7 @@ def compare(
     beyond its --tolerance; that of a channel that is constant is absolute. With --exact it is said
     what differs between any two results, to the bit, and nothing is written. Of two files of many
     runs it is said, and written, which of their numbers differ by more than chance; of the options
-    they take --output and --overwrite alone. `hydrosim
-    report` makes a page of what is written.
+    they take --output and --overwrite alone. `hydrosim report` makes a page of what is written.
     """
     if exact:
         refuse_options(context, {"exact", "but"}, "--exact, which compares all there is")

@@ -46,6 +46,7 @@ def statistics(
     from hydrosim.results.growing import runs_at
     from hydrosim.results.output import read, write
     from hydrosim.results.sentences import lines
+    from hydrosim.results.statistics import enough_from
     from hydrosim.results.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
@@ -55,7 +56,7 @@ def statistics(
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)
     run = read(run_file)
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
-    if not begin < end or run.sel(time=slice(begin, None)).time.size < 4:
+    if not enough_from(run, begin):
         raise InputError(
             f"--from: found {begin:g} s; expected a time well before the end of the run, {end:g} s."
         )

@@ -91,7 +91,8 @@ def parse(source: Source, dates: bool = False) -> Table:
     except UnicodeDecodeError:
         source.wrong("found bytes that are no text; expected text (UTF-8) or the netCDF of a run")
     heading, rows, lines = list[str](), list[list[float]](), list[int]()
-    separator, first = None, ""
+    separator: str | None = None
+    dated = list[bool]()
     for number, line in enumerate(content.splitlines(), 1):
         stripped = line.strip()
         remark = stripped.startswith(REMARKS)
@@ -99,10 +100,11 @@ def parse(source: Source, dates: bool = False) -> Table:
             heading.append(stripped.lstrip("".join(REMARKS)).strip())
         elif stripped and not remark:
             if not rows:
-                first, separator = stripped, _separator(stripped)
+                separator = _separator(stripped)
+                dated = _dates(stripped, separator)
             rows.append(_numbers(source, number, _split(stripped, separator), dates))
             lines.append(number)
-            if dates and _dated(stripped, separator) != _dated(first, separator):
+            if dates and _dates(stripped, separator) != dated:
                 source.wrong(
                     "found a date in some lines, none in others; expected one kind", number
                 )
@@ -114,8 +116,8 @@ def parse(source: Source, dates: bool = False) -> Table:
         source.wrong(
             f"found no numbers; expected lines of numbers, the first of them the time [s]{or_date}"
         )
-    dated = dates and any(_dated(first, separator))
-    return Table(*_heading(heading, separator, len(rows[0])), np.array(rows), lines, dated)
+    columns = _heading(heading, separator, len(rows[0]))
+    return Table(*columns, np.array(rows), lines, dates and any(dated))
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
@@ -168,7 +170,7 @@ def _begins(line: str, dates: bool) -> bool:
     return True
 
 
-def _dated(line: str, separator: str | None) -> list[bool]:
+def _dates(line: str, separator: str | None) -> list[bool]:
     """Which fields of a line are dates."""
     return [bool(DATE.match(field)) for field in _split(line, separator)]
 

@@ -55,10 +55,10 @@ class Gaussian(NamedTuple):
         there can be it is about what was found, as far as that is possible."""
         u = self._level(ratio, np.exp(-1.0))
         found = self.mean + self.std * u
-        size, whole = self._error(u, counted=False), self._error(u)
+        whole = self._error(u)
         if not self.crossings.beyond > 0.0:
             return found + whole * np.array([-1.0, 1.0])
-        beyond = self.std * self.crossings.beyond / u
+        size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
         return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
     def prediction(self, ratio: float) -> np.ndarray:

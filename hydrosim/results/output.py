@@ -146,13 +146,9 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
     missing = [name for name in NEEDED if name not in run]
     if missing:
-        made = content(path) or ""
-        is_shown = made.startswith(SHOWN)
-        found = (
-            f"holds the {made}, which `hydrosim report` shows"
-            if is_shown
-            else (f"is netCDF without {', '.join(missing)}")
-        )
+        found = f"is netCDF without {', '.join(missing)}"
+        if (made := content(path) or "").startswith(SHOWN):
+            found = f"holds the {made}, which `hydrosim report` shows"
         raise InputError(f"{path}: {found}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     return run

@@ -44,7 +44,7 @@ A_WHILE = 0.05  # of the record, in a phase
 PART = 0.2  # of a record: its first and its last part
 SEGMENTS = 8  # of a run, whose spectra are averaged
 EVEN = 1e-6  # of a step
-FEWEST = 4  # values of a phase
+FEWEST = 4  # values of a phase, records of a run
 MOTION = ("body", "dof")
 NAMED = "named"  # of those that are asked for by name
 OWN = {  # coordinates of statistics
@@ -63,6 +63,11 @@ CHANNELS = {  # that a run may have: name, variable, its dimensions but time, un
     "fender_force": ("fender_normal_force", ("fender",), "N"),
     "spring_force": ("spring_tension", ("spring",), "N"),
 }
+
+
+def enough_from(run: xr.Dataset, start: float) -> bool:
+    """Whether a run has records for `statistics` from ``start`` [s] on."""
+    return int(np.count_nonzero(run.time.values >= start)) >= FEWEST
 
 
 def statistics(
