@@ -115,7 +115,7 @@ def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
         variable = run.variables[name]
         if "time" in variable.dims and ("flag_values" in variable.attrs) == modes:
             dims = [*_others(variable)]
-            known |= {dim: [str(x) for x in run[dim].values] for dim in dims if dim not in known}
+            known |= {dim: [*map(str, _along(run, dim))] for dim in dims if dim not in known}
             labels = [known[dim] for dim in dims]
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
@@ -127,19 +127,24 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
     over_time = [str(n) for n in run.data_vars if "time" in run.variables[n].dims]
     if name not in over_time:
         source.unknown("variable over time", name, over_time)
-    values = run[name]
+    values = run.variables[name]
     while rest:
-        choices = {str(x): str(dim) for dim in _others(values) for x in run[dim].values}
-        fitting = [x for x in choices if f"{rest}.".startswith(f"{x}.")]  # may hold points itself
+        places = {
+            str(label): (dim, at)
+            for dim in _others(values)
+            for at, label in enumerate(_along(run, dim))
+        }
+        fitting = [x for x in places if f"{rest}.".startswith(f"{x}.")]  # may hold points itself
         if not fitting:
-            source.unknown(f"selection from {name}", rest.partition(".")[0], list(choices))
+            source.unknown(f"selection from {name}", rest.partition(".")[0], list(places))
         label = max(fitting, key=len)
-        values = values.sel({choices[label]: label})
+        dim, at = places[label]
+        values = values.isel({dim: at})
         labels.append(label)
         rest = rest[len(label) + 1 :]
     values = values.squeeze([dim for dim in _others(values) if values.sizes[dim] == 1])
     if left := list(_others(values)):
-        example = ".".join([column, *(str(run[dim].values[0]) for dim in left)])
+        example = ".".join([column, *(str(_along(run, dim)[0]) for dim in left)])
         source.wrong(
             f'found {shown(column)} for every {" and ".join(left)}; expected one, as in "{example}"'
         )
@@ -160,7 +165,12 @@ def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
     return each[min(row // 3, len(each) - 1)]
 
 
-def _others(values: xr.DataArray | xr.Variable) -> Iterator[str]:
+def _along(run: xr.Dataset, dim: str) -> np.ndarray:
+    """The labels along a dimension: numbers, where it has no others."""
+    return run.variables[dim].values if dim in run.variables else np.arange(run.sizes[dim])
+
+
+def _others(values: xr.Variable) -> Iterator[str]:
     return (str(dim) for dim in values.dims if dim != "time")
 
 

@@ -36,10 +36,12 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.stepping.state import STATUS, Clock, Run, State
+from hydrosim.waves import following_model, wave_loads_model
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
 FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval
 TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
+CALM, STILL = wave_loads_model((), (), 0.0, 1.0, 1.0), following_model((), ())
 CLOSE = 1e-9  # of the distance of records: times as close are the same
 
 
@@ -68,6 +70,25 @@ def _interval(J: Constant, G: Constant, length: float, parts: int) -> Interval:
     """`interval`, once for the runs that have it in common."""
     one, other = (np.frombuffer(values).reshape(shape) for values, shape in (J, G))
     return interval(one, other, length, parts)
+
+
+class _Rest:
+    """A model in calm water and a state, known again where the parts of the model are the same
+    objects, as those of runs that differ in their waves alone are, and the modes are equal."""
+
+    def __init__(self, model: Model, state: State) -> None:
+        self.model = model._replace(waves=CALM, following=STILL)
+        self.state = state._replace(y=np.zeros(model.size))
+
+    def __hash__(self) -> int:
+        return hash(tuple(map(id, self.model)))
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, _Rest)
+            and all(one is two for one, two in zip(self.model, other.model, strict=True))
+            and np.array_equal(self.state.modes, other.state.modes)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,15 +202,20 @@ def division(length: float, finest: float) -> tuple[int, int]:
 
 def linear_equation(model: Model, state: State) -> Equation:
     """The equation of a linear scene: about the place of rest at the start, it holds everywhere and
-    at all times."""
-    at_rest = state._replace(y=np.zeros(model.size))
+    at all times. The waves are no part of it."""
+    return _equation(_Rest(model, state))
+
+
+@lru_cache(maxsize=4)
+def _equation(calm: _Rest) -> Equation:
+    model, state = calm.model, calm.state
     # differences of any size are exact, and large ones are best in rounding
-    linear = linearise(model, at_rest, step=1.0)
+    linear = linearise(model, state, step=1.0)
     n, m, J = linear.active.size, linear.states.size, linear.jacobian
     waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
     rows = np.array([*waves, *model.elements.applied_forces.each["row"]], dtype=np.int64)
     loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
-    rhs(0.0, at_rest.y, state.modes, state.history, model, new_work(model), slope)
+    rhs(0.0, state.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
         J=J,
         G=np.vstack([np.zeros((n, n)), linalg.inv(linear.inertia), np.zeros((m - 2 * n, n))]),

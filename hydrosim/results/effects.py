@@ -158,31 +158,34 @@ def differences(plan: Plan) -> Iterator[Difference]:
         if values.dtype.kind not in "if" or np.unique(values).size < 2:
             continue
         low, high = float(values.min()), float(values.max())
-        ends = [_by_seed(runs.isel(run=values == end)) for end in (low, high)]
+        ends = [_by_seed(runs, np.flatnonzero(values == end)) for end in (low, high)]
         seeds = [seed for seed in ends[0] if seed in ends[1]]
-        pairs = [(ends[0][seed], ends[1][seed]) for seed in seeds]
+        pairs = np.array([[end[seed] for seed in seeds] for end in ends], dtype=np.int64)
         for figure in plan.figures:
-            change = np.array([float(b[figure] - a[figure]) for a, b in pairs]) / (high - low)
+            first, last = runs[figure].values[pairs]
+            change = (last - first) / (high - low)
             of = str(runs[keys[0]].attrs.get("units", ""))
             unit = str(runs[figure].attrs.get("units", ""))
             unit += f" / ({of})" if of not in ("", "1") else ""
             found = change[np.isfinite(change)]
             std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
-            changed = _changed(pairs)
+            changed = _changed(runs, pairs)
             yield Difference(parameter, figure, unit, low, high, spread(change), std, changed)
 
 
-def _by_seed(runs: xr.Dataset) -> dict[Any, xr.Dataset]:
-    seeds = runs.seed.values.tolist() if "seed" in runs else [0]
-    return {str(seed): runs.isel(run=k) for k, seed in enumerate(seeds)}
+def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
+    """Of the runs ``at`` these places, the place of each seed."""
+    seeds = runs.seed.values[at].tolist() if "seed" in runs else [0] * at.size
+    return {str(seed): k for seed, k in zip(seeds, at.tolist(), strict=True)}
 
 
-def _changed(pairs: list[tuple[xr.Dataset, xr.Dataset]]) -> float:
-    if not pairs or "contact_sequence" not in pairs[0][0]:
+def _changed(runs: xr.Dataset, pairs: np.ndarray) -> float:
+    """The share of ``pairs`` (2, n) of runs whose contacts went another way."""
+    if "contact_sequence" not in runs:
         return np.nan
-    each = [(float(a.contact_sequence), float(b.contact_sequence)) for a, b in pairs]
-    known = [a != b for a, b in each if np.isfinite([a, b]).all()]  # runs that failed have none
-    return float(np.mean(known)) if known else np.nan
+    first, last = runs.contact_sequence.values[pairs].astype(float)
+    known = np.isfinite(first) & np.isfinite(last)  # runs that failed have none
+    return float(np.mean((first != last)[known])) if known.any() else np.nan
 
 
 def _remedy(runs: xr.Dataset) -> str:

@@ -19,6 +19,8 @@ from zlib import crc32
 import numpy as np
 import xarray as xr
 
+from hydrosim.results.assembled import same_coordinates
+
 FIRST, RUNS, KNOWN, RESULT = "first.nc", "runs", "known.nc", "result.nc"
 
 
@@ -38,6 +40,7 @@ class Journal:
 
     def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
         self._folder, self._first = folder, first_of(folder)
+        self._last = self._first
         self._places: dict[int, int] = {}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
@@ -74,11 +77,12 @@ class Journal:
     def add(self, run: int, kept: Kept) -> None:
         """Keep a complete run, unless its form is not that of the first; it is on the disk, or with
         the system, when this returns."""
-        if self._first is None:
+        if self._last is None:
             _store_first(kept.found, self._folder)
-            self._first = kept.found
-        if not _alike(kept.found, self._first):
+            self._first = self._last = kept.found
+        if not _alike(kept.found, self._last):
             return
+        self._last = kept.found
         arrays = (kept.found.variables[name].values for name in kept.found.data_vars)
         values = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
         attributes = {name: _encoded(value) for name, value in kept.attributes.items()}
@@ -157,14 +161,12 @@ def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
 
 
 def _alike(one: xr.Dataset, other: xr.Dataset) -> bool:
-    here, there = ({name: of.variables[name] for name in of.variables} for of in (one, other))
-    coordinates = [str(name) for name in other.coords]
-    return _forms(one) == _forms(other) and all(here[n].equals(there[n]) for n in coordinates)
+    return _forms(one) == _forms(other) and same_coordinates(one, other)
 
 
-def _forms(of: xr.Dataset) -> tuple[list[Any], set[Any]]:
+def _forms(of: xr.Dataset) -> list[Any]:
     parts = ((name, of.variables[name]) for name in of.data_vars)
-    return [(name, part.dims, part.shape, part.dtype) for name, part in parts], {*of.coords}
+    return [(name, part.dims, part.shape, part.dtype) for name, part in parts]
 
 
 def first_of(folder: Path) -> xr.Dataset | None:

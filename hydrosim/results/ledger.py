@@ -62,19 +62,20 @@ def gap(run: xr.Dataset, least: float = 0.0) -> Gap:
     return max(found, key=lambda gap: gap.relative)
 
 
-def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:
-    """The run of bodies of this ``mass`` [kg] with its relative residual among its attributes, and
-    with warnings if its ledger is open or its friction gives energy."""
+def guard(run: xr.Dataset, mass: float = 0.0) -> None:
+    """Put the relative residual of a run of bodies of this ``mass`` [kg] among its attributes, and
+    warnings if its ledger is open or its friction gives energy."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a run that has failed
         worst = gap(run, LEAST * mass)
-    run = run.assign_attrs(energy_residual_relative=worst.relative)
-    return warned(run, [*_open(run, worst), *_giving(run)])
+    run.attrs["energy_residual_relative"] = worst.relative
+    warn(run, [*_open(run, worst), *_giving(run)])
 
 
-def warned(run: xr.Dataset, more: Iterable[str]) -> xr.Dataset:
-    """The run with ``more`` warnings behind those that it has."""
+def warn(run: xr.Dataset, more: Iterable[str]) -> None:
+    """Put ``more`` warnings behind those that the run has."""
     said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
-    return run.assign_attrs(warnings="\n".join(said)) if said else run
+    if said:
+        run.attrs["warnings"] = "\n".join(said)
 
 
 def _open(run: xr.Dataset, worst: Gap) -> Iterator[str]:

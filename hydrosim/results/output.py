@@ -45,7 +45,8 @@ from hydrosim.forces.spring import LENGTH, TENSION
 from hydrosim.outputs import Output, as_output, content
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import ballast, impulses, memory, points
-from hydrosim.results.ledger import guarded
+from hydrosim.results.assembled import assembled
+from hydrosim.results.ledger import guard
 from hydrosim.results.names import (
     capacities,
     contact_groups,
@@ -119,11 +120,12 @@ def to_dataset(
     states, of_states = _states(scene, model, values, modes)
     memories, of_memory = memory.packed(scene, model, history)
     coords = {**_coordinates(scene, time), **of_states, **of_memory}
-    dataset = xr.Dataset({**data, **states, **memories}, coords)
+    dataset = assembled({**data, **states, **memories}, coords)
     describe(dataset)
     dataset = staged(dataset, model.elements.fenders, values["y"])
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
-    return guarded(dataset, sum(body.mass for body in scene.bodies if body.dofs))
+    guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
+    return dataset
 
 
 def write(dataset: xr.Dataset, target: Path | Output) -> None:

@@ -10,6 +10,8 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
+from hydrosim.results.assembled import same_coordinates
+
 RUN = "run"
 NOT_RUN, COMPLETE = "not run", "complete"
 MISSING = -1  # whole numbers of runs that have none
@@ -61,7 +63,7 @@ class RunsFile:
     ) -> None:
         self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
         self._file.set_auto_maskandscale(False)
-        self._first: xr.Dataset | None = None
+        self._last: xr.Dataset | None = None
         self._attributes: dict[str, object] = {}
         self._names: list[str] = []
         self._count, self._written, self._bytes = count, 0, 0
@@ -92,8 +94,9 @@ class RunsFile:
     ) -> None:
         """Take a complete run, the next in order; ``attributes`` are those of the file as far as
         all runs agree."""
-        if self._first is None:
+        if self._last is None:
             self._define(found, attributes)
+        self._last = found.coords.to_dataset()
         common = in_common(self._attributes, attributes)
         for other in sorted(self._attributes.keys() - common.keys()):
             self._file.delncattr(other)
@@ -131,9 +134,9 @@ class RunsFile:
 
     def differs(self, found: xr.Dataset) -> str | None:
         """A coordinate of a run that the runs before it have otherwise."""
-        if self._first is None:
+        if self._last is None or same_coordinates(found, self._last):
             return None
-        here, there = ({n: of.variables[n] for n in of.coords} for of in (found, self._first))
+        here, there = ({n: of.variables[n] for n in of.coords} for of in (found, self._last))
         return next(
             (
                 str(name)
@@ -163,7 +166,6 @@ class RunsFile:
             else:
                 self._variable(str(name), variable)
                 self._names.append(str(name))
-        self._first = found.coords.to_dataset()
         self._attributes = dict(attributes)
         self._file.setncatts(self._attributes)
 

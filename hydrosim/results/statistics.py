@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 
 from hydrosim.documents.series import APART
+from hydrosim.results.assembled import assembled
 from hydrosim.results.channels import series
 from hydrosim.results.contact import contact_statistics
 from hydrosim.results.extremes import (
@@ -82,7 +84,7 @@ def statistics(
     and, of the whole run, of each fender the time in each mode and slip, and of each group of them
     crawl by phase. InputError where there is no such channel."""
     found, coords, attributes = columns(run, start, exposure, channels)
-    return xr.Dataset({**found, **of_contacts(run)}, coords, attributes)
+    return assembled({**found, **of_contacts(run)}, coords, attributes)
 
 
 def of_contacts(run: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -270,10 +272,13 @@ def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
 
 
 def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [rad/s] and one-sided densities over them, by Welch's method."""
+    """Frequencies [rad/s] and one-sided densities over them, by Welch's method: segments that
+    overlap by half are straightened and tapered, all at once, and their spectra averaged."""
     size = max(2 * x.shape[-1] // (SEGMENTS + 1), 2)
-    frequency, density = signal.welch(x, 1.0 / step, nperseg=size, detrend="linear")
-    return 2.0 * np.pi * frequency, density / (2.0 * np.pi)
+    segments = sliding_window_view(x, size, axis=-1)[..., :: size - size // 2, :]
+    straight = signal.detrend(segments, type="linear")
+    frequency, density = signal.periodogram(straight, 1.0 / step, "hann", detrend=False)
+    return 2.0 * np.pi * frequency, density.mean(axis=-2) / (2.0 * np.pi)
 
 
 def _flags() -> dict[str, Any]:

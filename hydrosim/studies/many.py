@@ -235,7 +235,8 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
             wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
             work.keep(pending)
         with undisturbed():
-            work.keep(pending)
+            if not work.has(run):
+                work.keep(pending)
             work.write(run, first.result())
             pending.popleft()
             done += 1
@@ -272,17 +273,21 @@ class _Set(NamedTuple):
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""
-        if self.journal is None or run not in self.journal:
+        if self.journal is None or not self.has(run):
             return pool.submit(self.shared.prepared(scene), self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
         known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))
         return known
 
+    def has(self, run: int) -> bool:
+        """Whether a run is on the disk."""
+        return self.journal is not None and run in self.journal
+
     def keep(self, pending: Iterable[tuple[int, Future[Outcome]]]) -> None:
         """Put what is complete by now on the disk."""
         for run, future in pending:
-            if self.journal is None or run in self.journal or not future.done():
+            if self.journal is None or self.has(run) or not future.done():
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
                 kept = Kept(outcome.found, outcome.attributes, outcome.warnings)

@@ -12,6 +12,7 @@ import xarray as xr
 
 from hydrosim.compiling.calm import in_waves
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.assembled import assembled
 from hydrosim.results.explain import explained
 from hydrosim.results.figures import Figure, figure_of
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
@@ -99,7 +100,7 @@ def digested(
                 " of the runs; expected another one."
             )
         more[figure.name] = figure_of(run, figure).variable
-    kept = xr.Dataset(more, coords, attributes)
+    kept = assembled(more, coords, attributes)
     if "impulse" in run:
         kept = xr.merge([kept, explained(run)], join="exact", compat="equals")
     return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept

@@ -3,7 +3,7 @@ differs from the one before it in its waves alone takes over its compiled model.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from numbers import Number
 from pathlib import Path
@@ -45,6 +45,7 @@ class Shared:
         self._calm: Scene | None = None
         self._wet: tuple[WetGroup, ...] = ()
         self._made: tuple[list[str], Compiled] | None = None
+        self._known: dict[bytes, list[str]] = {}
 
     def prepared(self, scene: Scene) -> Work | Exception:
         """A scene in calm water and its sea, or why there is none."""
@@ -52,12 +53,13 @@ class Shared:
         calm = replace(calm, environment=replace(scene.environment, waves=()))
         if self._calm is None or not alike(calm, self._calm):
             self._calm, self._wet, self._made = calm, (), None
+            self._known.clear()
         try:
             check_scene(scene)
             scene = self.opened(scene)
             drawn = sea(scene.environment)
             self._wet = self._wet or tuple(all_groups(scene, drawn))
-            aside = list(wave_asymmetries(scene, self._wet, drawn))
+            aside = self._aside(scene, drawn)
             if self._made is None or self._made[0] != aside:
                 whole = compile_calm(scene, self._wet)
                 self._made = aside, warned_of_steps(planar(whole, drawn))
@@ -67,6 +69,13 @@ class Shared:
         # what is read from files is read: netCDF knows no threads
         scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
         return Work(scene, drawn, made)
+
+    def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
+        """`wave_asymmetries`, which scenes with waves to the same headings have in common."""
+        headings = np.unique([heading for waves in drawn for heading in waves.heading]).tobytes()
+        if headings not in self._known:
+            self._known[headings] = list(wave_asymmetries(scene, self._wet, drawn))
+        return self._known[headings]
 
     def opened(self, scene: Scene) -> Scene:
         """A scene with its databases, and the run to start from, in memory."""

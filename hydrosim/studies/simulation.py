@@ -24,7 +24,7 @@ from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import Combination, StepLimit, step_limits
 from hydrosim.outputs import program_version
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.ledger import warned
+from hydrosim.results.ledger import warn
 from hydrosim.results.names import force_names, state_names
 from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
 from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
@@ -167,9 +167,9 @@ def run_compiled(
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
     dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
-    dataset = warned(dataset, noticed(compiled, dataset))
+    warn(dataset, noticed(compiled, dataset))
     if status == "complete" and not failed:
-        dataset = warned(dataset, doubted(compiled, run))
+        warn(dataset, doubted(compiled, run))
     if message:
         raise SimulationError(message, dataset)
     return dataset

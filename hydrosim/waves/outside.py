@@ -10,6 +10,7 @@ not: loads of the ends and corners of a hull add up or cancel by turns.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -25,6 +26,7 @@ RISEN = 4.0  # of the mean square times w^4, from the first to the second half: 
 class Loads(Protocol):
     """What this module reads of a database, see `transfer.TransferFunctions`."""
 
+    def __hash__(self) -> int: ...
     @property
     def frequency(self) -> np.ndarray: ...
     @property
@@ -47,7 +49,13 @@ class Outside(NamedTuple):
 
 
 def outside(database: Loads, seas: Sequence[Components]) -> Outside:
-    """What of the ``seas`` is outside the frequencies of the database."""
+    """What of the ``seas`` is outside the frequencies of the database; what was asked for last is
+    known."""
+    return _outside(database, tuple(seas))
+
+
+@lru_cache(maxsize=2)
+def _outside(database: Loads, seas: tuple[Components, ...]) -> Outside:
     energy = [float(np.sum(waves.amplitude**2)) for waves in seas]
     shares = [energy_outside(waves, database.frequency) for waves in seas]
     below, above = np.average(shares, axis=0, weights=energy)

@@ -14,6 +14,7 @@ through zero and the phase jumps.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpola
 _NODE = 1e-9  # [rad] closer than this to a heading of the database is that heading
 _END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
 _FEWEST = 12  # headings round the circle that a table is made for
+_KEPT = 8  # weights of headings
 NOISE = 1e-12
 """Of the largest force or moment: below it a transfer function is zero."""
 
@@ -38,6 +40,7 @@ class TransferFunctions(Protocol):
     [N/m] and moments [N m/m] by turns of three; ``mean_drift`` (nw, nh, n) [N/m^2, N m/m^2].
     """
 
+    def __hash__(self) -> int: ...
     @property
     def source(self) -> str: ...
     @property
@@ -56,10 +59,20 @@ def excitation_at(
     """First-order transfer functions (nc, n) of waves of ``omega`` and ``heading`` (nc,).
 
     Zero above the highest frequency of the database; below the lowest one the value there. Raises
-    InputError if the database has no headings around one of them.
+    InputError if the database has no headings around one of them. Seas of several seeds ask for the
+    same: what is given is kept, and not to be written to.
     """
+    to, of = (np.asarray(each, float).tobytes() for each in (heading, omega))
+    return _excitation_at(database, to, of)
+
+
+@lru_cache(maxsize=_KEPT)
+def _excitation_at(database: TransferFunctions, of_heading: bytes, of_omega: bytes) -> np.ndarray:
+    heading, omega = np.frombuffer(of_heading), np.frombuffer(of_omega)
     inside = omega <= database.frequency[-1] * _END
-    return np.where(inside[:, None], _at(database, database.excitation, heading, omega), 0.0)
+    found = np.where(inside[:, None], _at(database, database.excitation, heading, omega), 0.0)
+    found.setflags(write=False)
+    return found
 
 
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
@@ -119,8 +132,15 @@ def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
     """Weights (nc, nh) of values at the ``nodes`` (nh,) for those at ``heading`` (nc,) [rad].
 
-    None if a heading is between two nodes that are more than 45 degrees apart.
+    None if a heading is between two nodes that are more than 45 degrees apart. Runs of one study
+    ask for the same again and again: what is given is kept, and not to be written to.
     """
+    return _weights(np.asarray(nodes, float).tobytes(), np.asarray(heading, float).tobytes())
+
+
+@lru_cache(maxsize=_KEPT)
+def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
+    nodes, heading = np.frombuffer(of_nodes), np.frombuffer(of_heading)
     order, angle = _round_the_circle(nodes)
     x = np.mod(heading - nodes[order[0]], _TURN)
     from_node = apart(x[:, None], angle)
@@ -134,6 +154,7 @@ def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None
         np.eye(nodes.size)[from_node.argmin(axis=1)],
         _between_nodes(x, angle, gap),
     )
+    found.setflags(write=False)
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,13 +16,21 @@ from hydrosim.waves import sea
 NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
 
 
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What is read of a database."""
+
+    frequency: np.ndarray
+    excitation: np.ndarray
+
+
 def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], list[str]]:
     """Warnings of a sea with a share of its energy above a database's frequencies, whose loads go
     as this power of the frequency; and what is refused."""
     body = replace(block(1.0), wave_forces=WaveForces(**forces))
     frequency = np.linspace(0.1, 1.5 - share, 50)
     loads = np.tile(frequency[:, None, None] ** power + 0j, (1, 8, 6))
-    database = SimpleNamespace(frequency=frequency, excitation=loads)
+    database = Loads(frequency, loads)
     seas = sea(Environment(waves=(NOISE,)))
     about = SimpleNamespace(wet=lambda: [(0, body, database)], sea=seas)
     return list(range_warnings(seas, body, database)), [doubt.found for doubt in ranges(about)]

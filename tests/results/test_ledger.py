@@ -10,7 +10,7 @@ from dry_scenes import block, moving, scene
 import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
-from hydrosim.results.ledger import CLOSED, gap, guarded
+from hydrosim.results.ledger import CLOSED, gap, guard
 from hydrosim.scene import ADAPTIVE, Method, Scene
 
 MASS, OMEGA = 2e4, 1.5
@@ -82,6 +82,11 @@ def test_roundings_and_quiet_stretches_are_no_gap() -> None:
     assert gap(ledger(swings(size), residual)).relative < CLOSED
     big = {"energy_stored_it": np.full(1601, 1e6)}
     assert gap(ledger(swings(size), 0.9e-5 * (size < 1.0), **big)).relative == 0.0
+
+
+def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:
+    guard(run := run.copy(), mass)
+    return run
 
 
 def test_what_hardly_moves_is_no_gap() -> None:

@@ -125,7 +125,7 @@ def eigenvalue(time: np.ndarray, x: np.ndarray, near: complex) -> complex:
     window = x.size // 2
     hankel = np.lib.stride_tricks.sliding_window_view(x, window)
     _, s, v = np.linalg.svd(hankel, full_matrices=False)
-    v = v[s > 1e-7 * s[0]].T
+    v = v[s > 1e-9 * s[0]].T  # modes of the memory beside that of the hull are small
     values = np.linalg.eigvals(np.linalg.pinv(v[:-1]) @ v[1:])
     exponents = np.log(values.astype(complex)) / (time[1] - time[0])
     return complex(exponents[np.argmin(np.abs(exponents - near))])

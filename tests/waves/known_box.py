@@ -35,7 +35,7 @@ def smooth_drift(omega: np.ndarray, heading: np.ndarray) -> np.ndarray:
     return drift
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Box:
     """The box as a database."""
 

@@ -1,0 +1,53 @@
+"""Datasets whose coordinates are those of datasets before them, and whether they are.
+
+Making an index of names or times takes xarray longer than all else of a small dataset; runs of one
+study have the same, so that indexes once made are kept.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import xarray as xr
+
+KEPT = 16  # sets of indexes
+
+
+def assembled(
+    data: Mapping[Any, Any], coords: Mapping[str, Any], attributes: Mapping[str, Any] | None = None
+) -> xr.Dataset:
+    """`xarray.Dataset` with the same arguments."""
+    indexes = {name: each for name, each in coords.items() if _dims(name, each) == (name,)}
+    others = coords.keys() - indexes.keys()
+    apart = {name: coords[name] for name in coords if name in others}
+    made = xr.Dataset({**data, **apart}, _made(pickle.dumps(indexes)), attributes)
+    return made.set_coords(others) if others else made
+
+
+def same_coordinates(one: xr.Dataset, other: xr.Dataset) -> bool:
+    """Whether two datasets have the same coordinates with the same values."""
+    if {*one.coords} != {*other.coords}:
+        return False
+    here, there = one.xindexes, other.xindexes
+    return all(
+        here[name] is there[name] or here[name].equals(there[name])
+        if name in here and name in there
+        else one.variables[name].equals(other.variables[name])
+        for name in one.coords
+    )
+
+
+def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
+    """Of an array, of a tuple (dimensions, values, ...), or of the values along ``name``."""
+    if isinstance(coordinate, xr.Variable | xr.DataArray):
+        return tuple(map(str, coordinate.dims))
+    dims = coordinate[0] if isinstance(coordinate, tuple) else name
+    return (dims,) if isinstance(dims, str) else tuple(dims)
+
+
+@lru_cache(maxsize=KEPT)
+def _made(indexes: bytes) -> xr.Coordinates:
+    return xr.Dataset(coords=pickle.loads(indexes)).coords
