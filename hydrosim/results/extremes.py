@@ -32,6 +32,7 @@ from hydrosim.results.stationarity import changes
 MEMORIES = 4  # in a window, at least
 LEAST, MOST = 8, 50  # windows
 GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter ones hold too few waves for Gumbel's law
+WAVES, ENOUGH = 70, 13  # waves in a window, at least, if there are so many windows
 SLOW, FEW = 0.05, 500.0  # of the variance; memories of that part: more show their moments
 CLIPPED = 0.005  # of the time: what is at the smallest value for longer is clipped there
 ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a regular wave
@@ -157,7 +158,7 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     windows = min(int(record.memories / MEMORIES), x.size // (2 * SLIDE), MOST)
     if windows < LEAST:
         return none(Basis.TOO_SHORT)
-    count = max(count for count in GUMBEL if count <= windows)
+    count = _count(x, windows, record)
     clipped = bool(np.mean(x == x.min()) > CLIPPED)
     if clipped and sliding(x, windows).min() == x.min():
         windows //= 2
@@ -169,6 +170,14 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
         return _by_windows(x, count, record)
     return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
+
+
+def _count(x: np.ndarray, windows: int, record: _Record) -> int:
+    """Windows of Gumbel's law, of so many at most: those of waves come in groups, which count for
+    less the higher the level is, so that short windows see large values too seldom."""
+    waves = upcrossings(x - x.mean()).size
+    most = windows if record.slow else min(windows, max(waves // WAVES, ENOUGH))
+    return max(count for count in GUMBEL if count <= most)
 
 
 def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
