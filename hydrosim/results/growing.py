@@ -24,7 +24,18 @@ def runs_at(path: Path) -> xr.Dataset | None:
     if other.exists() and not path.exists():
         of = "the result of the sweep" if path.suffix == PARTIAL else "a sweep on its way"
         raise InputError(f"{path}: is not there; {other} is, {of}.")
+    if not path.exists() and (rounds := _rounds(path)):
+        raise InputError(
+            f"{path}: is not there; a study on its way that takes seeds until a mean is known well"
+            f" keeps its last round in {rounds[-1]}."
+        )
     return growing(path) if path.is_dir() else open_runs(path)
+
+
+def _rounds(path: Path) -> list[Path]:
+    """The rounds of a study `until` something is known, see `hydrosim.studies.precise`."""
+    result = path.with_suffix("") if path.suffix == PARTIAL else path
+    return sorted(Path(f"{result}.rounds").glob("*.nc*"))
 
 
 def growing(folder: Path) -> xr.Dataset:

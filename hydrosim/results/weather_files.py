@@ -1,7 +1,8 @@
 """Scatter diagrams and hindcasts from files.
 
 A scatter diagram is a text: its first line names the peak periods [s] of the columns, each other
-line begins with a significant height [m], both at the middle of their classes. A hindcast is a text
+line begins with a significant height [m], or in the unit of that column's name, "hs [ft]", both at
+the middle of their classes. A hindcast is a text
 with columns time [s] or dates (2020-01-31T12:00), hs [m] and tp [s] (other units in brackets, "time
 [h]"), and, where it is known, direction [deg], the bearing that waves come from; or netCDF with
 these over time, or with spectra, efth over time, freq [Hz] and dir, as wavespectra has them: of
@@ -41,6 +42,7 @@ NAMES = {
 UNITS = {"time": "s", "hs": "m", "tp": "s", "direction": "rad"}
 USUAL = {**UNITS, "direction": "deg"}  # where a file says none
 NEEDED = "time, hs and tp"
+MANY = 10  # directions, of which some should be more than 6.28 degrees
 
 
 def read_scatter(source: Source) -> Scatter:
@@ -57,9 +59,16 @@ def read_scatter(source: Source) -> Scatter:
             "found no peak periods above the columns; expected a first line such as hs, 5, 6, 7"
         )
     require_finite(source, table.rows.ravel())
+    heights = table.rows[:, 0] * _scale(source, table, 0, "hs")
+    for name, values in (("height", heights), ("peak period", periods)):
+        if values.min() < 0.0 or np.unique(values).size < values.size:
+            source.wrong(
+                f"found {name}s {', '.join(f'{x:g}' for x in values)}; expected each once, none"
+                " below zero"
+            )
     if np.any(count < 0.0) or not count.sum() > 0.0:
         source.wrong("found counts that are negative, or none at all; expected how often seas are")
-    return Scatter(table.rows[:, 0], periods, count)
+    return Scatter(heights, periods, count)
 
 
 def read_hindcast(source: Source) -> Hindcast:
@@ -108,13 +117,31 @@ def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
     for k, name in enumerate(table.names):
         bare, unit = name_and_unit(name)
         if bare.strip().lower() in NAMES[what]:
-            said = table.units[k].strip("[]()") if table.units else unit
-            try:
-                scale = factor(said or USUAL[what], UNITS[what])
-            except ValueError as error:
-                source.wrong(f"found {name}; expected it in {USUAL[what]}; {error}")
-            return np.asarray(table.rows[:, k] * scale)
+            found = table.rows[:, k]
+            if what == "direction" and not (unit or table.units):
+                _refuse_radians(source, name, found)
+            return np.asarray(found * _scale(source, table, k, what))
     return None
+
+
+def _scale(source: Source, table: Table, k: int, what: str) -> float:
+    """From the unit of a column, if the file says one, to the program's."""
+    name = table.names[k]
+    said = table.units[k].strip("[]()") if table.units else name_and_unit(name)[1]
+    try:
+        return factor(said or USUAL[what], UNITS[what])
+    except ValueError as error:
+        source.wrong(f"found {name}; expected it in {USUAL[what]}; {error}")
+
+
+def _refuse_radians(source: Source, name: str, values: np.ndarray) -> None:
+    """Directions all around that look like radians, of a file that does not say which."""
+    size = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    if values.size >= MANY and np.pi / 2 < size <= 2.0 * np.pi + 1e-6:
+        source.wrong(
+            f"found {values.size} values of {name} up to {size:.3g} and no unit: degrees or"
+            f" radians? Name the column {name} [deg] or {name} [rad]"
+        )
 
 
 def _read_netcdf(source: Source) -> Hindcast:

@@ -39,6 +39,7 @@ LOCAL = "local"
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
 DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
 LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
+MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
 DEATHS = 1  # of workers on this machine under one batch, that are no reason to give it up
 Run = tuple[Future[Outcome], Scene]
 OPEN = "run whatever is sent to them: let nobody else reach these ports"
@@ -53,12 +54,14 @@ class Cluster:
 
     def __init__(self, address: str, processes: int) -> None:
         try:
+            import dask
             import distributed
         except ImportError:
             raise InputError(
                 "--scheduler: needs dask.distributed; pip install 'hydrosim[cluster]'"
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        dask.config.set({"distributed.admin.low-level-log-length": MESSAGES})
         self._closed = Event()
         self._own = _processes(processes) if address == LOCAL else None
         self._client = self._connected(distributed, self._own or address, address)

@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -39,7 +40,7 @@ from hydrosim.studies.unfinished import alone_with, begun, identity, is_whole
 if TYPE_CHECKING:
     from hydrosim.case import Case
 
-COLLECTED = 16  # runs after which garbage is collected
+COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 FEWEST = 4  # output times, to have statistics of
 
 Progress = Callable[[int, int], None]
@@ -109,10 +110,11 @@ def simulate_many(
     if result is None:
         with TemporaryDirectory() as folder:
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
-    values = {name: variable.values for name, variable in known.items()}
-    asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures), **values}
+    values = {name: known[name].values for name in along}
+    asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    known_as = identity(scenes, shared.opened, values, asked)
     with alone_with(result) as here:
-        ended, journal = False, begun(result, resume, identity(scenes, shared.opened, asked))
+        ended, journal = False, begun(result, resume, known_as)
         try:
             file_at(here / f"{KNOWN}.partial").close()
             (here / f"{KNOWN}.partial").replace(here / KNOWN)
@@ -188,7 +190,12 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     texts = {
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
-    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
+    # as objects: each text once, and not as long as the longest
+    return {
+        name: xr.Variable(RUN, np.array(text, dtype=object))
+        for name, text in texts.items()
+        if len({*text}) > 1
+    }
 
 
 @contextmanager
@@ -223,11 +230,11 @@ def _closed(file: RunsFile) -> Iterator[None]:
 def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
     """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
     order."""
-    done = 0
+    done, due = 0, 0.0
     pending: deque[tuple[int, Future[Outcome]]] = deque()
 
     def take() -> None:
-        nonlocal done
+        nonlocal done, due
         run, first = pending[0]
         if not first.done():
             pool.flush()
@@ -240,8 +247,8 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
             work.write(run, first.result())
             pending.popleft()
             done += 1
-        if done % COLLECTED == 0:
-            gc.collect()
+        if perf_counter() > due:
+            due = _collected()
         if progress is not None:
             progress(done, len(work.scenes))
 
@@ -260,6 +267,14 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
             take()
     finally:
         pool.close()
+
+
+def _collected() -> float:
+    """Collect garbage; when to do so again."""
+    begun = perf_counter()
+    gc.collect()
+    ended = perf_counter()
+    return ended + (ended - begun) / COLLECTING
 
 
 class _Set(NamedTuple):

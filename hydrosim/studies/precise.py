@@ -98,7 +98,7 @@ def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> x
     """The runs of a round: those that are there, if they are all and of this study."""
     asked = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
     labels = {name: label.values for name, label in part.labels.items()}
-    state = digest(identity(part.scenes, shared.opened, {**asked, **labels}))
+    state = digest(identity(part.scenes, shared.opened, labels, asked))
     path = folder / f"{number}-{state[:16]}.nc"
     others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
     if others and number == 0:

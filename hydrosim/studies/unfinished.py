@@ -51,7 +51,7 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
         )
     if not resume:
         forget(folder)
-    elif other := [name for name in identity if stored.get(name, identity[name]) != identity[name]]:
+    elif stored and (other := [name for name in identity if stored.get(name) != identity[name]]):
         raise InputError(
             f"--resume: the runs in {folder} were made with another state of: {other[0]}. Go on"
             " with what they were made with, or begin anew with --overwrite."
@@ -61,10 +61,14 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
 
 
 def identity(
-    scenes: Sequence[Scene], opened: Callable[[Scene], Scene], asked: Mapping[str, Any]
+    scenes: Sequence[Scene],
+    opened: Callable[[Scene], Scene],
+    labels: Mapping[str, Any],
+    asked: Mapping[str, Any],
 ) -> dict[str, str]:
-    """What must be the same for a set to go on, by what it is called in a message. What scenes have
-    in common is looked at once."""
+    """What must be the same for a set to go on, by what it is called in a message: of the scenes,
+    what they have in common looked at once; the ``labels`` of the runs; what is ``asked`` of
+    each."""
     read: dict[int, Any] = {}
     hulls: dict[tuple[int, int], Any] = {}
     parts: dict[int, str] = {}
@@ -80,7 +84,9 @@ def identity(
     return {
         "the program": program(),
         "a database, or the run to start from": digest(list(read.values())),
-        "the cases, or what is kept of the runs": digest((cases, dict(asked))),
+        "what is kept of the runs": digest(dict(asked)),
+        "the seeds or parameters": digest((len(scenes), dict(labels))),
+        "the cases": digest(cases),
     }
 
 

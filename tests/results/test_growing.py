@@ -130,3 +130,13 @@ def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.M
     monkeypatch.setattr("hydrosim.results.growing.first_of", gone)
     with pytest.raises(InputError, match="is gone, as its sweep has come to an end"):
         runs_at(folder)
+
+
+def test_rounds_of_a_study_are_pointed_to(tmp_path: Path) -> None:
+    rounds = tmp_path / "runs.nc.rounds"
+    rounds.mkdir()
+    (rounds / "0-abc.nc").touch()
+    (rounds / "1-def.nc.partial").mkdir()
+    for name in ("runs.nc", "runs.nc.partial"):
+        with pytest.raises(InputError, match=r"its last round in .*1-def.nc.partial"):
+            runs_at(tmp_path / name)

@@ -145,6 +145,8 @@ def test_tables(tmp_path: Path) -> None:
     scatter = read_scatter(Source(path))
     assert scatter.period.tolist() == [6, 8]
     assert scatter.count.tolist() == [[3, 4], [1, 2]]
+    path.write_text("Hs [cm], 6, 8\n50, 3, 4\n150, 1, 2\n")
+    assert read_scatter(Source(path)).height.tolist() == pytest.approx([0.5, 1.5])
     path.write_text("time [h], Tp, Hs [cm]\n0, 8, 100\n3, 9, 150\n")
     hindcast = read_hindcast(Source(path))
     assert hindcast.time.tolist() == [0, 10800]
@@ -254,6 +256,10 @@ def test_spectra_over_a_part_of_the_circle_are_refused(tmp_path: Path) -> None:
         ("time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n", "or a date such as 2020-01-31T12:00"),
         ("time, hs, tp\n0, 1, 8\n2020-01-01, 1, 8\n", ":3: found a date in some lines"),
         ("time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n", "a direction of -999 deg in record 2"),
+        (
+            "time, hs, tp, dir\n" + "".join(f"{k}, 1, 8, {0.3 * k}\n" for k in range(20)),
+            r"found 20 values of dir up to 5.7 and no unit.*dir \[rad\]",
+        ),
         ("01.02.2020 00:00, 1, 6\n", "the time .s., or a date"),
         ("time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n", "expected it in deg"),
     ],
@@ -263,3 +269,19 @@ def test_hindcasts_that_are_none(tmp_path: Path, text: str, words: str) -> None:
     path.write_text(text)
     with pytest.raises(InputError, match=words):
         read_hindcast(Source(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("hs, 6, 8\n-0.5, 3, 4\n1.5, 1, 2\n", "found heights -0.5, 1.5; expected each once"),
+        ("hs, 6, 6\n0.5, 3, 4\n1.5, 1, 2\n", "found peak periods 6, 6; expected each once"),
+        ("hs [s], 6, 8\n0.5, 3, 4\n", "found hs .s.; expected it in m"),
+        ("hs, 6, 8\n0.5, -3, 4\n", "found counts that are negative"),
+    ],
+)
+def test_scatter_diagrams_that_are_none(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "scatter.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_scatter(Source(path))

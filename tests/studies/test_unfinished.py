@@ -80,11 +80,17 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
     database = scenes[0].bodies[0].hydrodynamics
     mass = database.added_mass.copy()
     mass[3, 0, 0] *= 1.0 + 1e-15
+    longer = [replace(s, duration=s.duration + 1.0) for s in scenes]
     other = [with_body(s, hydrodynamics=replace(database, added_mass=mass)) for s in scenes]
     for changed, options, words in (
         (other, {}, "another state of: a database"),
-        (seeds(4), {}, "another state of: the cases"),
-        (scenes, {"variables": ["velocity"]}, "another state of: the cases"),
+        (seeds(4), {}, "another state of: the seeds or parameters"),
+        (
+            [replace(s, duration=s.duration + 1.0) for s in scenes],
+            {},
+            "another state of: the cases",
+        ),
+        (scenes, {"variables": ["velocity"]}, "another state of: what is kept of the runs"),
     ):
         with pytest.raises(hs.InputError, match=words):
             hs.simulate_many(changed, path, resume=True, **options)
