@@ -70,17 +70,17 @@ def identity(
     what they have in common looked at once; the ``labels`` of the runs; what is ``asked`` of
     each."""
     read: dict[int, Any] = {}
-    hulls: dict[tuple[int, int], Any] = {}
+    hulls: dict[tuple[int, int], str] = {}
     parts: dict[int, str] = {}
     names = [f.name for f in fields(Scene) if f.name not in {*APART, "bodies", "initial"}]
     cases = []
     for scene in scenes:
         at = id(scene.bodies), id(scene.initial)
         if at not in hulls:
-            hulls[at] = _hulls(scene, opened, read)
+            hulls[at] = digest(_hulls(scene, opened, read))
         values = [getattr(scene, name) for name in names]
         parts.update((id(value), digest(value)) for value in values if id(value) not in parts)
-        cases.append(digest((hulls[at], [parts[id(value)] for value in values])))
+        cases.append(" ".join([hulls[at], *(parts[id(value)] for value in values)]))
     return {
         "the program": program(),
         "a database, or the run to start from": digest(list(read.values())),
