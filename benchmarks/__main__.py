@@ -27,6 +27,7 @@ LONG = (
     "operability",
     "largest",
     "short_runs",
+    "cluster",
 )  # if named
 
 
