@@ -116,10 +116,16 @@ def _overlap(
     end = min(ours[-1], stamps[-1], between[1])
     run, record = _part(ours, start, end), _part(stamps, start, end)
     if min(run.stop - run.start, record.stop - record.start) < LEAST:
+        meet = min(ours[-1], stamps[-1]) > max(ours[0], stamps[0])
+        remedy = (
+            "choose others with --from and --to"
+            if meet and _asked(between)
+            else "the offset of recorded times goes into a mapping, time: {offset: 100 s}"
+        )
         raise InputError(
             f"{source.file}: found records from {stamps[0]:g} s to {stamps[-1]:g} s, and a run from"
             f" {ours[0]:g} s to {ours[-1]:g} s{_asked(between)}; expected {LEAST} common times or"
-            " more; the offset of recorded times goes into a mapping, time: {offset: 100 s}"
+            f" more; {remedy}"
         )
     _refuse_gaps(source, stamps, record, lines)
     a, b = ours[run], stamps[record]

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     AfterValidator,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     StrictBool,
@@ -60,7 +59,6 @@ Values = Annotated[tuple[Any, ...], AfterValidator(_some_once)]
 class Range(of.Strict):
     """From one value to another, all between equally likely, or all of their logarithms."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     low: Any = Field(alias="from")
     high: Any = Field(alias="to")
     scale: Literal["linear", "logarithmic"] = "linear"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import degrees
 from typing import Annotated, Self
 
-from pydantic import ConfigDict, Field, StrictStr, model_validator
+from pydantic import Field, StrictStr, model_validator
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import Quantity, problem
@@ -18,7 +18,6 @@ class Heights(of.Strict):
     """Significant heights among which a limit is looked for: from the first to the last, so far
     ``apart``."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     low: of.Length = Field(alias="from")
     high: of.Length = Field(alias="to")
     apart: of.LineLength
