@@ -38,7 +38,7 @@ def plot(
     Titles have the sea; grey and white are the phases of the first contact that begins open. Of
     long runs, bands go from the smallest to the largest value of each stretch of time.
     """
-    from hydrosim.commands.study import draw_runs
+    from hydrosim.commands.study import draw_runs, so_far
     from hydrosim.plot import draw, open_run
     from hydrosim.plot.draw import Format, View, Window
     from hydrosim.results.channels import chosen, names
@@ -47,6 +47,11 @@ def plot(
     folder = run_file.parent if output is None else output
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
+    if output is not None and output.suffix[1:] in [*Format] and not output.is_dir():
+        raise InputError(
+            f"--output: found {output}; expected a folder, as there are several pictures; their"
+            f" format is --format {output.suffix[1:]}."
+        )
     kind = one_of(Format, form, "--format")
     window = Window(*window_of(start, end))
     if (runs := runs_at(run_file)) is not None:
@@ -55,6 +60,7 @@ def plot(
                 f"--channels, --from, --to: {run_file} is a study, which has no records over time;"
                 " expected the result of a run."
             )
+        show(*so_far(runs))
         draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)

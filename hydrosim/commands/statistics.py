@@ -40,7 +40,7 @@ def statistics(
     overwrite: Overwrite = False,
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
-    from hydrosim.commands.study import tables
+    from hydrosim.commands.study import so_far, tables
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
@@ -50,7 +50,7 @@ def statistics(
     from hydrosim.results.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
-        show(*tables(runs, run_file, output, overwrite))
+        show(*so_far(runs), *tables(runs, run_file, output, overwrite))
         return
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)

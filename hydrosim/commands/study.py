@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,10 +19,23 @@ def stem_of(file: Path) -> str:
 
 
 def so_far(runs: xr.Dataset) -> list[str]:
-    """A line that says how many runs are in, where these are not all."""
+    """How many runs are in, or came to which end, where these are not all; why the first failed."""
     from hydrosim.results.growing import GATHERED
+    from hydrosim.results.runs_file import COMPLETE
 
-    return [f"so far    {runs.attrs[GATHERED]}"] if GATHERED in runs.attrs else []
+    if GATHERED in runs.attrs:
+        return [f"so far    {runs.attrs[GATHERED]}"]
+    if "status" not in runs or set(ends := runs.status.values.tolist()) == {COMPLETE}:
+        return []
+    first = ends.index("failed") if "failed" in ends else None
+    failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
+    return [in_words(ends), *failed]
+
+
+def in_words(ends: Sequence[str]) -> str:
+    """How many runs came to which end."""
+    counts = {name: ends.count(name) for name in dict.fromkeys(ends)}
+    return f"{len(ends)} runs: {', '.join(f'{n} {name}' for name, n in counts.items())}"
 
 
 def tables(
@@ -32,7 +45,6 @@ def tables(
     from hydrosim.results.effect_lines import as_csv, study_lines
 
     table = placed(output, stem_of(file), "table", file, overwrite=overwrite, suffix=".csv")
-    yield from so_far(runs)
     yield from study_lines(runs)
     with table.written() as path:
         path.write_text(f"# {table.mark}\n{as_csv(runs)}")
@@ -50,6 +62,5 @@ def draw_runs(
     pictures = Output(
         folder / f"{stem_of(file)}.{form}", "picture", file, (file,), overwrite, "pictures"
     )
-    show(*so_far(runs))
     for path in draw_study(runs, pictures):
         show(f"picture   {path}")

@@ -15,7 +15,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
-from hydrosim.commands.study import draw_runs, tables
+from hydrosim.commands.study import draw_runs, in_words, tables
 from hydrosim.commands.terminal import progress_console, say, show
 
 if TYPE_CHECKING:
@@ -190,14 +190,13 @@ def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
 def _lines(runs: xr.Dataset, study: Study) -> list[str]:
     """How many runs came to which end, and why some failed; the largest deviations of all."""
     status = runs.status.values.tolist()
-    counts = {name: status.count(name) for name in dict.fromkeys(status)}
-    lines = [f"{len(status)} runs: {', '.join(f'{n} {name}' for name, n in counts.items())}"]
+    lines = [in_words(status)]
     failed = [k for k, name in enumerate(status) if name == "failed"]
     messages = runs.status_message.values
     lines += [f"run {k}: {messages[k]}" for k in failed[:SHOWN]]
     if len(failed) > SHOWN:
         lines.append(f"and {len(failed) - SHOWN} more, see status_message")
-    if "complete" not in counts or study.figures:
+    if "complete" not in status or study.figures:
         return lines
     labels = {name: values.values.tolist() for name, values in study.labels.items()}
     return [*lines, *_extremes(runs, labels)]

@@ -226,6 +226,10 @@ def _ours(run: xr.Dataset, channel: str, place: Place) -> tuple[np.ndarray, str]
     """The channel of a run over all its time, at the point that was recorded, and its unit."""
     source = Source(Path(run.encoding.get("source", "run")), f"channels.{channel}")
     values, unit = select(source, run, channel)
+    if not unit:
+        source.wrong(
+            "found no unit; expected units or dof_units among its attributes, as runs have"
+        )
     if place.point is not None:
         variable, *labels = channel.split(".")
         if variable not in MOVED:

@@ -83,9 +83,10 @@ class Table:
     dated: bool = False
 
 
-def parse(source: Source, dates: bool = False) -> Table:
-    """The table in a text file, in which ``dates`` (2020-01-31T12:00, UTC unless they say another
-    zone) may be numbers, the seconds since `EPOCH`; InputError says which line is wrong."""
+def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> Table:
+    """The table in a text file, whose lines begin with ``first``, in which ``dates``
+    (2020-01-31T12:00, UTC unless they say another zone) may be numbers, the seconds since `EPOCH`;
+    InputError says which line is wrong."""
     try:
         content = source.file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -114,7 +115,7 @@ def parse(source: Source, dates: bool = False) -> Table:
     if not rows:
         or_date = DATED if dates else ""
         source.wrong(
-            f"found no numbers; expected lines of numbers, the first of them the time [s]{or_date}"
+            f"found no numbers; expected lines of numbers, the first of them {first}{or_date}"
         )
     columns = _heading(heading, separator, len(rows[0]))
     return Table(*columns, np.array(rows), lines, dates and any(dated))

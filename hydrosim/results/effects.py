@@ -100,8 +100,9 @@ def plans(runs: xr.Dataset) -> list[Plan]:
     """The plans of a file of runs; InputError where it has none, or no figures."""
     if "design" not in runs.attrs:
         raise InputError(
-            "the file has no attribute design: its runs are of no study file, or of one of an"
-            " earlier version. Run the study again with hydrosim sweep."
+            f"{runs.encoding.get('source', 'the file')}: has no attribute design: its runs are of"
+            " no study file, or of one of an earlier version. Run the study again with hydrosim"
+            " sweep."
         )
     known = json.loads(runs.attrs["design"])
     found = []

@@ -123,7 +123,7 @@ def extremes(
 def _is_magnitude(x: np.ndarray) -> bool:
     """True of a record that comes down to zero, does not stay there, and scatters as one without a
     mean direction: a speed, the size of a motion."""
-    near = 0.0 <= x.min() < NEAR * np.ptp(x) and np.mean(x == x.min()) <= CLIPPED
+    near = 0.0 <= x.min() < NEAR * np.ptp(x) and not _stays(x, x.min())
     least, most = SPREAD
     return bool(near and least * x.mean() < x.std() < most * x.mean())
 
@@ -153,13 +153,13 @@ def trivial(x: np.ndarray) -> Basis | None:
 def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     if _regular(x):
         return _of([x.max()] * 5, Basis.REGULAR)
-    if np.mean(x == x.max()) > CLIPPED:
+    if _stays(x, x.max()):
         return none(Basis.CLIPPED)
     windows = min(int(record.memories / MEMORIES), x.size // (2 * SLIDE), MOST)
     if windows < LEAST:
         return none(Basis.TOO_SHORT)
     count = _count(x, windows, record)
-    clipped = bool(np.mean(x == x.min()) > CLIPPED)
+    clipped = _stays(x, x.min())
     if clipped and sliding(x, windows).min() == x.min():
         windows //= 2
         if windows < LEAST or sliding(x, windows).min() == x.min():
@@ -170,6 +170,11 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
         return _by_windows(x, count, record)
     return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
+
+
+def _stays(x: np.ndarray, value: float) -> bool:
+    """Whether a record is at a value for a while: at its largest every record is once."""
+    return int(np.count_nonzero(x == value)) > max(CLIPPED * x.size, 1)
 
 
 def _count(x: np.ndarray, windows: int, record: _Record) -> int:

@@ -151,6 +151,8 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
         found = f"is netCDF without {', '.join(missing)}"
         if (made := content(path) or "").startswith(SHOWN):
             found = f"holds the {made}, which `hydrosim report` shows"
+        elif "run" in run.dims:
+            found = f"holds {run.sizes['run']} runs without status, which those of a study have"
         raise InputError(f"{path}: {found}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))
     return run

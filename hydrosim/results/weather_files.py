@@ -42,13 +42,14 @@ NAMES = {
 UNITS = {"time": "s", "hs": "m", "tp": "s", "direction": "rad"}
 USUAL = {**UNITS, "direction": "deg"}  # where a file says none
 NEEDED = "time, hs and tp"
+HIGHEST = 30.0  # m: significant heights of a scatter diagram
 MANY = 10  # directions, of which some should be more than 6.28 degrees
 
 
 def read_scatter(source: Source) -> Scatter:
     """The scatter diagram in a text file; InputError says what is wrong with it."""
     source.head(4)
-    table = parse(source)
+    table = parse(source, first="a significant height [m]")
     try:
         periods = np.array([float(name) for name in table.names[1:]])
     except ValueError:
@@ -66,6 +67,11 @@ def read_scatter(source: Source) -> Scatter:
                 f"found {name}s {', '.join(f'{x:g}' for x in values)}; expected each once, none"
                 " below zero"
             )
+    if heights.max() > HIGHEST:
+        source.wrong(
+            f"found heights up to {heights.max():g} m; expected at most {HIGHEST:g} m; name another"
+            " unit in the first line, hs [cm]"
+        )
     if np.any(count < 0.0) or not count.sum() > 0.0:
         source.wrong("found counts that are negative, or none at all; expected how often seas are")
     return Scatter(heights, periods, count)

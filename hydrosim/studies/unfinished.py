@@ -53,8 +53,8 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
         forget(folder)
     elif stored and (other := [name for name in identity if stored.get(name) != identity[name]]):
         raise InputError(
-            f"--resume: the runs in {folder} were made with another state of: {other[0]}. Go on"
-            " with what they were made with, or begin anew with --overwrite."
+            f"--resume: the runs in {folder} were made with another state of: {'; '.join(other)}."
+            " Go on with what they were made with, or begin anew with --overwrite."
         )
     folder.mkdir(exist_ok=True)
     return Journal(folder, identity)

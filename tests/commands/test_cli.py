@@ -208,6 +208,10 @@ class TestPlot:
         result = hydrosim("plot", run, "-o", "base.yaml")
         assert (result.code, result.out) == (2, "")
         assert "base.yaml: is a file; expected a folder" in result.err
+        result = hydrosim("plot", run, "-o", "new.svg")
+        assert result.code == 2
+        assert "found new.svg; expected a folder" in result.err
+        assert not Path("new.svg").exists()
 
     @pytest.mark.parametrize("name", ["nowhere.nc", "base.yaml", "../../hydro_db/h851.nc", "."])
     def test_refuses_what_is_not_a_run(self, hydrosim: Command, project: Path, name: str) -> None:

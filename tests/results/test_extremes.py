@@ -253,6 +253,16 @@ def test_a_record_that_is_cut_off_above_has_no_largest() -> None:
     assert extremes(x, 1.0)[1].basis == Basis.CLIPPED
 
 
+def test_the_largest_of_few_values_is_no_clip() -> None:
+    """Once in 150 values is more than half a percent of them, and no clip."""
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(9))[:1200]
+    part = x[::8]
+    assert part.size == 150
+    assert {each.basis for each in extremes(part, 4.0)} <= {*LAWS, Basis.TOO_SHORT}
+    clipped = np.minimum(part, np.sort(part)[-4])
+    assert extremes(clipped, 4.0)[1].basis == Basis.CLIPPED
+
+
 def test_nothing_of_a_law_without_a_basis() -> None:
     x = np.random.default_rng(7).normal(size=300)
     short = extremes(x[:20], 1.0)[1]

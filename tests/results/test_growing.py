@@ -140,3 +140,18 @@ def test_rounds_of_a_study_are_pointed_to(tmp_path: Path) -> None:
     for name in ("runs.nc", "runs.nc.partial"):
         with pytest.raises(InputError, match=r"its last round in .*1-def.nc.partial"):
             runs_at(tmp_path / name)
+
+
+def test_statistics_of_a_study_that_was_interrupted(tmp_path: Path, statistics: Command) -> None:
+    """What came of its runs is said before figures of those that are complete."""
+    height = xr.Variable(RUN, [1.0, 1.0, 2.0, 2.0], {"units": "m"})
+    known = {"seed": xr.Variable(RUN, [1, 2, 1, 2]), "height": height}
+    file = RunsFile(tmp_path / "runs.nc", 4, known, list(known), "", {"design": DESIGN})
+    file.add(0, run(0).found, {})
+    file.mark(1, "failed", "it turned over")
+    file.close()
+    result = statistics("runs.nc")
+    assert "4 runs: 1 complete, 1 failed, 2 not run run 1: it turned over grid" in result.out
+    with xr.open_dataset(tmp_path / "runs.nc") as whole:
+        whole.drop_vars("status").to_netcdf(tmp_path / "less.nc")
+    assert "less.nc: holds 4 runs without status" in statistics("less.nc").err

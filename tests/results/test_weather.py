@@ -277,6 +277,8 @@ def test_hindcasts_that_are_none(tmp_path: Path, text: str, words: str) -> None:
         ("hs, 6, 8\n-0.5, 3, 4\n1.5, 1, 2\n", "found heights -0.5, 1.5; expected each once"),
         ("hs, 6, 6\n0.5, 3, 4\n1.5, 1, 2\n", "found peak periods 6, 6; expected each once"),
         ("hs [s], 6, 8\n0.5, 3, 4\n", "found hs .s.; expected it in m"),
+        ("hs, 6, 8\n", "expected lines of numbers, the first of them a significant height"),
+        ("hs, 6, 8\n50, 3, 4\n150, 1, 2\n", "heights up to 150 m; expected at most 30 m"),
         ("hs, 6, 8\n0.5, -3, 4\n", "found counts that are negative"),
     ],
 )

@@ -185,7 +185,11 @@ def test_the_command_with_weather(
         (("sphere.heave", "sphere.hive"), ("heave: found position.sphere.hive",)),
         (("from: 0.1 m", "from: 4 m"), ("heights above zero that rise",)),
         (("apart: 0.1 m", "apart: 0.1 mm"), ("1,000 or fewer",)),
-        (("[6 s, 9 s]", "[9 s, 6 s]"), ("values that rise",)),
+        (("[6 s, 9 s]", "[9 s, 6 s]"), ("peak_periods 9, 6", "values that rise")),
+        (
+            ("[6 s, 9 s]", "[6 s, 9 s]\n  headings: [0 deg, 45 deg, -45 deg]"),
+            ("found headings 0, 45, -45 deg; expected values that rise",),
+        ),
         (
             ("[6 s, 9 s]", "[]"),
             ("limits.yaml:8: operability.peak_periods: found an empty list; expected one or more",),

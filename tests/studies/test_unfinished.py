@@ -84,7 +84,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
     other = [with_body(s, hydrodynamics=replace(database, added_mass=mass)) for s in scenes]
     for changed, options, words in (
         (other, {}, "another state of: a database"),
-        (seeds(4), {}, "another state of: the seeds or parameters"),
+        (seeds(4), {}, "another state of: the seeds or parameters; the cases"),
         (longer, {}, "another state of: the cases"),
         (scenes, {"variables": ["velocity"]}, "another state of: what is kept of the runs"),
     ):

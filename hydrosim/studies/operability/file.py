@@ -97,9 +97,11 @@ class Operability(of.Strict):
 
     @model_validator(mode="after")
     def _check_periods(self) -> Self:
-        for values in (self.peak_periods, self.headings):
-            if list(values) != sorted(set(values)):
-                raise problem(f"{', '.join(f'{v:g}' for v in values)}", "values that rise")
+        turned = [degrees(heading) for heading in self.headings]
+        for name, each in (("peak_periods", self.peak_periods), ("headings", turned)):
+            if list(each) != sorted(set(each)):
+                found = f"{name} {', '.join(f'{v:g}' for v in each)}"
+                raise problem(f"{found}{' deg' * (name == 'headings')}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
         if self.bearing is not None and abs(self.bearing) > TURN:
