@@ -81,6 +81,7 @@ def _told(runs: xr.Dataset, study: Study, path: Path, overwrite: bool, plot_too:
         lacks = "no run is complete" if study.figures else "the study asks for no figures"
         show(f"picture   none: {lacks}")
     if {"interrupted", "not run"} & {*status}:
+        show("what is complete is kept: --resume goes on from there")
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
