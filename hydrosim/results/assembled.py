@@ -21,23 +21,24 @@ def assembled(
 ) -> xr.Dataset:
     """`xarray.Dataset` with the same arguments."""
     indexes = {name: each for name, each in coords.items() if _dims(name, each) == (name,)}
-    others = coords.keys() - indexes.keys()
-    apart = {name: coords[name] for name in coords if name in others}
-    made = xr.Dataset({**data, **apart}, _made(pickle.dumps(indexes)), attributes)
+    others = {name: each for name, each in coords.items() if name not in indexes}
+    made = xr.Dataset({**data, **others}, _made(pickle.dumps(indexes)), attributes)
     return made.set_coords(others) if others else made
 
 
-def same_coordinates(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """Whether two datasets have the same coordinates with the same values."""
-    if {*one.coords} != {*other.coords}:
-        return False
+def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
+    """A coordinate that two datasets do not both have with the same values, None if there is none.
+    Indexes that are one object, as of datasets that are `assembled`, are not looked into."""
     here, there = one.xindexes, other.xindexes
-    return all(
-        here[name] is there[name] or here[name].equals(there[name])
-        if name in here and name in there
-        else one.variables[name].equals(other.variables[name])
-        for name in one.coords
-    )
+    for name in dict.fromkeys([*one.coords, *other.coords]):
+        if name in here and name in there:
+            same = here[name] is there[name] or here[name].equals(there[name])
+        else:
+            both = name in one.coords and name in other.coords
+            same = both and one.variables[name].equals(other.variables[name])
+        if not same:
+            return str(name)
+    return None
 
 
 def _dims(name: str, coordinate: Any) -> tuple[str, ...]:

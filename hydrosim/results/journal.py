@@ -19,7 +19,7 @@ from zlib import crc32
 import numpy as np
 import xarray as xr
 
-from hydrosim.results.assembled import same_coordinates
+from hydrosim.results.assembled import differing
 
 FIRST, RUNS, KNOWN, RESULT = "first.nc", "runs", "known.nc", "result.nc"
 
@@ -161,7 +161,7 @@ def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
 
 
 def _alike(one: xr.Dataset, other: xr.Dataset) -> bool:
-    return _forms(one) == _forms(other) and same_coordinates(one, other)
+    return _forms(one) == _forms(other) and differing(one, other) is None
 
 
 def _forms(of: xr.Dataset) -> list[Any]:

@@ -10,7 +10,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from hydrosim.results.assembled import same_coordinates
+from hydrosim.results.assembled import differing
 
 RUN = "run"
 NOT_RUN, COMPLETE = "not run", "complete"
@@ -134,17 +134,7 @@ class RunsFile:
 
     def differs(self, found: xr.Dataset) -> str | None:
         """A coordinate of a run that the runs before it have otherwise."""
-        if self._last is None or same_coordinates(found, self._last):
-            return None
-        here, there = ({n: of.variables[n] for n in of.coords} for of in (found, self._last))
-        return next(
-            (
-                str(name)
-                for name in {**here, **there}
-                if not (name in here and name in there and here[name].equals(there[name]))
-            ),
-            None,
-        )
+        return None if self._last is None else differing(found, self._last)
 
     def close(self) -> None:
         """Finish the file: runs that were not added are not run."""

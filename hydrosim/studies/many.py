@@ -181,7 +181,9 @@ def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variabl
     """What is known of all runs, with its attributes if it has any."""
     if isinstance(values, xr.Variable):
         return values
-    array = np.asarray(values)
+    text = len(values) > 0 and isinstance(values[0], str)
+    # texts as objects: each of them once, and not as long as the longest
+    array = np.array(values, dtype=object) if text else np.asarray(values)
     return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
 
 
@@ -190,12 +192,7 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     texts = {
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
-    # as objects: each text once, and not as long as the longest
-    return {
-        name: xr.Variable(RUN, np.array(text, dtype=object))
-        for name, text in texts.items()
-        if len({*text}) > 1
-    }
+    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
 
 
 @contextmanager
@@ -288,7 +285,7 @@ class _Set(NamedTuple):
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""
-        if self.journal is None or not self.has(run):
+        if self.journal is None or run not in self.journal:
             return pool.submit(self.shared.prepared(scene), self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
@@ -302,7 +299,7 @@ class _Set(NamedTuple):
     def keep(self, pending: Iterable[tuple[int, Future[Outcome]]]) -> None:
         """Put what is complete by now on the disk."""
         for run, future in pending:
-            if self.journal is None or self.has(run) or not future.done():
+            if self.journal is None or run in self.journal or not future.done():
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
                 kept = Kept(outcome.found, outcome.attributes, outcome.warnings)
