@@ -2,10 +2,13 @@
 
     python -m benchmarks.checksums                       the checksums of this checkout
     python -m benchmarks.checksums --against FOLDER      those of another one, and what differs
+    python -m benchmarks.checksums --against FOLDER --numbers     the same, texts left out
     python -m benchmarks.checksums --speed [--against FOLDER]   steps per second, processes in turn
 
 Every variable, coordinate and attribute counts, but for times of the clock and paths, to the bit,
-with one thread of BLAS. It uses public names alone, so that it can be run on other versions.
+with one thread of BLAS. Numbers count with their type, shape, dimensions and unit. Texts (names,
+long names, attributes, printed output) count apart. It uses public names alone, so that it
+can be run on other versions.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 from statistics import median
@@ -44,6 +47,7 @@ CLOCK = {
     "format",
 }  # attributes of the clock and of places
 SOLVER = "solver.method"
+TEXT = " (text)"
 BARGE = """
     hydrodynamics: {root}/hydro_db/two_barges.nc
     mass: 1.23e6
@@ -199,15 +203,30 @@ def placeless(text: object) -> str:
 
 
 def checksums(run: xr.Dataset, folder: Path) -> dict[str, str]:
-    """By variable; of all attributes one."""
-    found = {str(name): digest(v.values) for name, v in run.variables.items() if name not in CLOCK}
+    """By variable: of numbers with dimensions and units, of texts by themselves."""
+    found = {}
+    for name, variable in run.variables.items():
+        if name in CLOCK:
+            continue
+        values, about = variable.values, dict(variable.attrs)
+        if values.dtype.kind in "OU":
+            found[f"{name}{TEXT}"] = digest(values)
+        else:
+            kept = f"{variable.dims} {about.pop('units', None)} {digest(values)}"
+            found[str(name)] = digest(np.array([kept]))
+        found[f"{name}, described{TEXT}"] = _attributes(about, folder)
+    found[f"attributes{TEXT}"] = _attributes(run.attrs, folder)
+    return found
+
+
+def _attributes(attributes: Mapping[Any, Any], folder: Path) -> str:
+    """One checksum of all, but for those of the clock."""
     said = {
         str(k): placeless(np.asarray(v).tolist()).replace(str(folder), "")
-        for k, v in run.attrs.items()
+        for k, v in attributes.items()
         if k not in CLOCK
     }
-    found["attributes"] = digest(np.array([f"{k}={v}" for k, v in sorted(said.items())]))
-    return found
+    return digest(np.array([f"{k}={v}" for k, v in sorted(said.items())]))
 
 
 def said(arguments: list[str], folder: Path) -> str:
@@ -234,7 +253,7 @@ def all_checksums() -> dict[str, str]:
         for command, arguments, result in commands(folder):
             text = said(arguments, folder)
             if result is None:
-                found[f"{command}: printed"] = digest(np.array([text]))
+                found[f"{command}: printed{TEXT}"] = digest(np.array([text]))
             else:
                 dataset = xr.load_dataset(result, engine="netcdf4")
                 found |= {f"{command}: {k}": v for k, v in checksums(dataset, folder).items()}
@@ -268,12 +287,15 @@ def _elsewhere(folder: Path, *arguments: str) -> Any:
     return json.loads(done.stdout)
 
 
-def _compare(other: Path) -> int:
+def _compare(other: Path, numbers_alone: bool) -> int:
     here, there = _elsewhere(HERE), _elsewhere(other)
     differ = [name for name in sorted({*here, *there}) if here.get(name) != there.get(name)]
-    print("\n".join(f"differs: {name}" for name in differ))
-    print(f"{len(here)} checksums, {len(differ)} differ")
-    return 1 if differ else 0
+    texts = [name for name in differ if name.endswith(TEXT)]
+    numbers = [name for name in differ if not name.endswith(TEXT)]
+    shown = numbers if numbers_alone else [*numbers, *texts]
+    print("\n".join(f"differs: {name}" for name in shown))
+    print(f"{len(here)} checksums: of numbers {len(numbers)} differ, of texts {len(texts)}")
+    return 1 if shown else 0
 
 
 def _race(other: Path, rounds: int) -> int:
@@ -293,10 +315,11 @@ def main() -> int:
     asked.add_argument("--speed", action="store_true", help="steps per second, not checksums")
     asked.add_argument("--rounds", type=int, default=5, help="of both checkouts in turn")
     asked.add_argument("--json", action="store_true", help="print JSON")
+    asked.add_argument("--numbers", action="store_true", help="with --against: texts do not count")
     given = asked.parse_args()
     if given.against is not None:
         other = given.against.resolve()
-        return _race(other, given.rounds) if given.speed else _compare(other)
+        return _race(other, given.rounds) if given.speed else _compare(other, given.numbers)
     warnings.simplefilter("ignore")
     found: dict[str, Any] = speed() if given.speed else all_checksums()
     if given.json:

@@ -1,7 +1,7 @@
 """Does the memory of a sweep of very many short runs stay what it is, and can it be read meanwhile?
 
 A sphere that heaves in seas of ten heights, 20 s each: what a run costs is then what a sweep adds
-to it. The command runs as anybody would start it, by two processes of dask; its memory and theirs
+to it. The command runs as anybody would start it, by processes of its own; its memory and theirs
 is looked at all the time, and `hydrosim statistics` reads its folder now and then.
 """
 

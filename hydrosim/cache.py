@@ -2,9 +2,9 @@
 
 What is kept there is found by name, and counts only if it stands below the digest of its name and
 itself: what was cut off, changed, exchanged or left by another version is made again. A digest
-tells of damage, not of malice, and machine code is taken from there: a folder that others may write
-is not used. A file appears whole or not at all, by its renaming, so that several processes and a
-home on another machine need no locks.
+tells of damage, not of malice, and machine code is taken from there: a folder or a file that others
+may write, or exchange, is not used. A file appears whole or not at all, by its renaming, so that
+several processes and a home on another machine need no locks.
 """
 
 from __future__ import annotations
@@ -31,12 +31,16 @@ def cache_root() -> Path:
     return _usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
 
 
+def cache_folder(name: str) -> Path:
+    """A folder of the cache, or one of this process alone as for `cache_root`."""
+    return _usable(cache_root() / name)
+
+
 def store(name: str, content: bytes) -> None:
     """Keep ``content`` under a ``name``, a relative path. Where that cannot be, it costs the time
     of the next time."""
     with suppress(OSError):
-        path = cache_root() / name
-        path.parent.mkdir(mode=OWNER_ONLY, exist_ok=True)
+        path = _path(name)
         handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
         try:
             with os.fdopen(handle, "wb") as file:
@@ -49,13 +53,19 @@ def store(name: str, content: bytes) -> None:
 
 def stored(name: str) -> bytes | None:
     """What was stored under a ``name``; None if nothing was, or it is not what it was."""
-    path = cache_root() / name
+    path = _path(name)
     try:
-        found = path.read_bytes() if path.is_file() else b""
+        trusted = path.is_file() and not _exposed(path)
+        found = path.read_bytes() if trusted else b""
     except OSError:
         return None
     size = DIGEST().digest_size
     return found[size:] if found[:size] == _digest(name, found[size:]) else None
+
+
+def _path(name: str) -> Path:
+    folder, file = os.path.split(name)
+    return cache_folder(folder) / file
 
 
 def _digest(name: str, content: bytes) -> bytes:
@@ -82,13 +92,27 @@ def _refusal(folder: Path) -> str:
     """Why a folder cannot be used; empty if it can."""
     try:
         folder.mkdir(mode=OWNER_ONLY, parents=True, exist_ok=True)
-        about = folder.stat()
+        parents = folder.resolve().parents
     except OSError as error:
         return f"it cannot be made ({error.strerror})"
     if not os.access(folder, os.W_OK | os.X_OK):
         return "it cannot be written to"
+    for parent in filter(_lets_all_rename, parents):
+        return f"{parent} lets everybody rename it (chmod +t {parent})"
+    return _exposed(folder)
+
+
+def _exposed(path: Path) -> str:
+    """Why others may have written a file or a folder; empty if they may not."""
+    about = path.stat()
     if hasattr(os, "geteuid") and about.st_uid not in (os.geteuid(), 0):
         return "it belongs to another user"
     if os.name == "posix" and about.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        return f"others may write in it (if nobody did: chmod go-w {folder})"
+        return f"others may write in it (if nobody did: chmod go-w {path})"
     return ""
+
+
+def _lets_all_rename(folder: Path) -> bool:
+    """Whether everybody may rename what others have in a folder."""
+    mode = folder.stat().st_mode
+    return os.name == "posix" and bool(mode & stat.S_IWOTH) and not mode & stat.S_ISVTX

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import atexit
 import gc
-import io
 import os
 import sys
 import warnings
@@ -37,6 +36,7 @@ from hydrosim.commands.report import report
 from hydrosim.commands.run import run
 from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
+from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
 from hydrosim.commands.terminal import printable, say, show
 from hydrosim.errors import HydrosimError
@@ -48,6 +48,13 @@ COMMANDS = (
     *(plot, report, replay, statistics, explain, export, compare, record, case),
     *(sweep, operability, schema, example),
 )
+
+MEMORY = (
+    "error: not enough memory ({}). Close other programs or raise the limit of this shell or job"
+    " (ulimit -v); a long run needs less with a larger output.step."
+)
+NEEDED = 900_000_000  # bytes of addresses, to load all libraries and run a small case
+LACKS = "failed to map segment", "Cannot allocate memory"  # dynamic linker, operating system
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -87,30 +94,47 @@ atexit.register(gc.freeze)
 def main() -> None:
     """Run the command line; a message meant for people ends it with its own exit code."""
     taken_as_interrupts()
-    _print_anywhere()
+    make_streams_last()
     warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
     try:
         try:
+            _require_memory()
             app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
-    except BrokenPipeError:  # who reads has seen enough
-        os._exit(1)
-    except OSError as error:
-        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
-        os._exit(3)  # what is left to be printed cannot be
-    except MemoryError:
-        err.print("[bold red]error[/] there is not enough memory for this", soft_wrap=True)
-        raise SystemExit(3) from None
     except HydrosimError as error:
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
+    except Exception as error:
+        if lack := _lack_of_memory(error):
+            print(MEMORY.format(lack), file=sys.stderr)  # colours would need more of it
+            raise SystemExit(3) from None
+        if not isinstance(error, OSError):
+            raise
+        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        os._exit(3)  # what is left to be printed cannot be
 
 
-def _print_anywhere() -> None:
-    """Print what a terminal or a pipe has no character for as its number."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+def _require_memory() -> None:
+    """Refuse a limit below which OpenBLAS and LLVM end the process, or hang, without a message."""
+    if sys.platform != "win32":
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if 0 < limit < NEEDED:  # none is negative
+            raise MemoryError(f"the limit is {limit / 1e6:.0f} MB; {NEEDED / 1e6:.0f} are needed")
+
+
+def _lack_of_memory(error: BaseException | None) -> str:
+    """What an error, or one that it comes of, says of missing memory; empty if it is another one.
+    Libraries that cannot be loaded say so in words, modules in C that fail without a word raise
+    SystemError."""
+    while error is not None:
+        text = str(error)
+        if isinstance(error, MemoryError | SystemError) or any(each in text for each in LACKS):
+            return text or "no memory is left"
+        error = error.__cause__ or error.__context__
+    return ""
 
 
 def _plain(error: Exception) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -14,6 +16,9 @@ from hydrosim.errors import InputError
 
 if sys.platform != "win32":
     from fcntl import LOCK_EX, LOCK_NB, flock
+
+HOLDER = re.compile(r"(\d+@\S*\n)?")
+"""All that a lock file holds: its `owner`."""
 
 
 def owner() -> str:
@@ -37,30 +42,25 @@ def is_gone(who: str) -> bool:
 
 @contextmanager
 def alone(path: Path, what: Path) -> Iterator[None]:
-    """Holds a lock file, in a folder that is made for it, as long as ``what`` is written; both are
-    removed in the end, the folder if it is empty.
+    """Holds the lock file ``path`` as long as ``what`` is made; removes it in the end.
 
-    Raises InputError if another process holds it. The system takes the lock from one that was
-    killed, so that what such a one has left counts for nothing.
+    Raises InputError if another process holds it, or if it is not a lock file. The system takes the
+    lock from a process that was killed, so that a file which such a process has left blocks nobody.
     """
-    path.parent.mkdir(exist_ok=True)
     with _locked(path, what):
         try:
             yield
         finally:
             with suppress(OSError):
                 path.unlink()
-    with suppress(OSError):
-        path.parent.rmdir()
 
 
 @contextmanager
 def _locked(path: Path, what: Path) -> Iterator[None]:
     """Holds the lock; who had it before may have removed the file as this one opened it."""
     while True:
-        with path.open("a+") as file:
+        with _opened(path) as file:
             if not _lock(file):
-                file.seek(0)
                 raise InputError(
                     f"{what}: is being written by another process, {file.read(100).strip()}; wait"
                     " until that has ended, or give another name."
@@ -70,6 +70,33 @@ def _locked(path: Path, what: Path) -> Iterator[None]:
                 print(owner(), file=file, flush=True)
                 yield
                 return
+
+
+def _opened(path: Path) -> TextIO:
+    """The lock file, at its beginning; InputError if something else stands there."""
+    try:
+        number = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    except OSError as error:
+        raise _no_lock(path, str(error.strerror)) from None
+    file = os.fdopen(number, "r+", encoding="utf-8", errors="replace")
+    if not stat.S_ISREG(os.fstat(number).st_mode) or not HOLDER.fullmatch(file.read(300)):
+        file.close()
+        raise _no_lock(path, "it holds something else")
+    file.seek(0)
+    return file
+
+
+def is_lock(path: Path) -> bool:
+    """Whether a plain file is one that a process has locked, be it there no more."""
+    if path.is_symlink() or not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return HOLDER.fullmatch(file.read(300)) is not None
+
+
+def _no_lock(path: Path, reason: str) -> InputError:
+    text = f"{path}: expected no file, or a lock file of this program ({reason}). Move it away."
+    return InputError(text)
 
 
 def _lock(file: TextIO) -> bool:

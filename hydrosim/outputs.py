@@ -3,29 +3,35 @@
 A file says in itself what it is and what it was made of, "hydrosim 0.1.0: run of [../base.yaml]":
 netCDF and HDF5 in the attribute ``history``, pictures and pages in their metadata, text in its
 heading. Paths begin at the folder of the file. Whoever makes the same again replaces it; all else
-that exists stays, unless the user says otherwise; what is no plain file, or is read, stays.
+that exists stays, unless the user says otherwise; what is no plain file, or is read, stays. netCDF
+says in the attribute ``settings`` what it was made with: a result of others is kept under another
+name, so that a case can be edited and run again without an option, and without a loss.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import stat
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from glob import escape
 from importlib.metadata import PackageNotFoundError, version
+from itertools import count
 from pathlib import Path
 from shutil import disk_usage, rmtree
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
+from zlib import crc32
 
 from hydrosim.errors import InputError, WritingError
 from hydrosim.interrupts import undisturbed
-from hydrosim.locks import is_gone, owner
+from hydrosim.locks import alone, is_gone, owner
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +39,11 @@ if TYPE_CHECKING:
 MARK = re.compile(rb"hydrosim [^\s:]+: ([a-z -]+ of \[[\w.~/%-]+\])")
 SEEN = 65536  # bytes at both ends of a file, of which one holds the mark
 HDF5 = b"\x89HDF\r\n\x1a\n"
+SHORT = 80  # bytes of a name that is part of a longer one
+LONGEST = 200  # bytes of a name: those of files beside it are longer, and 255 is the most
+SETTINGS = "settings"  # attribute of netCDF
+LONG = 60  # characters of a value that is told
+SHOWN = 3  # settings that differ, of which a message tells
 KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
 
 
@@ -50,7 +61,8 @@ class Output:
     """A file to be written at ``path``: ``what`` it is ("run") of which file, its ``origin``.
 
     ``inputs`` are files that are read and must stay. ``option`` begins messages: it says who has
-    chosen the path.
+    chosen the path. ``settings`` are all that the result is made with (`settings_text`): an earlier
+    one of other settings is kept under another name.
     """
 
     path: Path
@@ -59,11 +71,18 @@ class Output:
     inputs: tuple[Path, ...] = ()
     overwrite: bool = False
     option: str = "--output"
+    settings: str = ""
 
     @property
     def mark(self) -> str:
         """What the file says of itself."""
         return f"hydrosim {program_version()}: {self._content}"
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What a netCDF file says of itself."""
+        settings = {SETTINGS: self.settings} if self.settings else {}
+        return {"history": self.mark, **settings}
 
     @property
     def _content(self) -> str:
@@ -77,7 +96,9 @@ class Output:
     def checked(self) -> Output:
         """Itself; raises InputError if it cannot be written or must not be replaced."""
         path, folder = self.path, self.path.parent
-        if not folder.is_dir():
+        if (size := len(os.fsencode(path.name))) > LONGEST:
+            self._refuse(f"{path} has a name of {size} bytes; expected {LONGEST} or fewer")
+        if not os.path.isdir(folder):  # Path.is_dir raises where a name is too long
             self._refuse(f"there is no folder {folder}; make it first")
         if not os.access(folder, os.W_OK):
             self._refuse(f"the folder {folder} cannot be written to")
@@ -124,13 +145,27 @@ class Output:
             return self.aside()
 
     @property
+    def _beside(self) -> str:
+        """How the names of files and folders begin that are beside it while it is made."""
+        name = self.path.name
+        whole = os.fsencode(name)
+        return f".hydrosim-{name if len(whole) <= SHORT else f'{name[:20]}~{crc32(whole):08x}'}"
+
+    @property
     def _room(self) -> str:
         """How the folders in which it is written begin; who writes comes next."""
-        return f".hydrosim-{self.path.name[:100]}-"
+        return f"{self._beside}-"
+
+    def held(self) -> AbstractContextManager[None]:
+        """Keeps other processes from making the same file meanwhile. Raises InputError if one of
+        them does, and names it."""
+        return alone(self.path.with_name(f"{self._beside}.lock"), self.path)
 
     def clear(self) -> None:
-        """Remove it, and what was left where a program was killed as it wrote it."""
-        self.path.unlink(missing_ok=True)
+        """Remove it, if it says that it is what it is, and what was left where a program was killed
+        as it wrote it."""
+        if (content(self.path) or "").startswith(f"{self.what} of "):
+            self.path.unlink()
         self._tidy()
 
     def _tidy(self) -> None:
@@ -153,7 +188,7 @@ class Output:
                 for part in parts:
                     _to_disk(part)
                 for part, output in zip(parts, outputs, strict=True):
-                    part.replace(output.path)
+                    output._put(part)
         except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
             raise unwritable(self.path, error) from None
 
@@ -161,10 +196,33 @@ class Output:
         """Give a file that is complete, in the same file system, its name."""
         self.checked()
         _to_disk(path)
-        path.replace(self.path)
+        self._put(path)
+
+    def _put(self, part: Path) -> None:
+        """Give a complete file its name. An earlier one of other settings is kept, and that is
+        said."""
+        if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
+            stem, suffix = self.path.stem, self.path.suffix
+            names = (self.path.with_name(f"{stem}.{k}{suffix}") for k in count(1))
+            spare = next(name for name in names if not os.path.lexists(name))
+            self.path.rename(spare)
+            warnings.warn(
+                f"{self.path} was made with other settings ({said}; in SI and radians). It is kept"
+                f" as {spare.name}; --overwrite replaces it.",
+                stacklevel=2,
+            )
+        part.replace(self.path)
 
     def _refuse(self, text: str) -> NoReturn:
         raise InputError(f"{self.option}: {text}.")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder that files are to be written into; InputError if it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made as a folder ({error.strerror}).") from None
 
 
 def as_output(target: Path | str | Output, what: str) -> Output:
@@ -174,18 +232,57 @@ def as_output(target: Path | str | Output, what: str) -> Output:
     return Output(Path(target), what, Path(target), option="output").checked()
 
 
+def settings_text(*of: Mapping[str, Any]) -> str:
+    """All values in nested mappings and lists, by dotted keys: what `Output.settings` are."""
+    return json.dumps({key: value for values in of for key, value in _flat(values)})
+
+
+def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(values, Mapping):
+        inside = [*values.items()]
+    elif isinstance(values, list | tuple) and any(isinstance(v, Mapping | list) for v in values):
+        inside = [*enumerate(values)]
+    else:
+        yield above, values
+        return
+    for key, value in inside:
+        yield from _flat(value, f"{above}.{key}" if above else str(key))
+
+
+def settings_of(path: Path) -> str:
+    """What a netCDF file says that it was made with; nothing if it does not."""
+    return _attribute(path, SETTINGS) if _is_hdf5(path) else ""
+
+
+def _differences(before: str, now: str) -> str:
+    """In which settings two files differ, in words; nothing if one of them is not known."""
+    if not before or not now or before == now:
+        return ""
+    one, other = json.loads(before), json.loads(now)
+    keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
+    told = [f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:SHOWN]]
+    more = [f"and {len(keys) - SHOWN} more"] if len(keys) > SHOWN else []
+    return "; ".join([*told, *more])
+
+
+def _shown(values: Mapping[str, Any], key: str) -> str:
+    value = values.get(key, "not given")
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= LONG else f"{text[:LONG]}..."
+
+
 def content(path: Path) -> str | None:
     """What a file says that it is: "run of [base.yaml]"; None if no hydrosim has made it."""
+    hdf5 = _is_hdf5(path)
     try:
         with path.open("rb") as file:
             ends = file.read(SEEN)
-            hdf5 = ends.startswith(HDF5)
             if not hdf5 and path.stat().st_size > SEEN:
                 file.seek(max(SEEN, path.stat().st_size - SEEN))
                 ends += file.read()
     except OSError:
         return None
-    found = MARK.fullmatch(_history(path)) if hdf5 else MARK.search(ends)
+    found = MARK.fullmatch(_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
     return found[1].decode() if found else None
 
 
@@ -220,15 +317,21 @@ def files_named(values: object, folder: Path) -> Iterator[Path]:
             yield from files_named(value, folder)
 
 
-def _history(path: Path) -> bytes:
-    """The attribute of a netCDF or HDF5 file; nothing if it cannot be read."""
+def _is_hdf5(path: Path) -> bool:
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(len(HDF5)) == HDF5
+    return False
+
+
+def _attribute(path: Path, name: str) -> str:
+    """An attribute of a netCDF or HDF5 file; nothing if it cannot be read."""
     import netCDF4
 
     try:
         with netCDF4.Dataset(path) as file:
-            return str(getattr(file, "history", "")).encode()
+            return str(getattr(file, name, ""))
     except (OSError, RuntimeError, AttributeError):
-        return b""
+        return ""
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -1,7 +1,8 @@
-"""Runs `hydrosim` in this process, as the installed script does."""
+"""Runs `hydrosim` in this process, as the installed script does, or has a process heed signals."""
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -36,6 +37,12 @@ def command(
         return Result(int(caught.value.code or 0), out, err)
 
     return run
+
+
+def heed_signals() -> None:
+    """In a process that begins: what a shell has its jobs in the background ignore is heeded."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 def files(folder: Path) -> dict[str, bytes]:

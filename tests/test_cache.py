@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from benchmarks.cache_corruptions import KINDS, damage
-from hydrosim.cache import cache_root, store, stored
+from hydrosim.cache import _usable, cache_root, store, stored
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}
+ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
 KERNELS = Path(__file__).parent / "jit"
 PROGRAM = """
 import test_linking as here, linked_kernels
@@ -105,7 +106,7 @@ def test_a_folder_that_others_may_write_is_not_used(
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives away")
+@pytest.mark.skipif(not ROOT, reason="only root gives away")
 def test_a_folder_of_somebody_else_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -113,6 +114,64 @@ def test_a_folder_of_somebody_else_is_not_used(
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     with pytest.warns(UserWarning, match="belongs to another user"):
         assert cache_root() != tmp_path
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["folder", "link"])
+@pytest.mark.parametrize(
+    ("owner", "mode", "reason"),
+    [
+        (None, 0o777, "others may write"),
+        pytest.param(
+            12345,
+            0o755,
+            "belongs to another user",
+            marks=pytest.mark.skipif(not ROOT, reason="only root gives away"),
+        ),
+    ],
+)
+def test_a_subfolder_of_others_is_not_used(
+    cache: Path, tmp_path: Path, owner: int | None, mode: int, reason: str, linked: bool
+) -> None:
+    """Nor what it holds, although it is what was stored there; the rest of the cache is."""
+    folder = cache / "k"
+    if linked:
+        folder = folder.rename(tmp_path / "elsewhere")
+        (cache / "k").symlink_to(folder)
+    folder.chmod(mode)
+    if owner is not None:
+        os.chown(folder, owner, owner)
+    _usable.cache_clear()  # as in a new process
+    with pytest.warns(UserWarning, match=f"cache folder {cache}/k is not used: .*{reason}"):
+        assert stored("k/b.nbc") is None
+    store("k/b.nbc", b"new")
+    assert stored("k/b.nbc") == b"new"
+    assert [path.name for path in folder.iterdir()] == ["b.nbc"]
+    assert b"new" not in (folder / "b.nbc").read_bytes()
+    assert stored("fits/a.npz") == CONTENTS["fits/a.npz"]
+
+
+def test_a_file_of_others_is_not_believed(cache: Path) -> None:
+    """What others may have written while the folder was open to them; it is made again."""
+    (cache / "fits" / "a.npz").chmod(0o666)
+    assert stored("fits/a.npz") is None
+    store("fits/a.npz", b"new")
+    if ROOT:
+        os.chown(cache / "units-1.json", 12345, 12345)
+        assert stored("units-1.json") is None
+    assert stored("fits/a.npz") == b"new"
+
+
+@pytest.mark.parametrize(("mode", "used"), [(0o777, False), (0o1777, True)])
+def test_a_folder_that_others_may_rename_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: int, used: bool
+) -> None:
+    tmp_path.chmod(mode)
+    monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path / "cache"))
+    if used:
+        assert cache_root() == tmp_path / "cache"
+        return
+    with pytest.warns(UserWarning, match=f"{tmp_path} lets everybody rename it"):
+        assert cache_root() != tmp_path / "cache"
 
 
 def test_a_file_in_the_way_of_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

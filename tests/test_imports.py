@@ -15,6 +15,7 @@ ROOMS = """
 errors cache dofs interrupts
 locks
 outputs
+leftovers
 jit documents scene
 rigid integrate waves radiation recordings
 database forces

@@ -9,11 +9,17 @@ from pathlib import Path
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
-from hydrosim.case.waves import DirectionalTable, Irregular, RecordedElevation, Table
+from hydrosim.case.waves import (
+    Components,
+    ComponentsFile,
+    DirectionalTable,
+    Irregular,
+    RecordedElevation,
+    Table,
+)
 from hydrosim.documents.messages import Keys, Problem
 from hydrosim.documents.nodes import joined, suggestion
 from hydrosim.documents.units import shown
-from hydrosim.scene import ADAPTIVE
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
@@ -114,6 +120,10 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
         if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
             keys = ("environment", "waves", i, "file")
             yield from _check_file(keys, folder / waves.file, "a wave spectrum")
+        if isinstance(waves, Components) and isinstance(waves.components, ComponentsFile):
+            place = ("environment", "waves", i, "components", "file")
+            wanted = "components of a sea"
+            yield from _check_file(place, folder / waves.components.file, wanted)
 
 
 def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
@@ -146,7 +156,7 @@ def _check_records(case: CaseFile, folder: Path) -> Iterator[Problem]:
             expected = {"file": "a recorded series", "case": "the case that the file is a run of"}
             text = f"found {found} at {path}; expected {expected[key]}"
             yield Problem((*keys, key), f"{text}; {RELATIVE}")
-        elif not (home := (folder / form.file).parent).is_dir():
+        elif not os.path.isdir(home := (folder / form.file).parent):
             yield Problem((*keys, "file"), f"found no folder {home}; expected it; make it first")
 
 
@@ -155,7 +165,7 @@ def _check_steps(case: CaseFile) -> Iterator[Problem]:
     if step > case.duration:
         text = f"found {step:g} s; expected no more than the duration, {case.duration:g} s"
         yield Problem(("solver", "step"), text)
-    if case.output.step is not None and case.solver.method not in ADAPTIVE:
+    if case.output.step is not None and not case.solver.method.adapts:
         steps = case.output.step / step
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
             near = max(1, round(steps)) * step

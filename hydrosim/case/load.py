@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from yaml.nodes import Node
@@ -14,7 +15,7 @@ from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of, written
 from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.validate import validated
-from hydrosim.outputs import files_named
+from hydrosim.outputs import files_named, settings_text
 from hydrosim.scene import Scene
 
 
@@ -52,6 +53,14 @@ class Case:
     def inputs(self) -> tuple[Path, ...]:
         """The case file and all files that it names: databases, series, the run to start from."""
         return (self.path, *files_named(self.data, self.path.parent))
+
+    def settings(self, asked: Mapping[str, Any] = MappingProxyType({})) -> str:
+        """What a result is made with: all that the case sets, in SI and radians, but its title, and
+        what else is ``asked`` for."""
+        data = self.data.model_dump(
+            mode="json", exclude_unset=True, warnings=False, exclude={"title"}
+        )
+        return settings_text(data, asked)
 
     def stages(self) -> tuple[Stage, ...]:
         """The runs of other cases that this one needs: recorded series with a case of their own."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from hydrosim.case.signals import Form, Harmonic, Recorded, Table
 from hydrosim.documents.series import Series, read_series
-from hydrosim.documents.text import Source
+from hydrosim.documents.text import Source, require_usual
 from hydrosim.documents.units import same_dimension
 
 if TYPE_CHECKING:
@@ -22,10 +23,12 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
     Raises InputError where the file cannot be read or its unit does not fit.
     """
     source = Source(path.parent / form.file, f"{path}: {key}")
-    if form.case is not None and not source.file.is_file():
+    if form.case is not None and not os.path.isfile(source.file):
         source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
     series = read_series(source, form.column)
-    return Series(series.time, _factor(form, series, source, unit) * series.value, unit)
+    value = _factor(form, series, source, unit) * series.value
+    require_usual(source, value, unit)
+    return Series(series.time, value, unit)
 
 
 def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrosim import scene
 from hydrosim.case import schema, waves
+from hydrosim.case.components import read_components
 from hydrosim.case.directional import read_directional
 from hydrosim.case.elements import Where
 from hydrosim.case.records import read_record
@@ -63,7 +64,7 @@ def _spectrum(train: waves.SomeWaves, water: schema.Environment, where: Where) -
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
-            return _given(train)
+            return _given(train, where)
         case waves.RecordedElevation():
             series = read_record(train, where.key, where.path, "m")
             highest = train.highest_frequency or np.inf
@@ -82,8 +83,13 @@ def _table(table: waves.Table, where: Where) -> scene.SpectrumTable:
     )
 
 
-def _given(train: waves.Components) -> scene.GivenComponents:
-    each = train.components
+def _given(train: waves.Components, where: Where) -> scene.GivenComponents:
+    given = train.components
+    if isinstance(given, waves.ComponentsFile):
+        at_key = Where(f"{where.key}.components", where.path)
+        each = read_components(_source(at_key, given.file))
+    else:
+        each = given
     omega = [c.frequency or 2.0 * np.pi / (c.period or np.nan) for c in each]
     heading = [train.heading if c.heading is None else c.heading for c in each]
     amplitude, phase = [c.amplitude for c in each], [c.phase for c in each]

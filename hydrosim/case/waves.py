@@ -6,11 +6,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     ConfigDict,
     Discriminator,
     Field,
     StrictInt,
     StrictStr,
+    Tag,
     model_validator,
 )
 
@@ -158,6 +160,10 @@ class Regular(Directed):
     phase: of.Angle = 0.0
 
 
+def _components(value: object) -> str:
+    return "file" if isinstance(value, dict | BaseModel) else "list"
+
+
 class Component(Strict):
     """One of given components: it goes to the ``heading`` of them all if it has none of its own."""
 
@@ -175,12 +181,22 @@ class Component(Strict):
         return self
 
 
+class ComponentsFile(Strict):
+    """A text ``file`` with a line for each component, and columns named as the keys of one."""
+
+    file: StrictStr
+
+
 class Components(Directed):
-    """Given components; on the grid of ``repeat_period`` if all are multiples of it, as random seas
-    are, else summed one by one."""
+    """Given components, in a list or in a file; on the grid of ``repeat_period`` if all are
+    multiples of it, as random seas are, else summed one by one."""
 
     spectrum: Literal["components"]
-    components: Annotated[tuple[Component, ...], AfterValidator(of.some)]
+    components: Annotated[
+        Annotated[ComponentsFile, Tag("file")]
+        | Annotated[tuple[Component, ...], AfterValidator(of.some), Tag("list")],
+        Discriminator(_components),
+    ]
     repeat_period: of.Period = 10800.0
 
 

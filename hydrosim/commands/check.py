@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
 
 import typer
 
@@ -26,6 +27,8 @@ def check(
     Where tanks change, those are told of the start and of the end. Of a case that is driven by the
     runs of others it says which of those have to be made first.
     """
+    from rich.progress import track
+
     from hydrosim.case import load_case
     from hydrosim.studies.check import survey
     from hydrosim.studies.stages import outdated
@@ -37,6 +40,16 @@ def check(
         show(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
+
+    def watch(items: Sequence[Any], what: str) -> Iterable[Any]:
+        return track(
+            items,
+            f"step limits by {what}",
+            console=err,
+            transient=True,
+            disable=not err.is_terminal,
+        )
+
     with announced(err):
-        for part in survey(case.scene(), times):
+        for part in survey(case.scene(), times, watch):
             show(part)

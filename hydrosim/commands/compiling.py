@@ -11,13 +11,13 @@ from rich.console import Console
 @contextmanager
 def announced(err: Console) -> Iterator[None]:
     """Whatever kernels are compiled meanwhile: that is said when the first of them is."""
-    from hydrosim.cache import cache_root
+    from hydrosim.cache import cache_folder
     from hydrosim.jit.kernels import kernel_folder  # loads numba
     from hydrosim.jit.linking import at_first_compile
 
     def say() -> None:
         what = "compiling the kernels, once for this version (half a minute), into"
-        err.print(f"{what} {cache_root() / kernel_folder()}", highlight=False, soft_wrap=True)
+        err.print(f"{what} {cache_folder(kernel_folder())}", highlight=False, soft_wrap=True)
 
     with at_first_compile(say):
         yield

@@ -41,14 +41,20 @@ def converge(
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
     case, name = load_case(case_file, settings), f"{case_file.stem}_converge"
-    inputs = case.inputs()
-    made = placed(output, name, "convergence", case_file, inputs=inputs, overwrite=overwrite)
+    asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
+    made = placed(
+        *(output, name, "convergence", case_file),
+        inputs=case.inputs(),
+        overwrite=overwrite,
+        settings=case.settings(asked),
+    )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    complete(case, simulate_with_progress)
-    scene = case.scene()
-    with announced(err), err.status("running") as status:
-        study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
-    dataset = to_dataset(study, scene.title)
-    write(dataset, made)
+    with made.held():
+        complete(case, simulate_with_progress)
+        scene = case.scene()
+        with announced(err), err.status("running") as status:
+            study = study_of(scene, chosen, all_steps, all_tolerances, status.update)
+        dataset = to_dataset(study, scene.title)
+        write(dataset, made)
     draw_work_precision(dataset, page)
     show(convergence(study), f"result    {made.path}, {page.path}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,7 @@ import typer
 
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
+from hydrosim.outputs import make_folder
 
 NAMED = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl)\b")
 
@@ -36,8 +38,8 @@ def example(
         raise InputError(f"example: found {name!r}; expected one of {', '.join(known)}")
     for file in _files(home, home / "cases" / name):
         made = output / file.relative_to(home.resolve())
-        if not made.exists():
-            made.parent.mkdir(parents=True, exist_ok=True)
+        if not os.path.lexists(made):  # a link that leads nowhere stays, too
+            make_folder(made.parent)
             made.write_bytes(file.read_bytes())
     cases = sorted((output / "cases" / name).glob("*.yaml"))
     show(*(f"case      {path}" for path in cases))

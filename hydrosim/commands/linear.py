@@ -71,8 +71,19 @@ def linear(
     from hydrosim.studies.seakeeping import Wanted, linear_analysis
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_linear"
-    inputs = case.inputs()
-    made = placed(output, name, "linear", case_file, inputs=inputs, overwrite=overwrite)
+    asked = {
+        "--time": time,
+        "--headings": headings,
+        "--periods": periods,
+        "--database": own,
+        "--contacts": contacts,
+    }
+    made = placed(
+        *(output, name, "linear", case_file),
+        inputs=case.inputs(),
+        overwrite=overwrite,
+        settings=case.settings(asked),
+    )
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
     wanted = Wanted(
         seconds("--time", time, 0.0),
@@ -84,9 +95,9 @@ def linear(
         contacts=one_of(Contacts, contacts, "--contacts"),
     )
     scene = case.scene()
-    with announced(err), err.status("linear analysis"):
+    with made.held(), announced(err), err.status("linear analysis"):
         found = linear_analysis(scene, wanted)
-    write(found, made)
+        write(found, made)
     draw_response(found, page)
     shown = [*tables(found), *(rao_tables(found) if periods else [])]
     remarks = [f"remark    {line}" for line in found.attrs["remarks"].splitlines()]

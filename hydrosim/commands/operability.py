@@ -43,16 +43,21 @@ def operability(
     with announced(err):
         study = load_limits(study_file)
     name = f"{study_file.stem}_operability"
-    result = placed(output, name, "limits", study_file, inputs=study.inputs, overwrite=overwrite)
+    result = placed(
+        *(output, name, "limits", study_file),
+        inputs=study.inputs,
+        overwrite=overwrite,
+        settings=study.settings,
+    )
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     weather = read_weather(study_file.parent, study.wanted)
-    with announced(err), err.status("limits") as status:
+    with result.held(), announced(err), err.status("limits") as status:
 
         def report(sea: str, runs: int, done: int) -> None:
             status.update(f"{sea}: {done} seas done, {runs} runs")
 
         found = assessed(limits_of(study, workers or os.cpu_count() or 1, report), weather)
-    write(found, result)
+        write(found, result)
     draw_limits(found, page)
     show(*_lines(study, found), *weather_lines(found, weather))
     show(f"result    {result.path}, {page.path}")

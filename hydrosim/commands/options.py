@@ -36,7 +36,8 @@ To = Annotated[
 Overwrite = Annotated[
     bool,
     typer.Option(
-        "--overwrite", help="Replace files, too, that are not earlier results of the same."
+        "--overwrite",
+        help="Replace files, too, that are not earlier results of the same; keep none of these.",
     ),
 ]
 
@@ -50,12 +51,13 @@ def placed(
     inputs: Iterable[Path] = (),
     overwrite: bool = False,
     suffix: str | None = ".nc",
+    settings: str = "",
 ) -> Output:
     """Where ``what`` is made of ``origin`` goes: to the path that is ``given``, or else into this
     folder under the ``default`` name, or another if that is read. Raises InputError before anything
-    is computed if it cannot go there."""
+    is computed if it cannot go there. ``settings`` are what it is made with."""
     path = given or Path(f"{default}{suffix}")
-    made = Output(path, what, origin, (origin, *inputs), overwrite)
+    made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
         made = made.at(path.with_stem(f"{default}_{what}"))
         said = f"{path} is read here: the result goes to {made.path}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -45,9 +46,9 @@ def plot(
     from hydrosim.results.growing import runs_at
 
     folder = run_file.parent if output is None else output
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError(f"{folder}: is a file; expected a folder for the pictures.")
-    if output is not None and output.suffix[1:] in [*Format] and not output.is_dir():
+    if output is not None and output.suffix[1:] in [*Format] and not os.path.isdir(output):
         raise InputError(
             f"--output: found {output}; expected a folder, as there are several pictures; their"
             f" format is --format {output.suffix[1:]}."

@@ -45,8 +45,12 @@ def run(
     from hydrosim.case import load_case
 
     case = load_case(case_file, settings)
-    inputs = case.inputs()
-    result = placed(output, case_file.stem, "run", case_file, inputs=inputs, overwrite=overwrite)
+    result = placed(
+        *(output, case_file.stem, "run", case_file),
+        inputs=case.inputs(),
+        overwrite=overwrite,
+        settings=case.settings(),
+    )
     if plot_too:
         _planned_pictures(result)
 
@@ -57,14 +61,15 @@ def run(
     def simulated(case: Case, result: Output) -> xr.Dataset:
         return simulate_with_progress(case, result, resume, apart)
 
-    complete(case, simulated)
-    _require_room(case, result.path)
-    try:
-        dataset = simulated(case, result)
-    except SimulationError as error:
-        show(f"result    {_save(error.dataset, result)}")
-        raise
-    path = _save(dataset, result)
+    with result.held():
+        complete(case, simulated)
+        _require_room(case, result.path)
+        try:
+            dataset = simulated(case, result)
+        except SimulationError as error:
+            show(f"result    {_save(error.dataset, result)}")
+            raise
+        path = _save(dataset, result)
     _summary(dataset, path)
     if plot_too:
         plot(path, overwrite=overwrite)

@@ -55,10 +55,10 @@ def draw_runs(
     runs: xr.Dataset, folder: Path, file: Path, overwrite: bool = False, form: str = "png"
 ) -> None:
     """Draw a study in the format ``form``, and say where the pictures are."""
-    from hydrosim.outputs import Output
+    from hydrosim.outputs import Output, make_folder
     from hydrosim.plot.effects import draw_study
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     pictures = Output(
         folder / f"{stem_of(file)}.{form}", "picture", file, (file,), overwrite, "pictures"
     )

@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
-    from hydrosim.studies.cluster import Cluster
+    from hydrosim.studies.pools import Pool
     from hydrosim.studies.study_file import Enough
     from hydrosim.studies.sweep import Study
 
 LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
 MUCH = 60.0  # s: if it is more than that
+LOCAL = "local"
 SHOWN = 5  # failures, and combinations of parameters, that are told
 err = progress_console()
 
@@ -47,7 +48,7 @@ def sweep(
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Run on the workers of dask at tcp://HOST:8786; local: own processes.",
+            help="Run on the workers of dask at tcp://HOST:8786 (or tls://); local: own processes.",
         ),
     ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
@@ -59,8 +60,12 @@ def sweep(
     study = load_study(study_file)
     for line in out_of_reach(study.scenes):
         say(f"warning   {line}")
-    name, inputs = study_file.stem, study.inputs
-    result = placed(output, name, "sweep", study_file, inputs=inputs, overwrite=overwrite)
+    result = placed(
+        *(output, study_file.stem, "sweep", study_file),
+        inputs=study.inputs,
+        overwrite=overwrite,
+        settings=study.settings,
+    )
     if study.until is not None:
         _until(study, study.until, result, (workers, scheduler), resume, plot_too)
         return
@@ -115,19 +120,23 @@ def _until(
     _told(runs, study, result.path, result.overwrite, plot_too)
 
 
-def _pool(scheduler: str | None, workers: int | None) -> Cluster | None:
-    """The workers of a scheduler, if one was named."""
+def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
+    """Processes of this machine, or the workers of a scheduler, if one was named."""
     if scheduler is None:
         return None
+    if scheduler == LOCAL:
+        from hydrosim.studies.processes import Processes
+
+        return Processes(workers or os.cpu_count() or 1)
     from hydrosim.studies.cluster import Cluster
 
-    pool = Cluster(scheduler, workers or os.cpu_count() or 1)
+    pool = Cluster(scheduler)
     say(f"cluster   {pool.title}")
     return pool
 
 
 def _with_progress(
-    study: Study, result: Output, workers: int | None, resume: bool, pool: Cluster | None
+    study: Study, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
     from rich.progress import (
         BarColumn,

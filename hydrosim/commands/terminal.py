@@ -47,7 +47,8 @@ def not_complete(attributes: Mapping[str, object]) -> list[str]:
 def progress_console() -> Console:
     """Where bars of progress go: to a terminal alone, though notebooks and others may force colours
     upon a stream that keeps every state of a bar."""
-    return Console(stderr=True, force_terminal=sys.stderr.isatty())
+    is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    return Console(stderr=True, force_terminal=is_terminal)
 
 
 class _Shown:

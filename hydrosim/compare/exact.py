@@ -14,7 +14,7 @@ import xarray as xr
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 
-OF_MAKING = frozenset({"wall_time", "history", "date_created", "host"})
+OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host"})
 """Variables and attributes that two makings of one result need not share."""
 
 

@@ -13,10 +13,10 @@ from hydrosim.forces import without_friction
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.modes import MODE, OPEN
 from hydrosim.linear.equilibrium import ENOUGH, equilibrium
-from hydrosim.results.names import coordinate_names, fender_names
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.names import coordinate_names, fender_names
 from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"

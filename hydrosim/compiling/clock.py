@@ -11,7 +11,7 @@ from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
-from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import Clock
 from hydrosim.waves.following import STATES
@@ -22,7 +22,7 @@ def compile_clock(compiled: Compiled) -> Clock:
     """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
     scene, begin = compiled.scene, compiled.begin
     solver = scene.solver
-    adaptive, step = solver.method in ADAPTIVE, grid_step(scene)
+    step = grid_step(scene)
     # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
     passed = round(begin / step)
     on_grid = abs(passed * step - begin) <= 1e-9 * step * max(passed, 1)
@@ -39,7 +39,9 @@ def compile_clock(compiled: Compiled) -> Clock:
         block=steps_per_block(scene) if compiled.model.following.slow.any() else 0,
         breakpoints=breakpoints[(breakpoints > begin) & (breakpoints < begin + scene.duration)],
         events=solver.events,
-        control=Control(adaptive, solver.tolerance.relative, _tolerances(scene, compiled.model)),
+        control=Control(
+            solver.method.adapts, solver.tolerance.relative, _tolerances(scene, compiled.model)
+        ),
         solver_step=solver.step,
     )
 

@@ -11,6 +11,7 @@ from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.wet import WetGroup
+from hydrosim.integrate import Method, method_named
 from hydrosim.linear.accuracy import Vibration
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -40,6 +41,11 @@ class Compiled:
 
     def __iter__(self) -> Iterator[Model | State]:
         return iter((self.model, self.state))
+
+    @property
+    def method(self) -> Method:
+        """The method that steps it."""
+        return method_named(self.scene.solver.method)
 
     @property
     def begin(self) -> float:

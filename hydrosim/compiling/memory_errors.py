@@ -14,9 +14,9 @@ from hydrosim.dofs import about_z
 from hydrosim.linear.impedance import Change, at_frequencies, impedance, largest_change
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.names import dofs_of
 from hydrosim.scene import ConstantRadiation, Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import dofs_of
 from hydrosim.stepping.state import State
 
 BETWEEN = 3  # places for each frequency of the spectra: resonances are narrower than these

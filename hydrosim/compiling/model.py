@@ -23,13 +23,10 @@ from hydrosim.forces.ballast.events import triggered_pumps
 from hydrosim.forces.ballast.tanks import tank_names
 from hydrosim.forces.contact import tally
 from hydrosim.forces.layout import Layout, Resonance, carried, row_names
-from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
 from hydrosim.scene import (
-    ADAPTIVE,
     Kinematics,
-    Method,
     Scene,
     Stream,
 )
@@ -37,14 +34,6 @@ from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.waves import following_model, slow_bodies, wave_loads_model
 from hydrosim.waves.following import STATES
-
-METHODS: dict[Method, Tableau] = {
-    Method.RK2: RK2,
-    Method.HEUN: HEUN,
-    Method.RK4: RK4,
-    Method.DOPRI5: DOPRI5,
-    Method.ESDIRK4: ESDIRK4,
-}
 
 
 def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = None) -> Model:
@@ -205,7 +194,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
         of_body,
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
-        0.0 if scene.solver.method in ADAPTIVE else scene.solver.step,
+        0.0 if scene.solver.method.adapts else scene.solver.step,
         tanks_of(scene),
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),

@@ -19,9 +19,9 @@ from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Recorded, signals_of
-from hydrosim.results.names import dofs_of
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import Components, components, outside, separate_headings
 
 Seas = Sequence[Components]

@@ -11,11 +11,11 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.layout import ROWS
 from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.forces.spring import stretch
-from hydrosim.results.names import spring_names
 from hydrosim.results.points import check_points
 from hydrosim.rigid import place_bodies
-from hydrosim.scene import ADAPTIVE, Kinematics, Scene
+from hydrosim.scene import Kinematics, Scene
 from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.names import spring_names
 from hydrosim.stepping.state import State
 
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
@@ -26,7 +26,7 @@ def check_scene(scene: Scene) -> None:
     can."""
     names = [body.name for body in scene.bodies]
     steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
-    whole = scene.solver.method in ADAPTIVE or abs(steps - round(steps)) <= 1e-9 * steps
+    whole = scene.solver.method.adapts or abs(steps - round(steps)) <= 1e-9 * steps
     problems = {
         "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
         "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),

@@ -20,30 +20,28 @@ from hydrosim import radiation
 from hydrosim.errors import InputError
 from hydrosim.forces import events, new_modes, own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
-from hydrosim.forces.ballast.tanks import flow_names, tank_names
+from hydrosim.forces.ballast.tanks import flow_names
 from hydrosim.forces.contact import fender, group, guide, loop
 from hydrosim.forces.events import settle
 from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.memory import push_again, take_over
-from hydrosim.results.names import (
-    MOVING,
-    draught_names,
-    fender_names,
-    group_names,
-    guide_names,
-    memory_names,
-    moving_names,
-    slow_names,
-    spring_names,
-    state_names,
-    trigger_names,
-)
 from hydrosim.results.output import read
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Body, Place, Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.names import (
+    Coordinate,
+    fender_names,
+    group_names,
+    guide_names,
+    memory_names,
+    spring_names,
+    trigger_names,
+)
 from hydrosim.stepping.state import State
+from hydrosim.stepping.state_layout import MOVING, Kind, state_layout
+from hydrosim.waves import slow_bodies
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
@@ -81,10 +79,11 @@ def _met_as_before(body: Body, start: Start) -> Body:
 def opened_start(start: Start) -> Start:
     """The start with its run in memory and its time as recorded; raises as `opened` does."""
     run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
-    if "state_value" not in run:
+    if "state_value" not in run or "state_kind" not in run:
+        found = "has no states" if "state_value" not in run else "does not say what its states are"
         raise InputError(
-            f"initial.run: {_source(run)} has no states to start from; expected the result of"
-            " `hydrosim run` or simulate; run that case again."
+            f"initial.run: {_source(run)} {found} to start from; expected the result of"
+            " `hydrosim run` or simulate of this version; run that case again."
         )
     return Start(run, _recorded(run, start.time))
 
@@ -97,8 +96,11 @@ def begin(scene: Scene) -> float:
 
 def knows_slow_places(scene: Scene) -> bool:
     """Whether an `opened` scene starts from a run that knows all its slow places in waves."""
-    names = slow_names(scene)
-    return scene.initial is not None and {*names} <= {*map(str, _run(scene).state.values)}
+    if scene.initial is None:
+        return False
+    run = _run(scene)
+    there = {*run.state_owner.values[run.state_kind.values == Kind.SLOW_PLACE]}
+    return {body.name for body in slow_bodies(scene)} <= there
 
 
 def initial_headings(scene: Scene) -> list[float]:
@@ -122,15 +124,9 @@ def before(scene: Scene) -> MemoryBefore:
     start = scene.initial
     if start is None or not isinstance(start.run, xr.Dataset):
         return MemoryBefore()
-    groups = {
-        name.split(" of ", 1)[1]
-        for name in map(str, start.run.state.values)
-        if name.startswith("radiation ")
-    }
-    bodies = (part.rsplit(" of ", 1) for group in groups for part in group.split(" and "))
-    states = {f"{dof} of {body}" for dofs, body in bodies for dof in dofs.split(", ")}
-    remembered = start.run.memory_dof.values if "memory_dof" in start.run else ()
-    return MemoryBefore(frozenset(map(str, remembered)), frozenset(states))
+    names = ("memory_dof", "radiation_dof")
+    convolved, states = (start.run[x].values if x in start.run else () for x in names)
+    return MemoryBefore(frozenset(map(str, convolved)), frozenset(map(str, states)))
 
 
 def resume(scene: Scene, model: Model, fresh: State) -> State:
@@ -144,20 +140,17 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
         text = f"its state at {time:g} s is not finite; start from an earlier time"
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
-    draughts = (name for name in draught_names(scene, model) if name not in there)
-    there |= {name: there.get(f"heave of {name.split(' of ')[1]}", 0.0) for name in draughts}
-    first = {
-        f"volume of {tank}": v
-        for tank, v in zip(tank_names(scene), _volumes(model, fresh), strict=True)
-    }
-    y = np.array([there.get(name, first.get(name, 0.0)) for name in state_names(scene, model)])
+    layout = state_layout(scene, model)
+    y = np.array([there.get(name, 0.0) for name in layout.names()])
+    for block in layout.blocks:
+        for i, entry in enumerate(block.entries, start=block.offset):
+            if entry.name in there:
+                continue
+            if block.kind == Kind.TANK:  # as at a start from rest
+                y[i] = fresh.y[i]
+            if block.kind == Kind.SLOW_DRAUGHT:  # as deep as the body is
+                y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
     return State(y, _modes(scene, model, run, y), _history(scene, model, run, fresh.history))
-
-
-def _volumes(model: Model, fresh: State) -> np.ndarray:
-    """What is in the tanks at a start from rest."""
-    p = model.elements.tanks
-    return fresh.y[p.state : p.state + p.each.size]
 
 
 def _run(scene: Scene) -> xr.Dataset:
@@ -198,9 +191,11 @@ def check_fit(scene: Scene, model: Model) -> None:
     """Raises InputError where the bodies, degrees of freedom or radiation of an `opened` scene are
     not those of the run that it starts from."""
     run = _run(scene)
-    names = moving_names(scene, model)
+    moving = state_layout(scene, model).moving()
+    names = {entry.name: [q.name for q in entry.coordinates] for entry in moving}
     names |= {f"memory of {name}": [name] for name in memory_names(scene, model)}
-    stored = [str(name) for name in run.state.values if name.startswith(MOVING)]
+    kinds = zip(run.state.values, run.state_kind.values, strict=True)
+    stored = [str(name) for name, kind in kinds if kind in MOVING]
     if "memory_past" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
@@ -225,7 +220,8 @@ def _listed(names: Sequence[str]) -> str:
 
 def _same_fit(scene: Scene, model: Model, run: xr.Dataset) -> bool:
     """Whether the radiation states that both have are of one fit."""
-    names, here = state_names(scene, model)[model.radiation :], radiation.input_rates(model.states)
+    names = state_layout(scene, model).names()[model.radiation :]
+    here = radiation.input_rates(model.states)
     there = dict(zip(run.state.values, run.state_input.values, strict=True))
     missed = [there.get(name, x) - x for name, x in zip(names, here, strict=False)]
     return np.abs(missed).max(initial=0.0) <= SAME_FIT * np.abs(here).max(initial=0.0)

@@ -11,7 +11,6 @@ from typing import NamedTuple
 from hydrosim.errors import InputError
 from hydrosim.radiation.retardation import FINER
 from hydrosim.scene import (
-    ADAPTIVE,
     AutomaticRadiation,
     Body,
     ConvolutionRadiation,
@@ -50,7 +49,7 @@ def result(scene: Scene) -> float:
 def check_sizes(scene: Scene) -> None:
     """Raises InputError where a scene cannot fit into the memory, or would not end."""
     steps = scene.duration / scene.solver.step
-    if scene.solver.method not in ADAPTIVE and steps > MOST_STEPS:
+    if not scene.solver.method.adapts and steps > MOST_STEPS:
         raise InputError(
             f"duration: found {scene.duration:g} s in steps of {scene.solver.step:g} s, {steps:.1e}"
             f" steps; expected at most {MOST_STEPS:g}, which take months. Shorten the duration."

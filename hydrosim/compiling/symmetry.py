@@ -37,10 +37,11 @@ from hydrosim.forces.ballast.mirror import without_image as without_image_in
 from hydrosim.forces.mirroring import LATERAL, SMALL
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
-from hydrosim.results.names import coordinate_names, moving_names
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import Coordinate, coordinates
 from hydrosim.stepping.state import State
+from hydrosim.stepping.state_layout import state_layout
 from hydrosim.waves import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -54,13 +55,14 @@ def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
     """A scene in calm water without sway, roll and yaw if it is symmetric, also in the ``sea`` that
     is drawn of its waves; else as it is. Its notes say which, and why."""
     scene = calm.scene
-    names = coordinate_names(scene)
-    zero = tuple(name for name in names if _leads_aside([name]))
-    if not 0 < len(zero) < len(names):
+    free = coordinates(scene)
+    zero = tuple(coordinate.name for coordinate in free if _leads_aside([coordinate]))
+    if not 0 < len(zero) < len(free):
         return calm
     ignored = scene.solver.symmetry == Symmetry.IGNORE
     reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(calm, sea))
-    aside = {name: _leads_aside(of) for name, of in moving_names(scene, calm.model).items()}
+    moving = state_layout(scene, calm.model).moving()
+    aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
@@ -215,9 +217,9 @@ def _growth(calm: Compiled, aside: np.ndarray) -> float:
     return float(linalg.eigvals(J[: aside.size, : aside.size][np.ix_(aside, aside)]).real.max())
 
 
-def _leads_aside(coordinates: Sequence[str]) -> bool:
-    """Whether none of the coordinates, "sway of barge", stays in the plane."""
-    return all(name.split()[0] in LATERAL for name in coordinates)
+def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:
+    """Whether none of the coordinates stays in the plane."""
+    return all(coordinate.dof in LATERAL for coordinate in coordinates)
 
 
 def _in_plane(scene: Scene, aside: Collection[str]) -> Scene:

@@ -21,7 +21,6 @@ from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
 from hydrosim.radiation import Retardation, StateSpace
-from hydrosim.results.names import dofs_of
 from hydrosim.scene import (
     BY_NAME,
     AutomaticRadiation,
@@ -33,6 +32,7 @@ from hydrosim.scene import (
     Scene,
     StateSpaceRadiation,
 )
+from hydrosim.stepping.names import dofs_of
 from hydrosim.waves import Components
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation

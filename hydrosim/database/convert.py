@@ -43,7 +43,7 @@ def write(db: HydroDatabase, target: Path | Output) -> list[Path]:
     """Write ``db``; the files, which are returned, appear under their names when all are complete.
     Raises `InputError` rather than write over one that must not be replaced."""
     output = as_output(target, "database")
-    marked = replace(db, attributes={**db.attributes, "history": output.mark})
+    marked = replace(db, attributes={**db.attributes, **output.attributes})
     with output.written() as path:
         WRITERS[format_of(path)](marked, path)
         names = sorted(part.name for part in path.parent.iterdir())

@@ -7,7 +7,12 @@ midpoints of a triangle's edges integrate quadratics exactly.
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -113,25 +118,36 @@ def _cut(triangle: np.ndarray) -> list[np.ndarray]:
     return [np.array([ab, b, c]), np.array([ab, c, ac])]
 
 
+def read_quietly(read: Callable[[Path], Any], path: Path, formats: str) -> Any:
+    """The mesh that a library reads of a file. Readers of many formats raise whatever they like;
+    meshio prints what is wrong and ends the program. All that becomes one InputError."""
+    said = StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said), np.errstate(all="ignore"):
+            return read(path)
+    except (Exception, SystemExit) as error:
+        reason = error if isinstance(error, Exception) else " ".join(said.getvalue().split())
+        raise InputError(
+            f"{path}: cannot be read as a mesh ({reason}); expected a format that {formats}."
+        ) from error
+
+
 def _read(path: Path) -> Triangles:
+    if not os.path.isfile(path):
+        raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
+    parts = read_quietly(_parts, path, "meshio knows, such as .stl, .obj, .ply or .msh")
+    if not parts or not np.isfinite(np.concatenate(parts)).all():
+        raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")
+    return np.concatenate(parts).astype(float)
+
+
+def _parts(path: Path) -> list[Triangles]:
     import meshio  # slow to load, and few scenes need it
 
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
-    try:
-        with np.errstate(over="ignore"):  # of its guess whether a text is binary
-            mesh = meshio.read(path)
-    except (Exception, SystemExit) as error:  # readers of many formats raise whatever they like
-        raise InputError(
-            f"{path}: cannot be read as a mesh ({error}); expected a format that meshio knows, such"
-            " as .stl, .obj, .ply or .msh."
-        ) from error
+    mesh = meshio.read(path)
     kinds = {"triangle": [[0, 1, 2]], "quad": [[0, 1, 2], [0, 2, 3]]}
-    parts = [
+    return [
         mesh.points[block.data[:, corners]]
         for block in mesh.cells
         for corners in kinds.get(block.type, [])
     ]
-    if not parts or not np.isfinite(np.concatenate(parts)).all():
-        raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")
-    return np.concatenate(parts).astype(float)

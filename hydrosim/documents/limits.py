@@ -19,8 +19,9 @@ def too_long(text: str) -> str:
     if len(text) <= MOST_TEXT:
         return ""
     return (
-        f"found {len(text):,} characters; expected at most {MOST_TEXT:,}; long series belong in"
-        " files of their own: {file: FILE, column: NAME}"
+        f"found {len(text):,} characters; expected at most {MOST_TEXT:,}; what is long belongs"
+        " in files of their own: series as {file: FILE, column: NAME}, waves of a sea as"
+        " components: {file: FILE}"
     )
 
 

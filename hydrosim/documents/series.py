@@ -26,6 +26,7 @@ from hydrosim.documents.text import (
     parse,
     require_finite,
     require_rising,
+    require_usual,
 )
 from hydrosim.documents.units import shown
 from hydrosim.dofs import DOFS
@@ -177,9 +178,10 @@ def _others(values: xr.Variable) -> Iterator[str]:
 def _check(
     source: Source, time: np.ndarray, values: np.ndarray, lines: Sequence[int] | None = None
 ) -> None:
-    """Refuses times that do not rise, numbers that are not finite, and too few of them."""
+    """Refuses times that do not rise, numbers that no computation can take, and too few of them."""
     for numbers in (time, *values.T):
         require_finite(source, numbers, lines)
+        require_usual(source, numbers, lines=lines)
     require_rising(source, time, lines)
     if time.size < ENOUGH:
         source.wrong(f"found {time.size} times; expected {ENOUGH} or more, for a smooth curve")

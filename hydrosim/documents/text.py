@@ -20,7 +20,7 @@ import numpy as np
 
 from hydrosim.documents.files import no_file
 from hydrosim.documents.nodes import joined, suggestion
-from hydrosim.documents.units import factor, shown
+from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, shown
 from hydrosim.errors import InputError
 
 REMARKS = ("#", "%", "!")
@@ -128,6 +128,13 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
     return (text.strip(), None) if not found or unit is None else (found["name"], unit)
 
 
+def unit_of_column(table: Table, k: int) -> str | None:
+    """The unit that a file says of a column, in its name or below it."""
+    if table.units:
+        return table.units[k].strip("[]()")
+    return name_and_unit(table.names[k])[1]
+
+
 def spelled(text: str) -> str | None:
     """A unit as `factor` reads it, None if it is not known: "kNm" is "kN*m", "-" is ""."""
     unit = text.strip().strip("[]()").strip()
@@ -147,6 +154,19 @@ def require_finite(
         where = "" if lines else f" in record {bad[0] + 1}"
         text = f"found {numbers[bad[0]]:g}{what}{where}; expected finite numbers"
         source.wrong(f"{text}; mend or leave it out", lines[bad[0]] if lines else None)
+
+
+def require_usual(
+    source: Source, numbers: np.ndarray, unit: str = "", lines: Sequence[int] | None = None
+) -> None:
+    """Refuses numbers (n,) in the SI ``unit`` that are larger than a case may have them."""
+    largest = LARGEST_OF.get(unit, LARGEST)
+    bad = np.flatnonzero(np.abs(numbers) > largest)
+    if bad.size:
+        where = "" if lines else f" in record {bad[0] + 1}"
+        found = f"found {numbers[bad[0]]:g}{f' {unit}' if unit else ''}{where}"
+        text = f"{found}; expected {largest:g} or less; mend the number, or its factor"
+        source.wrong(text, lines[bad[0]] if lines else None)
 
 
 def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None = None) -> None:

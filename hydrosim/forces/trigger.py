@@ -6,7 +6,8 @@ events. What has begun or ended does not do so again.
 
 A contact that begins is in contact at once where it is pressed, with its friction unloaded, a line
 is as taut as it is long; what they store then comes from outside, and is booked as a negative loss.
-What an element has stored as it ends is lost.
+The wall of a landing that begins catches a pin that is inside it. What an element has stored as it
+ends is lost.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import spring
 from hydrosim.forces.ballast import pumping
 from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
-from hydrosim.forces.contact import transitions
+from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
@@ -163,11 +164,24 @@ def act(j, t, y, modes, motion, bodies, elements):
             transitions.come(i, t, y, modes, motion, bodies, fenders)
         else:
             transitions.go(i, t, y, modes, motion, bodies, fenders)
+    for i in range(elements.guides.pins.size):
+        if not _has(elements.guides.pins[i].point, trigger):
+            continue
+        if now:
+            guide.activate(i, modes, motion, bodies, elements)
+        else:
+            guide.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.line, trigger.line + trigger.lines):
         if now:
             spring.settle_line(i, modes, motion, bodies, springs)
         else:
             spring.take_out(i, modes, springs)
+
+
+@kernel
+def _has(point, trigger):
+    """Whether a contact point belongs to the element of a trigger."""
+    return trigger.point <= point < trigger.point + trigger.points
 
 
 @root
@@ -185,6 +199,9 @@ def settle(t, y, modes, motion, bodies, elements):
             elif mode[MODE] == stage and there:
                 mode[RISING], y[p.state + j] = 1, t
         if mode[MODE] != DURING:
+            for i in range(elements.guides.pins.size):
+                if _has(elements.guides.pins[i].point, p.each[j]):
+                    guide.take_out(i, modes, elements.guides)
             act(j, t, y, modes, motion, bodies, elements)
             for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
                 transitions.forgive(i, y, elements.fenders)

@@ -6,6 +6,19 @@ from hydrosim.integrate.esdirk4 import ESDIRK4
 from hydrosim.integrate.events import between, phi, scaled
 from hydrosim.integrate.heun import HEUN
 from hydrosim.integrate.implicit import Filters, Newton, improve, new_newton, prepare
+from hydrosim.integrate.method import Method
 from hydrosim.integrate.rk2 import RK2
 from hydrosim.integrate.rk4 import RK4
 from hydrosim.integrate.runge_kutta import Tableau, advance_state, hermite, stage_state
+
+METHODS = {method.name: method for method in (RK2, HEUN, RK4, DOPRI5, ESDIRK4)}
+
+
+def method_named(name: str) -> Method:
+    """The method that a scene names."""
+    return METHODS[name]
+
+
+def methods_for_any_step() -> list[Method]:
+    """Those that no step is too large for."""
+    return [method for method in METHODS.values() if method.any_step]

@@ -21,11 +21,12 @@ from typing import Any
 
 from llvmlite import binding
 from numba.core import compiler, event, typing
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary, JitEngine
 from numba.core.registry import CPUDispatcher
 
+from hydrosim.interrupts import undisturbed
 from hydrosim.jit.disk import Disk, Name
-from hydrosim.jit.refs import Ref
+from hydrosim.jit.refs import hold
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
@@ -34,6 +35,10 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
+
+# LLVM hands over machine code, and asks for it, in callbacks. An exception there is lost, and with
+# it the code; so the one that a signal raises comes after them.
+JitEngine.finalize_object = undisturbed()(JitEngine.finalize_object)
 
 
 class _PartCode(JITCodeLibrary):
@@ -79,8 +84,6 @@ class _WholeCompiler(compiler.Compiler):
     def compile_extra(self, func: Any) -> Any:
         self.state.library = _WholeCode(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
-        if any(isinstance(arg, Ref) for arg in self.state.args):  # not for Python
-            self.state.flags.no_cpython_wrapper = True
         return super().compile_extra(func)
 
 
@@ -121,6 +124,9 @@ class _Kernel(CPUDispatcher):
         options = {**OPTIONS, "fastmath": set(self.fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self._cache = Disk(function, folder, _called)
+
+    def __call__(self, *args: Any) -> Any:
+        return super().__call__(*map(hold, args))
 
     def __reduce__(self) -> str:  # type: ignore[override]
         return str(self.py_func.__qualname__)  # pickled by name, as functions are

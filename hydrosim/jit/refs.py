@@ -1,20 +1,29 @@
 """Wide tuples handed to kernels by reference.
 
 A model is a tuple of tuples of a hundred arrays. numba hands every word of it to every kernel that
-is called with it, which costs time at each call and most of the time to compile. ``ref(model)`` is
-one pointer; fields are read where they are used, and those that are tuples are references again.
+is called with it, which costs time at each call and most of the time to compile. So a kernel takes
+a named tuple as one pointer. Fields are read where they are used, and those that are tuples are
+pointers again.
 
-A reference is to the stack of the kernel that made it: hand it down, never return it. It is for
-kernels, which do not count references to arrays; numba's own memory manager would lose count.
+`Held` is a tuple laid out in memory as numba's structures are: numbers are copied, arrays are
+shared. Python's calls of kernels make one, and keep the last few; who hands over what is large, and
+need not live on, makes its own.
+Kernels do not count references to arrays; numba's own memory manager would lose count.
 """
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
+import struct
+from threading import Lock
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import typeof
+from numba._dispatcher import compute_fingerprint
+from numba.core import types
 from numba.core.typing.templates import (
     AbstractTemplate,
     AttributeTemplate,
@@ -23,11 +32,12 @@ from numba.core.typing.templates import (
     signature,
 )
 from numba.extending import (
-    intrinsic,
+    NativeValue,
     lower_builtin,
     lower_getattr_generic,
     models,
     register_model,
+    unbox,
 )
 
 
@@ -40,6 +50,71 @@ class Ref(types.Type):
         super().__init__(name=f"Ref({hashlib.sha256(str(target).encode()).hexdigest()[:16]})")
 
 
+class Held:
+    """A tuple of arrays, numbers and tuples in memory, for kernels: valid while it lives."""
+
+    def __init__(self, value: tuple) -> None:
+        words: list[Any] = []
+        layout = _lay_out(value, words)
+        self.value = value  # keeps the arrays alive
+        self.memory = ctypes.create_string_buffer(struct.pack(layout, *words))
+        self.address = ctypes.addressof(self.memory)
+        self._numba_type_ = _type_of(value)
+
+
+KEPT = 16  # tuples that were handed over last: to lay out a model takes longer than most kernels
+_kept: dict[int, Held] = {}
+_keeping = Lock()
+
+
+def hold(value: Any) -> Any:
+    """A named tuple as kernels take it; anything else as it is."""
+    if not (isinstance(value, tuple) and hasattr(value, "_fields")):
+        return value
+    held = _kept.get(id(value))  # whose tuple lives, so that no other has its number
+    if held is None:
+        held = Held(value)
+        with _keeping:
+            if len(_kept) >= KEPT:
+                del _kept[next(iter(_kept))]
+            _kept[id(value)] = held
+    return held
+
+
+def _lay_out(value: Any, words: list[Any]) -> str:
+    """Add the words of a value to ``words``; returns their `struct` format."""
+    if isinstance(value, tuple):
+        layout = "".join(_lay_out(item, words) for item in value)
+        # a structure begins and ends as its widest member does: "0q" pads to eight bytes
+        return layout if set(layout) <= {"?"} else f"0q{layout}0q"
+    if isinstance(value, np.ndarray):
+        # numba's array: owner, parent, size, bytes an item, data, shape, strides
+        words += (0, 0, value.size, value.itemsize, value.ctypes.data)
+        words += value.shape
+        words += value.strides
+        return "q" * (5 + 2 * value.ndim)
+    words.append(value)
+    if isinstance(value, bool | np.bool_):
+        return "?"
+    if isinstance(value, int | np.int64):
+        return "q"
+    if isinstance(value, float):
+        return "d"
+    raise TypeError(f"kernels take no {type(value).__name__} in a tuple")
+
+
+_types: dict[bytes, Ref] = {}
+
+
+def _type_of(value: tuple) -> Ref:
+    """Type of a reference to a tuple. numba takes 8 ms to find that of a run, and 0.1 ms to tell
+    whether two are the same."""
+    key = compute_fingerprint(value)
+    if key not in _types:
+        _types[key] = Ref(typeof(value))
+    return _types[key]
+
+
 @register_model(Ref)
 class _RefModel(models.PrimitiveModel):
     def __init__(self, dmm: Any, fe_type: Ref) -> None:
@@ -47,17 +122,13 @@ class _RefModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, pointee.as_pointer())
 
 
-def _ref(typingctx: Any, value: Any) -> Any:
-    """A reference to a tuple, or to what one refers to already."""
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        known = isinstance(value, Ref)
-        return args[0] if known else cgutils.alloca_once_value(builder, args[0])
-
-    return (value if isinstance(value, Ref) else Ref(value))(value), codegen
-
-
-ref: Any = intrinsic(_ref)
+@unbox(Ref)
+def _take_address(typ: Ref, held: Any, c: Any) -> Any:
+    """The pointer to a tuple that Python holds."""
+    attribute = c.pyapi.object_getattr_string(held, "address")
+    address = c.pyapi.long_as_longlong(attribute)
+    c.pyapi.decref(attribute)
+    return NativeValue(c.builder.inttoptr(address, c.context.get_value_type(typ)))
 
 
 def _item(target: Any, index: int) -> types.Type:

@@ -35,9 +35,9 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.forces.modes import MODE, OPEN, SEGMENT
-from hydrosim.integrate import Tableau
+from hydrosim.integrate import Method
 from hydrosim.linear.modes import TINY, shares
-from hydrosim.linear.stability import Combination, stability_function, what_moves
+from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.stepping.dynamics import Model
 
 WRONG = 2.0  # error of a vibration that is out of phase
@@ -63,20 +63,20 @@ class Vibration:
     amplitude: np.ndarray
     felt: np.ndarray
 
-    def error(self, method: Tableau, step: float, duration: float) -> float:
+    def error(self, method: Method, step: float, duration: float) -> float:
         """Of the vibration, of its amplitude, in a run of this ``duration`` [s]."""
         return float(vibration_errors(method, step, duration, np.array([self.eigenvalue]))[0])
 
-    def accurate_step(self, method: Tableau, step: float, duration: float, error: float) -> float:
+    def accurate_step(self, method: Method, step: float, duration: float, error: float) -> float:
         """The largest step, up to ``step`` [s], at which the error is no more than ``error``."""
         trial = step
         while self.error(method, trial, duration) > error and trial > FINEST * step:
             trial /= FINER
         return trial
 
-    def fading(self, method: Tableau, step: float) -> float:
+    def fading(self, method: Method, step: float) -> float:
         """How fast [1/s] the method damps the vibration, by more than it should."""
-        R = stability_function(method)(np.array([step * self.eigenvalue]))
+        R = method.stability(np.array([step * self.eigenvalue]))
         made = float(np.log(np.maximum(np.abs(R[0]), TINY))) / step
         return max(self.eigenvalue.real - made, 0.0)
 
@@ -125,11 +125,11 @@ def _widened(here: np.ndarray) -> np.ndarray:
 
 
 def vibration_errors(
-    method: Tableau, step: float, duration: float, values: np.ndarray
+    method: Method, step: float, duration: float, values: np.ndarray
 ) -> np.ndarray:
     """Of vibrations with eigenvalues ``values`` (m,) [1/s], over their amplitudes: see above."""
     z = step * values
-    made = np.log(np.maximum(np.abs(R := stability_function(method)(z)), TINY)) + 1j * np.angle(R)
+    made = np.log(np.maximum(np.abs(R := method.stability(z)), TINY)) + 1j * np.angle(R)
     turns = np.round((z.imag - made.imag) / (2.0 * np.pi))
     rate = np.abs(made + 2j * np.pi * turns - z) / step
     lasting = np.minimum(duration, 1.0 / np.maximum(np.abs(values.real), TINY))
@@ -138,7 +138,7 @@ def vibration_errors(
 
 def vibrations(
     found: Sequence[Combination],
-    method: Tableau,
+    method: Method,
     model: Model,
     names: list[str],
     duration: float,

@@ -105,14 +105,16 @@ def linearise(
     modes: np.ndarray | None = None,
     time: float = 0.0,
     step: float = STEP,
+    states: np.ndarray | None = None,
 ) -> Linear:
-    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3).
+    """Linearise about ``state`` with its contact modes, or with ``modes`` (nf + ns, 3); of the
+    entries ``states`` (m,) of y, if not of all that act on others.
 
     ``step`` is that of the differences: what is linear is found to rounding by one of 1.
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """
     work, held = new_work(model), state.modes if modes is None else modes
-    states = dynamic_states(model)
+    states = dynamic_states(model) if states is None else states
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
     return Linear(J, states, model.bodies.active, inertia(model, state.y))

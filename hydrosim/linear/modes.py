@@ -16,6 +16,7 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
 from hydrosim.linear.linearise import Linear
 
 STATIC = 1e-5  # rad/s: as good as static
@@ -121,7 +122,14 @@ def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.
 
 def _sorted(K: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues of (K, M), rising, and shapes of unit kinetic energy, for M (..., n, n)."""
-    values, vectors = np.linalg.eig(np.linalg.solve(mass, np.broadcast_to(K, mass.shape)))
+    try:
+        values, vectors = np.linalg.eig(np.linalg.solve(mass, np.broadcast_to(K, mass.shape)))
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "natural modes: there is a motion without inertia, or inertia and stiffness are not"
+            " finite; expected mass with added mass above zero in every motion. Look at the masses"
+            " and radii of gyration of the bodies, and at `hydrosim db check` of their databases."
+        ) from None
     order = np.argsort(values.real, axis=-1)
     values = np.take_along_axis(values.real, order, axis=-1)
     vectors = np.take_along_axis(vectors.real, order[..., None, :], axis=-1)
@@ -164,12 +172,9 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> np.ndarray:
     """The column of each row, each once, such that the sum of shares is largest."""
-    # slow to load, and no run needs it; scipy.optimize has the same, four times as slow to load
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+    from scipy.optimize import linear_sum_assignment  # slow to load, and no run needs it
 
-    edges = csr_array(1.0 + share)  # zeros would be no edges
-    return np.asarray(min_weight_full_bipartite_matching(edges, maximize=True)[1])
+    return np.asarray(linear_sum_assignment(share, maximize=True)[1])
 
 
 def _named(

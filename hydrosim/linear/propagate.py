@@ -32,6 +32,7 @@ from hydrosim.integrate.exponential import (
     follow,
     interval,
 )
+from hydrosim.jit.refs import Held
 from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
@@ -132,8 +133,8 @@ def propagate(
     """Record the run of a linear scene from its state on, which is left at its end, or where
     ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
     clock, model, state = run.clock, run.model, run.state
-    times, y = record_times(clock), state.y.copy()
-    keep_states(times[:1], y[None], run)
+    times, y, held = record_times(clock), state.y.copy(), Held(run)
+    keep_states(times[:1], y[None], held)
     equation, finest = linear_equation(model, state), node_spacing(clock, model)
     response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
     yield times[0]
@@ -147,7 +148,7 @@ def propagate(
             y, last = states[-1], first + len(states)
             chosen = recorded[first:last]
             there, known = stops[first:last][chosen], states[chosen]
-            keep_states(there, known, run)
+            keep_states(there, known, held)
             if run.counters[STATUS]:
                 return
             yield float(stops[last - 1])

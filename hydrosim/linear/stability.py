@@ -2,7 +2,7 @@
 
 A method with stability function R damps a mode of eigenvalue lambda only while
 |R(h lambda)| <= 1 (Hairer & Wanner 1996, IV.2). The scene is linearised with all contact points
-open, all sticking, all slipping and, if asked, each of them alone, on the steepest piece of its
+open, all sticking, all slipping and, if asked, single ones alone, on the steepest piece of their
 curve (when it is pressed most, if that is prescribed), all springs slack and all taut on their
 steepest pieces (as if they were so much shorter), and the smallest limit on h is the scene's;
 others below the step are told with it, because each of them is something that will oscillate or
@@ -12,10 +12,10 @@ instability: else no second-order method could take an undamped mode.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import linalg
@@ -26,17 +26,17 @@ from hydrosim.forces.contact.fender import STATES, memories
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.guide import FREE
 from hydrosim.forces.contact.guide import PRESSED as PRESSED_BY_WALL
-from hydrosim.forces.contact.laws import sliding, slowest
+from hydrosim.forces.contact.laws import LAW, sliding, slowest
 from hydrosim.forces.contact.loop import NONE, SET
 from hydrosim.forces.modes import MODE, OPEN, SEGMENT, SLIP, STICK
 from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.forces.trigger import DURING
-from hydrosim.integrate import Tableau
-from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.integrate import Method
+from hydrosim.linear.linearise import Linear, inertia, linearise
 from hydrosim.linear.modes import participation
 from hydrosim.rigid import place_bodies
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, dynamic_states, new_work
 from hydrosim.stepping.state import State
 
 GROWTH = 1e-3  # per period
@@ -77,21 +77,68 @@ class Combination(NamedTuple):
     values: np.ndarray
 
 
+Watch = Callable[[Sequence[Any], str], Iterable[Any]]
+"""Yields the items of a sequence, and shows how far it is in what it calls by this name."""
+
+
+def unwatched(items: Sequence[Any], _: str) -> Iterable[Any]:
+    """The items, with nothing to show."""
+    return items
+
+
 def combinations(
-    model: Model, state: State, names: list[str], each_alone: bool = False
+    model: Model,
+    state: State,
+    names: list[str],
+    each_alone: bool = False,
+    watch: Watch = unwatched,
 ) -> list[Combination]:
     """All that are looked at. ``names`` are those of the free coordinates, then of the contact
     points, then of the springs."""
     time = _pressed_most(model)
+    modes_of = list(_modes(model, names, _moved_most(model, state) if each_alone else None))
     found = []
-    for contact, modes in _modes(model, names, each_alone):
+    for contact, modes in watch(modes_of, "contacts and springs"):
         linear = _linearise(model, state, modes, time)
         found.append(Combination(contact, modes, linear, linalg.eigvals(linear.jacobian)))
     return found
 
 
+def _moved_most(model: Model, state: State) -> np.ndarray:
+    """Indices of the contact points that are looked at alone. A point alone vibrates with
+    omega^2 = k J M^-1 J^T, so of points with one curve and one law only those count that move most
+    under a load along the normal or a tangent."""
+    points = model.elements.fenders.points
+    moves = _mobility(model, state)
+    kinds = [_kind(model, point) for point in points]
+    alike = [np.flatnonzero([kind == other for other in kinds]) for kind in dict.fromkeys(kinds)]
+    most = [same[moves[same].argmax(axis=0)] for same in alike]
+    return np.unique(np.concatenate([np.zeros(0, dtype=int), *most]))
+
+
+def _kind(model: Model, point: np.void) -> tuple[float, ...]:
+    """All that sets the stiffness and damping of a contact point, wherever it is."""
+    segments = model.elements.fenders.segments
+    steepest = segments[_steepest(segments, point)]
+    fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *(name for name, _ in LAW))
+    return (*steepest.tolist(), *(point[name].item() for name in fields))
+
+
+def _mobility(model: Model, state: State) -> np.ndarray:
+    """J M^-1 J^T of each contact point (k, 3) [1/kg]: along the normal and along both tangents."""
+    n, motion = model.bodies.active.size, new_work(model).motion
+    rates = []
+    for unit in np.eye(n):
+        place_bodies(state.y[:n], unit, model.bodies, motion)
+        touches = [touch(point, model.bodies, motion) for point in model.elements.fenders.points]
+        rates.append([(each.rate, *each.velocity) for each in touches])
+    J = np.reshape(rates, (n, -1, 3))
+    yielding = np.linalg.solve(inertia(model, state.y), J.reshape(n, -1)).reshape(J.shape)
+    return np.asarray((J * yielding).sum(axis=0))
+
+
 def step_limits(
-    found: Sequence[Combination], method: Tableau, model: Model, names: list[str], step: float
+    found: Sequence[Combination], method: Method, model: Model, names: list[str], step: float
 ) -> list[StepLimit]:
     """Over all ``found`` combinations, the limits below ``step`` [s] in rising order, of everything
     that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
@@ -112,13 +159,13 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
 
 
-def _steps(method: Tableau, values: np.ndarray) -> np.ndarray:
+def _steps(method: Method, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
 
 def _below(
-    bound: float, combination: Combination, method: Tableau, model: Model, names: list[str]
+    bound: float, combination: Combination, method: Method, model: Model, names: list[str]
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one linearisation."""
     values, share = participation(combination.linear)
@@ -128,76 +175,102 @@ def _below(
         yield StepLimit(float(steps[k]), complex(values[k]), combination.contact, what)
 
 
-def ray_limits(method: Tableau, angle: np.ndarray) -> np.ndarray:
+def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,);
     infinite for rays into the right half plane, where the motion itself grows."""
-    R, places = stability_function(method), np.linspace(0.0, REACH, 8001)[1:]
+    places = np.linspace(0.0, REACH, 8001)[1:]
     rays, which = np.unique(np.abs(angle), return_inverse=True)  # |R| is the same below and above
-    limits = [_first_unstable(R, places, phi) if np.cos(phi) <= 1e-9 else np.inf for phi in rays]
+    limits = [
+        _first_unstable(method, places, phi) if np.cos(phi) <= 1e-9 else np.inf for phi in rays
+    ]
     return np.array(limits, dtype=float)[which]
 
 
-def _first_unstable(
-    R: Callable[[np.ndarray], np.ndarray], places: np.ndarray, angle: float
-) -> float:
+def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
     """The first of the ``places`` on a ray at which a method is unstable; infinite if none is."""
     direction = np.exp(1j * angle)
     for start in range(0, places.size, AT_ONCE):
         r = places[start : start + AT_ONCE]
-        unstable = np.flatnonzero(np.abs(R(r * direction)) > 1.0 + GROWTH * r / (2 * np.pi))
+        unstable = np.flatnonzero(
+            np.abs(method.stability(r * direction)) > 1.0 + GROWTH * r / (2 * np.pi)
+        )
         if unstable.size:
             return float(r[unstable[0]])
     return np.inf
 
 
-def stability_function(method: Tableau) -> Callable[[np.ndarray], np.ndarray]:
-    """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
-    z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
-    numerator = np.poly(method.a - np.outer(np.ones(method.b.size), method.b))
-    denominator = np.trim_zeros(np.poly(method.a), "b")  # 1 of an explicit method
-    return lambda z: np.polyval(numerator[::-1], z) / np.polyval(denominator[::-1], z)
-
-
-def _modes(model: Model, names: list[str], each_alone: bool) -> Iterator[tuple[str, np.ndarray]]:
-    """Those of all contacts with all springs slack; with springs, also with all of them taut, and
-    if asked each spring alone taut."""
-    points, springs = model.elements.fenders.points, model.elements.springs
-    lines, segments = springs.lines, springs.segments
-    for contact, modes in _contact_modes(model, names, each_alone):
-        yield f"{contact}, springs slack" if lines.size else contact, modes
-        taut, end = modes.copy(), points.size + lines.size
-        taut[points.size : end, MODE] = TAUT
-        taut[points.size : end, SEGMENT] = [_steepest(segments, line) for line in lines]
-        if lines.size:
-            yield f"{contact}, springs taut", taut
-        for i in range(points.size, end if each_alone and lines.size > 1 else 0):
-            alone = modes.copy()
-            alone[i] = taut[i]
-            yield f"{contact}, {names[model.bodies.active.size + i]} alone taut", alone
-
-
-def _contact_modes(
-    model: Model, names: list[str], each_alone: bool
+def _modes(
+    model: Model, names: list[str], alone: np.ndarray | None
 ) -> Iterator[tuple[str, np.ndarray]]:
-    """All points open, sticking or slipping, and if asked each alone sticking or slipping."""
+    """All contacts open, sticking or slipping, with all springs slack and all of them taut. Unless
+    ``alone`` is None, also each spring alone taut, and the points ``alone`` each alone closed."""
+    for contact, modes in _contact_modes(model, names):
+        yield from _spring_modes(model, names, contact, modes, alone is not None)
+    for contact, modes in _each_contact(model, names, [] if alone is None else alone):
+        yield from _spring_modes(model, names, contact, modes, each_alone=False)
+
+
+def _spring_modes(
+    model: Model, names: list[str], contact: str, modes: np.ndarray, each_alone: bool
+) -> Iterator[tuple[str, np.ndarray]]:
+    """Contacts in these ``modes``, with all springs slack, all taut and, if asked, each alone."""
+    springs, start = model.elements.springs, model.elements.fenders.points.size
+    lines = springs.lines
+    if not lines.size:
+        yield contact, modes
+        return
+    yield f"{contact}, springs slack", modes
+    taut, end = modes.copy(), start + lines.size
+    taut[start:end, MODE] = TAUT
+    taut[start:end, SEGMENT] = [_steepest(springs.segments, line) for line in lines]
+    yield f"{contact}, springs taut", taut
+    for i in range(start, end if each_alone and lines.size > 1 else 0):
+        alone = modes.copy()
+        alone[i] = taut[i]
+        yield f"{contact}, {names[model.bodies.active.size + i]} alone taut", alone
+
+
+def _contact_modes(model: Model, names: list[str]) -> Iterator[tuple[str, np.ndarray]]:
+    """All points open, sticking or slipping."""
+    yield "all contacts open" if model.elements.fenders.points.size else "no contact", _open(model)
+    for mode in (STICK, SLIP) if model.elements.fenders.points.size else ():
+        yield f"all contacts {NAMES[mode]}", _closed(model, mode)
+
+
+def _each_contact(
+    model: Model, names: list[str], alone: Sequence[int] | np.ndarray
+) -> Iterator[tuple[str, np.ndarray]]:
+    """Each of the points ``alone`` sticking or slipping, with all others open."""
+    if model.elements.fenders.points.size < 2:
+        return
+    for mode in (STICK, SLIP):
+        closed = _closed(model, mode)
+        for i in alone:
+            modes = _open(model)
+            modes[i] = closed[i]
+            yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", modes
+
+
+def _open(model: Model) -> np.ndarray:
+    """Modes with all points open, pins free and springs slack."""
     points, lines = model.elements.fenders.points, model.elements.springs.lines
-    steep = [_steepest(model.elements.fenders.segments, point) for point in points]
+    guides, triggers = model.elements.guides, model.elements.triggers
     modes = new_modes(model.elements)
     modes[: points.size + lines.size, SEGMENT] = [*points["first"], *lines["first"]]
-    guides, triggers = model.elements.guides, model.elements.triggers
     modes[guides.mode :][: guides.pins.size, MODE] = FREE
     modes[guides.mode :][: guides.pins.size, SEGMENT] = guides.pins["first"]
     modes[triggers.mode :][: triggers.each.size, MODE] = DURING
-    yield "all contacts open" if points.size else "no contact", modes
-    for mode in (STICK, SLIP) if points.size else ():
-        closed = modes.copy()
-        closed[: points.size, MODE], closed[: points.size, SEGMENT] = mode, steep
-        closed[guides.mode :][: guides.pins.size, MODE] = PRESSED_BY_WALL
-        yield f"all contacts {NAMES[mode]}", closed
-        for i in range(points.size if each_alone and points.size > 1 else 0):
-            alone = modes.copy()
-            alone[i] = closed[i]
-            yield f"{names[model.bodies.active.size + i]} alone {NAMES[mode]}", alone
+    return modes
+
+
+def _closed(model: Model, mode: int) -> np.ndarray:
+    """Modes with all points sticking or slipping on their steepest pieces, pins at their walls."""
+    fenders, guides, modes = model.elements.fenders, model.elements.guides, _open(model)
+    modes[: fenders.points.size, MODE] = mode
+    steepest = [_steepest(fenders.segments, point) for point in fenders.points]
+    modes[: fenders.points.size, SEGMENT] = steepest
+    modes[guides.mode :][: guides.pins.size, MODE] = PRESSED_BY_WALL
+    return modes
 
 
 def _steepest(segments: np.ndarray, each: np.void) -> int:
@@ -212,7 +285,20 @@ def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Li
     """Linearise with all contacts and springs on the pieces of their curves that ``modes`` say, and
     with slip going on."""
     pressed = _pressed(model, state, modes)
-    return linearise(pressed, _sliding(pressed, state, modes, time), modes, time)
+    start = _sliding(pressed, state, modes, time)
+    return linearise(pressed, start, modes, time, states=_moving_states(model, modes))
+
+
+def _moving_states(model: Model, modes: np.ndarray) -> np.ndarray:
+    """The states without the nodes of open contacts. These act on nothing, and are looked at where
+    all contacts are open."""
+    fenders, states = model.elements.fenders, dynamic_states(model)
+    is_open = modes[: fenders.points.size, MODE] == OPEN
+    if is_open.all():
+        return states
+    node = (states - fenders.state) // STATES
+    own = (states >= fenders.state) & (node < is_open.size)
+    return states[~own | ~is_open[np.where(own, node, 0)]]
 
 
 def _pressed(model: Model, state: State, modes: np.ndarray) -> Model:
@@ -297,8 +383,9 @@ def what_moves(linear: Linear, share: np.ndarray, model: Model, names: list[str]
     n, fenders = linear.active.size, model.elements.fenders
     other, states = share[2 * n :], linear.states[2 * n :]
     node = (states - fenders.state) // STATES
-    shares = {name: share[i] + share[n + i] for i, name in enumerate(names[:n])}
-    shares["the radiation states"] = other[node < 0].sum()
-    for i, name in enumerate(names[n : n + fenders.points.size]):
-        shares[f"the contact node of {name}"] = other[node == i].sum()
-    return max(shares, key=shares.__getitem__)
+    of_nodes = np.bincount(node[node >= 0], other[node >= 0], fenders.points.size)
+    shares = [*(share[:n] + share[n : 2 * n]), other[node < 0].sum(), *of_nodes]
+    largest = int(np.argmax(shares))
+    if largest < n:
+        return names[largest]
+    return "the radiation states" if largest == n else f"the contact node of {names[largest - 1]}"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.case.tables import plain, seas
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output, save_picture
+from hydrosim.outputs import Output, make_folder, save_picture
 from hydrosim.plot.layout import Frame, Phase, picture
 from hydrosim.plot.panels import Panel, Window, coarse
 from hydrosim.plot.pictures import PICTURES, channels
@@ -80,10 +80,7 @@ def planned(
     view: View = USUAL,
 ) -> list[Output]:
     """All pictures that there can be of a run; raises as `draw` does."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made as a folder for pictures ({error}).") from None
+    make_folder(folder)
     made_of = origin or folder / f"{stem}.nc"
     paths = [folder / f"{stem}{name}" for name in view.pictures().values()]
     return [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -47,7 +48,7 @@ def replay_of(path: Path) -> Document:
 
 def _other(path: Path) -> Document | None:
     """The document of a result that is none of a run; None where the file is anything else."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     try:
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)

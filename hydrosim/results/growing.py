@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import BinaryIO
 
@@ -10,7 +11,7 @@ import xarray as xr
 from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
-from hydrosim.results.journal import FIRST, KNOWN, RUNS, entries, first_of, form_of
+from hydrosim.results.journal import FIRST, KNOWN, RUNS, entries, first_of, form_of, is_earlier
 from hydrosim.results.runs_file import COMPLETE, LARGE, MISSING, RUN, in_common, open_runs
 
 PARTIAL = ".partial"
@@ -21,21 +22,22 @@ def runs_at(path: Path) -> xr.Dataset | None:
     """The runs in a file of many, or in the folder of a set on its way; None of another file.
     Raises InputError for a folder that is none of these or has no complete run yet."""
     other = path.with_suffix("") if path.suffix == PARTIAL else Path(f"{path}{PARTIAL}")
-    if other.exists() and not path.exists():
+    if os.path.exists(other) and not os.path.exists(path):
         of = "the result of the sweep" if path.suffix == PARTIAL else "a sweep on its way"
         raise InputError(f"{path}: is not there; {other} is, {of}.")
-    if not path.exists() and (rounds := _rounds(path)):
+    if not os.path.exists(path) and (rounds := _rounds(path)):
         raise InputError(
             f"{path}: is not there; a study on its way that takes seeds until a mean is known well"
             f" keeps its last round in {rounds[-1]}."
         )
-    return growing(path) if path.is_dir() else open_runs(path)
+    return growing(path) if os.path.isdir(path) else open_runs(path)
 
 
 def _rounds(path: Path) -> list[Path]:
     """The rounds of a study `until` something is known, see `hydrosim.studies.precise`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
-    return sorted(Path(f"{result}.rounds").glob("*.nc*"))
+    folder = Path(f"{result}.rounds")
+    return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []
 
 
 def growing(folder: Path) -> xr.Dataset:
@@ -46,11 +48,10 @@ def growing(folder: Path) -> xr.Dataset:
     if not (folder / RUNS).is_file():
         raise InputError(f"{folder}: holds no runs of a sweep{_near(folder)}.")
     if not (folder / KNOWN).is_file():
-        raise InputError(
-            f"{folder}: lacks {KNOWN}, as the program that began it is of an earlier version;"
-            " expected a folder of this one. Let it end, or go on with that program."
-        )
+        raise _earlier(folder, f"lacks {KNOWN}")
     try:
+        if is_earlier(folder):
+            raise _earlier(folder, f"lines of {RUNS} have no checksums")
         known = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
         first = first_of(folder)
         with (folder / RUNS).open("rb") as file:
@@ -61,6 +62,13 @@ def growing(folder: Path) -> xr.Dataset:
         raise InputError(
             f"{folder}: cannot be read ({error}); sweep --resume says whether it can go on."
         ) from None
+
+
+def _earlier(folder: Path, found: str) -> InputError:
+    return InputError(
+        f"{folder}: {found}, as the program that began it is of an earlier version;"
+        " expected a folder of this one. Let it end, or go on with that program."
+    )
 
 
 def _gathered(
@@ -76,7 +84,7 @@ def _gathered(
     table = _empty(count, repack_fields(chosen))
     common: dict[str, object] | None = None
     file.readline()
-    for _, entry, values in entries(file):
+    for _, entry, values in entries(file, folder):
         if values and first is None:
             continue
         run = entry["run"]

@@ -14,9 +14,9 @@ import numpy as np
 
 from hydrosim.forces import Contact
 from hydrosim.forces.contact.tally import EACH, MODES, SIZE, SLIPPING
-from hydrosim.results.names import force_names
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import force_names
 
 VARIABLES = {
     "contact_time": ("time in a contact mode", "s", "none"),

@@ -4,14 +4,17 @@ A journal is three files of a folder, beside the `result.nc` that is made meanwh
 what is known of all runs before the first of them. `first.nc` is the first run that came to its
 end: the form of them all. `runs` has a line of JSON for what the set is, and for each run one, then
 the bytes of its variables, in the order of the first; of a run that failed there is the line alone.
-What was cut off while it was written is not read.
+A line begins with the checksum of all that follows it, up to the next one, and each run has those
+of the files beside it: what was cut off while it was written, or has changed since, is not read.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 from zlib import crc32
@@ -19,9 +22,19 @@ from zlib import crc32
 import numpy as np
 import xarray as xr
 
+from hydrosim.errors import InputError
+from hydrosim.leftovers import is_marked, is_plain, remove_folder
+from hydrosim.outputs import Output
 from hydrosim.results.assembled import differing
 
 FIRST, RUNS, KNOWN, RESULT = "first.nc", "runs", "known.nc", "result.nc"
+MARKED = {KNOWN: "sweep", RESULT: "sweep", FIRST: "first run"}
+"""What other files than `runs` say that they are."""
+PARTIAL = ".partial"  # ends the name of a file that is being written
+LINE = re.compile(rb"[0-9a-f]{8} {")
+"""How the lines of `runs` begin."""
+EARLIER = b'{"the program": '
+"""How `runs` began when lines had no checksum."""
 
 
 class Kept(NamedTuple):
@@ -39,13 +52,14 @@ class Journal:
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, str]) -> None:
-        self._folder, self._first = folder, first_of(folder)
-        self._last = self._first
+        self._folder = folder
+        self._first: xr.Dataset | None = None
+        self._last: xr.Dataset | None = None
         self._places: dict[int, int] = {}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
             self._file.truncate(0)
-            self._file.write(_line(dict(identity)))
+            self._file.write(_entry_of(dict(identity)))
             self._file.flush()
         else:
             self._go_on()
@@ -55,11 +69,13 @@ class Journal:
         self._file.seek(0)
         self._file.readline()
         whole = self._file.tell()
-        for place, known, values in entries(self._file):
+        for place, known, values in entries(self._file, self._folder, (FIRST,)):
             whole = self._file.tell()
-            if values and self._first is not None:
+            if values and (self._folder / FIRST).exists():
                 self._places[known["run"]] = place
         self._file.truncate(whole)
+        if self._places:
+            self._first = self._last = first_of(self._folder)
 
     def __contains__(self, run: int) -> bool:
         return run in self._places
@@ -79,6 +95,7 @@ class Journal:
         the system, when this returns."""
         if self._last is None:
             _store_first(kept.found, self._folder)
+            self._beside[FIRST] = _checksum(self._folder / FIRST)
             self._first = self._last = kept.found
         if not _alike(kept.found, self._last):
             return
@@ -93,10 +110,16 @@ class Journal:
         """Say that a run is not complete: readers are told, a set that goes on makes it again."""
         self._append({"run": run, "status": status, "message": message}, b"")
 
+    @cached_property
+    def _beside(self) -> dict[str, int]:
+        """The checksums of the files beside the runs."""
+        there = [name for name in (FIRST, KNOWN) if (self._folder / name).exists()]
+        return {name: _checksum(self._folder / name) for name in there}
+
     def _append(self, known: dict[str, Any], values: bytes) -> int:
         """The place of an entry, which is on the disk, or with the system, when this returns."""
         place = self._file.seek(0, 2)
-        self._file.write(_line({**known, "bytes": len(values), "check": crc32(values)}) + values)
+        self._file.write(_entry_of({**known, "beside": self._beside, "bytes": len(values)}, values))
         self._file.flush()
         return place
 
@@ -119,34 +142,83 @@ def is_empty(folder: Path) -> bool:
 def identity_of(folder: Path) -> dict[str, str]:
     """What the set in the folder is; nothing if that cannot be read."""
     with suppress(OSError, ValueError), (folder / RUNS).open("rb") as file:
-        return dict(json.loads(file.readline()))
+        return _entry(file)[0]
     return {}
+
+
+def is_earlier(folder: Path) -> bool:
+    """Whether the journal in the folder is of a version without checksums of lines."""
+    return _beginning(folder / RUNS).startswith(EARLIER)
+
+
+def is_part(path: Path) -> bool:
+    """Whether a file is one of a journal's, by its name and by what it says."""
+    if path.name != RUNS:
+        name = path.name.removesuffix(PARTIAL)
+        return name in MARKED and is_marked(path, MARKED[name])
+    begins = _beginning(path)
+    cut_off = not begins or (LINE.match(begins) is not None and not begins.endswith(b"\n"))
+    return is_plain(path) and (
+        cut_off or begins.startswith(EARLIER) or bool(identity_of(path.parent))
+    )
+
+
+def _beginning(path: Path) -> bytes:
+    """The first line of a file; nothing if it cannot be read."""
+    with suppress(OSError), path.open("rb") as file:
+        return file.readline()
+    return b""
 
 
 def forget(folder: Path) -> None:
     """Remove a journal, and its folder if nothing else is in it."""
-    for name in (RUNS, FIRST, f"{FIRST}.partial", KNOWN, f"{KNOWN}.partial", RESULT):
-        (folder / name).unlink(missing_ok=True)
-    with suppress(OSError):
-        folder.rmdir()
+    remove_folder(folder, is_part)
 
 
-def entries(file: BinaryIO) -> Iterator[tuple[int, dict[str, Any], bytes]]:
+def entries(
+    file: BinaryIO, folder: Path, needed: Collection[str] = (FIRST, KNOWN)
+) -> Iterator[tuple[int, dict[str, Any], bytes]]:
     """Of each run from here on its place, what is known of it and its values, none of one that
-    failed; up to the first that is not whole."""
+    failed; up to the first that is not whole. Raises InputError if no run fits the files beside it
+    that are ``needed``, since one of these has changed."""
+    sums = {name: _checksum(folder / name) for name in needed if (folder / name).exists()}
+    fitting, changed = 0, ""
     with suppress(ValueError, KeyError, TypeError):
         while True:
-            yield file.tell(), *_entry(file)
+            place = file.tell()
+            known, values = _entry(file)
+            others = [k for k, each in known["beside"].items() if sums.get(k, each) != each]
+            if others:
+                changed = others[0]
+                continue
+            fitting += 1
+            yield place, known, values
+    if changed and not fitting:
+        raise InputError(
+            f"{folder / changed}: is damaged (its checksum has changed), and the runs beside it"
+            " cannot be read without it. Put it back from a copy, or begin anew with --overwrite."
+        )
+
+
+def _entry_of(known: dict[str, Any], values: bytes = b"") -> bytes:
+    """A line, and the values that follow it."""
+    text = json.dumps(known).encode() + b"\n" + values
+    return b"%08x %s" % (crc32(text), text)
 
 
 def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
-    """What is known of a run, and its values; ValueError if it is not whole."""
-    line = file.readline()
+    """What a line says, and the values that follow it; ValueError if they are not what they
+    were."""
+    check, _, line = file.readline().partition(b" ")
     known = json.loads(line, object_hook=_decoded)
-    values = file.read(known["bytes"])
-    if not line.endswith(b"\n") or len(values) < known["bytes"] or crc32(values) != known["check"]:
+    values = file.read(known.get("bytes", 0))
+    if check != b"%08x" % crc32(line + values):
         raise ValueError
     return known, values
+
+
+def _checksum(path: Path) -> int:
+    return crc32(path.read_bytes())
 
 
 def form_of(first: xr.Dataset) -> np.dtype[np.void]:
@@ -171,17 +243,18 @@ def _forms(of: xr.Dataset) -> list[Any]:
 
 def first_of(folder: Path) -> xr.Dataset | None:
     path = folder / FIRST
-    return xr.load_dataset(path, engine="netcdf4", decode_times=False) if path.is_file() else None
+    if not path.is_file():
+        return None
+    first = xr.load_dataset(path, engine="netcdf4", decode_times=False)
+    del first.attrs["history"]
+    return first
 
 
 def _store_first(found: xr.Dataset, folder: Path) -> None:
-    partial = folder / f"{FIRST}.partial"
-    found.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
-    partial.replace(folder / FIRST)
-
-
-def _line(known: dict[str, Any]) -> bytes:
-    return json.dumps(known).encode() + b"\n"
+    partial, path = folder / f"{FIRST}{PARTIAL}", folder / FIRST
+    marked = found.assign_attrs(history=Output(path, MARKED[FIRST], path).mark)
+    marked.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
+    partial.replace(path)
 
 
 def _encoded(value: object) -> object:

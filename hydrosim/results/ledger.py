@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.scene import ADAPTIVE
+from hydrosim.scene import Method
 
 CLOSED = 1e-4  # of the exchanged energy: a residual beyond is warned of
 STRETCHES = 16  # of a run, half overlapping
@@ -106,7 +106,9 @@ def _giving(run: xr.Dataset) -> Iterator[str]:
 
 
 def _remedy(run: xr.Dataset) -> str:
-    return ADAPTIVE_REMEDY if run.attrs.get("solver_method") in ADAPTIVE else REMEDY
+    name = str(run.attrs.get("solver_method"))
+    adapts = name in [*Method] and Method(name).adapts
+    return ADAPTIVE_REMEDY if adapts else REMEDY
 
 
 def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:

@@ -10,9 +10,9 @@ import xarray as xr
 
 from hydrosim.radiation import VelocityHistory
 from hydrosim.radiation.history import NOW, THEN, push
-from hydrosim.results.names import memory_names
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import memory_names
 
 ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")

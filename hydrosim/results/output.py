@@ -47,7 +47,13 @@ from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import ballast, impulses, memory, points
 from hydrosim.results.assembled import assembled
 from hydrosim.results.ledger import guard
-from hydrosim.results.names import (
+from hydrosim.results.phases import group_phases
+from hydrosim.results.stages import staged
+from hydrosim.results.variables import EARTH, describe
+from hydrosim.scene import Scene
+from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
+from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import (
     capacities,
     contact_groups,
     fender_names,
@@ -55,19 +61,13 @@ from hydrosim.results.names import (
     guide_names,
     loses,
     spring_names,
-    state_names,
     stores,
     supplies,
     trigger_names,
 )
-from hydrosim.results.phases import group_phases
-from hydrosim.results.stages import staged
-from hydrosim.results.variables import EARTH, describe
-from hydrosim.scene import Scene
-from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.record import channels
 from hydrosim.stepping.state import Record
+from hydrosim.stepping.state_layout import Kind, state_layout
 from hydrosim.waves import Components, elevations
 
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
@@ -133,7 +133,7 @@ def write(dataset: xr.Dataset, target: Path | Output) -> None:
     does where it may not be written."""
     output = as_output(target, "result")
     with output.written() as path:
-        marked = dataset.assign_attrs(history=output.mark)
+        marked = dataset.assign_attrs(output.attributes)
         marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 
 
@@ -182,12 +182,14 @@ def versions() -> str:
     return ", ".join([f"Python {python_version()}", *packages])
 
 
-def unpack(model: Model, record: Record, count: int) -> dict[str, np.ndarray]:
-    """Channels by name, (count, ...) each."""
-    values, at = {}, 0
+def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:
+    """Channels by name, (count - first, ...) each, of the records ``first`` to ``count``."""
+    kept = record.channels[first:count]
+    values = {}
+    at = 0
     for name, shape in channels(model).items():
         width = prod(shape)
-        values[name] = record.channels[:count, at : at + width].reshape(count, *shape)
+        values[name] = kept[:, at : at + width].reshape(len(kept), *shape)
         at += width
     return values
 
@@ -201,11 +203,18 @@ def _states(
 ) -> tuple[Columns, dict[str, object]]:
     """What a run can start from, at the end or at every output time, and its coordinates."""
     kept = slice(None) if scene.output_states else slice(-1, None)
+    layout = state_layout(scene, model)
+    of_memory = (q for entry in layout.of(Kind.RADIATION) for q in entry.coordinates)
+    remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
     coords: dict[str, object] = {
         "state_time": ("state_time", values["time"][kept], {"units": "s", "long_name": "time"}),
-        "state": ("state", state_names(scene, model), {"long_name": "name of the state"}),
+        "state": ("state", layout.names(), {"long_name": "name of the state"}),
+        "state_kind": ("state", layout.kinds(), {"long_name": "kind of the state"}),
+        "state_owner": ("state", layout.owners(), {"long_name": "body, unit or row of the state"}),
+        **({"radiation_dof": ("radiation_dof", [*remembered])} if remembered else {}),
+        "state_component": ("state", layout.components(), {"long_name": "what the state is of it"}),
     }
     states: Columns = {
         "state_value": (("state_time", "state"), values["y"][kept]),
@@ -366,8 +375,14 @@ def friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str
 
 
 def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
+    along_time = ("time", time, {"units": "s", "long_name": "time since the start"})
+    return {"time": along_time, **fixed_coordinates(scene)}
+
+
+def fixed_coordinates(scene: Scene) -> dict[str, object]:
+    """Names of bodies, contacts, springs, points and what goes with them: a run of the scene has
+    them whatever happens."""
     return {
-        "time": ("time", time, {"units": "s", "long_name": "time since the start"}),
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ TEXTS = {
 
 def open_runs(path: Path) -> xr.Dataset | None:
     """The runs in a netCDF file of many; None if the file is none of these, whatever else it is."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     try:
         runs = xr.open_dataset(path, engine="netcdf4", decode_times=False)

@@ -25,6 +25,7 @@ from hydrosim.documents.text import (
     require_finite,
     require_rising,
     spelled,
+    unit_of_column,
 )
 from hydrosim.documents.units import factor
 from hydrosim.results.waiting import Hindcast
@@ -133,9 +134,8 @@ def _column(source: Source, table: Table, what: str) -> np.ndarray | None:
 def _scale(source: Source, table: Table, k: int, what: str) -> float:
     """From the unit of a column, if the file says one, to the program's."""
     name = table.names[k]
-    said = table.units[k].strip("[]()") if table.units else name_and_unit(name)[1]
     try:
-        return factor(said or USUAL[what], UNITS[what])
+        return factor(unit_of_column(table, k) or USUAL[what], UNITS[what])
     except ValueError as error:
         source.wrong(f"found {name}; expected it in {USUAL[what]}; {error}")
 

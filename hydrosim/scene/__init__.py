@@ -47,7 +47,6 @@ from hydrosim.scene.scene import (
     Start,
 )
 from hydrosim.scene.solver import (
-    ADAPTIVE,
     Kinematics,
     LinearScenes,
     Method,
@@ -88,7 +87,6 @@ from hydrosim.scene.triggers import (
 )
 
 __all__ = [
-    "ADAPTIVE",
     "BY_NAME",
     "Active",
     "Amplitudes",

@@ -15,9 +15,10 @@ class Method(StrEnum):
     DOPRI5 = "dopri5"
     ESDIRK4 = "esdirk4"
 
-
-ADAPTIVE = frozenset({Method.DOPRI5, Method.ESDIRK4})
-"""Methods that choose their own steps."""
+    @property
+    def adapts(self) -> bool:
+        """Whether it chooses its own steps."""
+        return self in (Method.DOPRI5, Method.ESDIRK4)
 
 
 class LinearScenes(StrEnum):

@@ -49,7 +49,7 @@ DIPS = 10  # times that a step is shortened in search of a mode that ends inside
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
-@kernel
+@root
 def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
@@ -225,7 +225,7 @@ def _interpolate(x, h, i, j, run):
     hermite(x, h, y[i:j], k[i:j], full[i:j], end[i:j], out[i:j])
 
 
-@kernel
+@root
 def _dip(t, h, run):
     """Where in a step, as a part of it, a margin that falls at first and rises at last is below
     zero on the cubic through both ends; 1 where none is.
@@ -266,7 +266,7 @@ def _may_dip(margin):
     return False
 
 
-@kernel
+@root
 def _deepest(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
@@ -289,7 +289,7 @@ def _deepest(i, floor, t, h, run):
     return 1.0
 
 
-@kernel
+@root
 def _margin_on_cubic(i, x, t, h, run):
     one, out = run.scratch.watched[SOME], run.scratch.margins[TRIAL]
     for j in range(one.size):
@@ -298,7 +298,7 @@ def _margin_on_cubic(i, x, t, h, run):
     return out[i]
 
 
-@kernel
+@root
 def note_headings(t, run):
     """Note where all points slip to at the start of a step."""
     headings, state, model = run.scratch.headings, run.state, run.model
@@ -308,7 +308,7 @@ def note_headings(t, run):
         events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
-@kernel
+@root
 def switch_modes(t, run):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per row of modes."""
@@ -368,7 +368,7 @@ def _book_stored(i, sign, t, run):
         events.book(i, sign, state.y, stored, elements)
 
 
-@kernel
+@root
 def make_consistent(t, run):
     """Bring what is held to rest, and let break loose what cannot be held."""
     state, model, work = run.state, run.model, run.work

@@ -37,7 +37,6 @@ from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDE
 from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
 from hydrosim.integrate import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root
-from hydrosim.jit.refs import ref
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
 from hydrosim.radiation.memory import (
     ConstantDamping,
@@ -346,15 +345,14 @@ def still(y, modes, model, work):
 def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
     """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
     differences of size ``step``; ``scratch`` (3, ny)."""
-    constants, room, past = ref(model), ref(work), ref(history)
     shifted, ahead, behind = scratch[0], scratch[1], scratch[2]
     assign(shifted, y)
     for j in range(states.size):
         k = states[j]
         shifted[k] = y[k] + step
-        rhs(t, shifted, modes, past, constants, room, ahead)
+        rhs(t, shifted, modes, history, model, work, ahead)
         shifted[k] = y[k] - step
-        rhs(t, shifted, modes, past, constants, room, behind)
+        rhs(t, shifted, modes, history, model, work, behind)
         shifted[k] = y[k]
         for i in range(states.size):
             J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)

@@ -9,7 +9,6 @@ import numpy as np
 from hydrosim.forces import applied_force
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
-from hydrosim.jit.refs import ref
 from hydrosim.stepping.dynamics import power
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.run import check
@@ -31,16 +30,15 @@ def sample_loads(start, step, rows, model, state, work, loads):
     """What waves and applied forces do on the free coordinates at start + k step, into ``loads``
     (nk, nr, n), for the ``rows`` (nr,) of forces and bodies at rest as ``work`` has them when new.
     """
-    constants, room = ref(model), ref(work)
-    bodies, elements, wrench = constants.bodies, constants.elements, work.wrench
+    bodies, elements, wrench = model.bodies, model.elements, work.wrench
     for k in range(loads.shape[0]):
         t = start + k * step
         for r in range(rows.size):
             clear(wrench[rows[r]])
-        wave_loads(t, constants.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
+        wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
         if elements.applied_forces.each.size > 0:
             applied_force.add_force(
-                *(t, state.y, state.modes, room.motion, bodies),
+                *(t, state.y, state.modes, work.motion, bodies),
                 *(elements.applied_forces, wrench, work.rate, work.total),
             )
         for r in range(rows.size):
@@ -57,7 +55,7 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
     to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take
     the power v (B v - b), with B (nb, n, n) and b (nb, n).
     """
-    resisting, B, b = resistances
+    resisting, B, b = resistances.row, resistances.B, resistances.b
     for k in range(energies.shape[0]):
         for i in range(weights.size):
             u, w, waves = v[k, i], weights[i], 0.0
@@ -76,10 +74,9 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
 def keep_states(times, states, run):
     """Record the ``states`` (nk, ny) at ``times`` (nk,), as steps to there would have been; stops
     where ``counters[STATUS]`` says why."""
-    on = ref(run)  # as a stepped run hands to the same kernels: they are compiled once for both
     for k in range(times.size):
-        assign(on.state.y, states[k])
-        check(on.state.y, on.model, on.counters)
-        if on.counters[STATUS] != RUNNING:
+        assign(run.state.y, states[k])
+        check(run.state.y, run.model, run.counters)
+        if run.counters[STATUS] != RUNNING:
             return
-        keep(times[k], on)
+        keep(times[k], run)

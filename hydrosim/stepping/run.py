@@ -12,7 +12,6 @@ import numpy as np
 from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
-from hydrosim.jit.refs import ref
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid import accelerations, accelerations_along, place_bodies
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
@@ -66,12 +65,6 @@ def advance(evaluations, run):
 
     ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
-    return _advance(evaluations, ref(run))
-
-
-@kernel
-def _advance(evaluations, run):
-    """The loop of `advance`, with a reference."""
     clock, counters, pace = run.clock, run.counters, run.scratch.pace
     enough = spent(counters) + evaluations
     if counters[RECORDS] == 0:
@@ -101,7 +94,7 @@ def spent(counters):
     return counters[EVALUATIONS] + counters[LOOKS]
 
 
-@kernel
+@root
 def _next_block(t, run):
     """Slow paths in waves are taken anew from t on; the loads are others then, and so is the
     acceleration to remember: that which a run would that starts here."""
@@ -112,7 +105,7 @@ def _next_block(t, run):
         remember(t, run)
 
 
-@kernel
+@root
 def _take_up_block(t, run):
     """Keep the paths that a run starts with if the next ones are taken before these end."""
     clock, p = run.clock, run.model.following
@@ -129,7 +122,7 @@ def grid_time(n, clock):
     return min(clock.start + (clock.first + n) * clock.step, clock.end)
 
 
-@kernel
+@root
 def _cross(goal, enough, run):
     """Go to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock, state, scratch, counters = run.clock, run.state, run.scratch, run.counters
@@ -159,7 +152,7 @@ def _cross(goal, enough, run):
     scratch.pace[REACHED] = t
 
 
-@kernel
+@root
 def _note(t, run):
     """Keep what the record would miss between output times."""
     y, model, motion = run.state.y, run.model, run.work.motion
@@ -184,7 +177,7 @@ def _watch(t, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@kernel
+@root
 def _try(t, stop, run):
     """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
     one, and whether a mode has ended there."""
@@ -244,7 +237,7 @@ def _shorten(t, h, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@kernel
+@root
 def remember(t, run):
     """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
     needs them; the slope found for that begins the next step."""
@@ -269,7 +262,7 @@ def _breakpoint_after(t, goal, clock):
     return goal
 
 
-@kernel
+@root
 def _renew(left, run):
     """After a step: the slope at its end, where it is known, and the margins there begin the next,
     if the modes stay and no constraint changes the state."""

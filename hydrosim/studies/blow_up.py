@@ -12,10 +12,10 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RADIATION
-from hydrosim.results.names import element_of, force_names, supplies
 from hydrosim.results.output import friction_losses, unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import element_of, force_names, supplies
 from hydrosim.stepping.record import Record
 
 FAR = 10.0  # times what can be there
@@ -26,22 +26,25 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     """The first record, from ``first`` to ``count``, at which a run is `FAR` beyond its supply."""
     if count <= first:
         return None
-    values = unpack(model, record, count)
-    kinetic, stored, y = (values[name] for name in ("kinetic", "stored", "y"))
+    start = unpack(model, record, 1)
+    values = unpack(model, record, count, first)  # no more: a run is looked at many times
     with np.errstate(over="ignore", invalid="ignore"):
-        held = kinetic[first:] + stored[first:].sum(axis=1)
-    done = y[:, model.energy : model.energy + model.rows]
-    since = done[first:] - done[0]
+        held = values["kinetic"] + values["stored"].sum(axis=1)
+    works = slice(model.energy, model.energy + model.rows)
+    since = values["y"][:, works] - start["y"][:, works]
     given = np.zeros(count - first)
-    friction = friction_losses(scene, model, values["fenders"])
+    rubbed_before = friction_losses(scene, model, start["fenders"])
+    rubbed = friction_losses(scene, model, values["fenders"])
     for row, name in enumerate(force_names(scene)):
         if supplies(scene, row):
             given += np.maximum(since[:, row], 0.0)
         elif _may_give(scene, row):
-            rubbed = friction.get(name, np.zeros(count))
-            given += np.maximum(rubbed[0] - rubbed[first:] - since[:, row], 0.0)
+            lost = since[:, row]
+            if name in rubbed:
+                lost = lost + rubbed[name] - rubbed_before[name]
+            given += np.maximum(-lost, 0.0)
     least = LEAST * sum(body.mass for body in scene.bodies)
-    had = abs(kinetic[0] + stored[0].sum())
+    had = abs(start["kinetic"][0] + start["stored"][0].sum())
     beyond = np.flatnonzero(held > FAR * (had + given) + least)
     return first + int(beyond[0]) if beyond.size else None
 

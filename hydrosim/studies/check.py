@@ -21,7 +21,8 @@ from hydrosim.compiling.wet import in_states
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
-from hydrosim.scene import ADAPTIVE, Scene
+from hydrosim.linear.stability import Watch, unwatched
+from hydrosim.scene import Scene
 from hydrosim.studies.loading import as_at
 from hydrosim.studies.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.simulation import scene_step_limits
@@ -29,9 +30,12 @@ from hydrosim.studies.simulation import scene_step_limits
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 
 
-def survey(scene: Scene, times: Sequence[float] = ()) -> Iterator[RenderableType]:
+def survey(
+    scene: Scene, times: Sequence[float] = (), watch: Watch = unwatched
+) -> Iterator[RenderableType]:
     """Size of the problem, databases, what is skipped, warnings, step limits, natural periods; the
-    limits and periods also as they are at ``times`` [s] and, if tanks change, at the end."""
+    limits and periods also as they are at ``times`` [s] and, if tanks change, at the end. ``watch``
+    shows how far the search for step limits is."""
     own = compile_scene(scene, in_plane=True)
     compiled = linearisable(own)
     scene, model, notes = compiled.scene, own.model, own.notes
@@ -72,18 +76,20 @@ def survey(scene: Scene, times: Sequence[float] = ()) -> Iterator[RenderableType
     for line in notes.warnings:
         yield f"warning: {line}"
     whole = linearisable(own.whole) if own.whole else compiled
-    yield from _linear(compiled, whole, "at the start of the run")
+    yield from _linear(compiled, whole, "at the start of the run", watch)
     end = [compiled.begin + scene.duration] if model.elements.tanks.each.size else []
     for time in sorted({*times, *end}):
-        yield from _linear(as_at(compiled, time), as_at(whole, time), f"at {time:g} s", time)
+        yield from _linear(as_at(compiled, time), as_at(whole, time), f"at {time:g} s", watch, time)
 
 
 def _linear(
-    compiled: Compiled, whole: Compiled, when: str, time: float | None = None
+    compiled: Compiled, whole: Compiled, when: str, watch: Watch, time: float | None = None
 ) -> Iterator[RenderableType]:
     """Step limits of a run, and natural periods of the ``whole`` scene."""
     if not propagated(compiled.scene, compiled.model):
-        yield from (line if time is None else f"{when}: {line}" for line in _limits(compiled))
+        yield from (
+            line if time is None else f"{when}: {line}" for line in _limits(compiled, watch)
+        )
     linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
     yield _periods(compiled.scene, natural_modes(linear), when)
 
@@ -99,14 +105,14 @@ def linearisable(compiled: Compiled) -> Compiled:
     return in_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)
 
 
-def _limits(compiled: Compiled) -> Iterator[str]:
-    found = scene_combinations(compiled, each_alone=True)
+def _limits(compiled: Compiled, watch: Watch) -> Iterator[str]:
+    found = scene_combinations(compiled, each_alone=True, watch=watch)
     limits, solver = scene_step_limits(compiled, found), compiled.scene.solver
     for limit in limits:
         yield limit.describe(solver.step)
     if not limits:
         yield f"no step is too large for {solver.method} to be stable"
-    if solver.method not in ADAPTIVE:
+    if not compiled.method.adapts:
         yield accuracy_limit(compiled, found)
 
 

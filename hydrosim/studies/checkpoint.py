@@ -8,6 +8,7 @@ It is good for one model, start and program alone, which it knows by their diges
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from difflib import unified_diff
@@ -20,6 +21,7 @@ import numpy as np
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
+from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output, program_version
 from hydrosim.results.output import versions
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
@@ -43,9 +45,15 @@ class Checkpoint:
 
 
 def checkpoint_of(result: Output) -> Output:
-    """The file of the checkpoints of a run that is to be written to ``result``."""
-    path = result.path
-    return result.at(path.with_name(f"{path.name}.checkpoint"), "checkpoint").checked()
+    """The file of the checkpoints of a run that is to be written to ``result``. Raises InputError
+    if something else stands there, which is not replaced even where the result would be."""
+    path = result.path.with_name(f"{result.path.name}.checkpoint")
+    if os.path.lexists(path) and not is_marked(path, "checkpoint"):
+        raise InputError(
+            f"{path}: is no checkpoint of this program; expected one, or nothing, beside the result"
+            " of a run. Move it away, or give the result another name."
+        )
+    return result.at(path, "checkpoint").checked()
 
 
 def program() -> str:

@@ -1,4 +1,4 @@
-"""Runs by the workers of dask.distributed (extra ``cluster``), on this machine or on others.
+"""Runs by the workers of a scheduler of dask.distributed (extra ``cluster``).
 
 Scenes go in batches, with what the client has compiled of them: databases are read and radiation is
 fitted once. Workers give back what is kept of each run, which this process puts on the disk as it
@@ -7,7 +7,8 @@ made by another one. Dask blames all that waits at a worker that dies: the runs 
 gives up are made once more, each with nothing beside it, and one that kills its workers then, too,
 is marked as failed. Where no worker is left for a while, nothing is waited for.
 
-The port of a scheduler, and those of its workers, run whatever is sent to them.
+Scheduler and workers run whatever is sent to them. With tcp:// that is whatever anybody sends who
+reaches their ports; with tls:// only what comes with a certificate.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from math import ceil
 from threading import Event, RLock, Thread
@@ -32,27 +32,23 @@ from hydrosim.scene import Scene
 from hydrosim.studies.checkpoint import program
 from hydrosim.studies.outcome import Outcome, outcome_of
 from hydrosim.studies.pools import Digest
-from hydrosim.studies.shared import Work
-from hydrosim.waves import sea
+from hydrosim.studies.shared import Work, pack, unpack
 
-LOCAL = "local"
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
 DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
 LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
 MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
-DEATHS = 1  # of workers on this machine under one batch, that are no reason to give it up
 Run = tuple[Future[Outcome], Scene]
 OPEN = "run whatever is sent to them: let nobody else reach these ports"
 
 
 class Cluster:
-    """A pool of the workers of the scheduler at an ``address`` ("tcp://HOST:8786"), or, if that is
-    "local", of so many processes of this machine.
+    """A pool of the workers of the scheduler at an ``address`` ("tcp://HOST:8786").
 
     Raises InputError where dask is missing, nobody answers, or a worker has another program.
     """
 
-    def __init__(self, address: str, processes: int) -> None:
+    def __init__(self, address: str) -> None:
         try:
             import dask
             import distributed
@@ -63,8 +59,7 @@ class Cluster:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         dask.config.set({"distributed.admin.low-level-log-length": MESSAGES})
         self._closed = Event()
-        self._own = _processes(processes) if address == LOCAL else None
-        self._client = self._connected(distributed, self._own or address, address)
+        self._client = self._connected(distributed, address)
         try:
             self._count = self._checked()
         except BaseException:
@@ -80,9 +75,15 @@ class Cluster:
         self._lock = RLock()
         Thread(target=self._watch, daemon=True).start()
 
-    def _connected(self, distributed: Any, target: Any, address: str) -> Any:
+    def _connected(self, distributed: Any, address: str) -> Any:
         try:
-            return distributed.Client(target, timeout=PATIENCE, set_as_default=False)
+            return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+        except TypeError:  # dask says so of tls:// without certificates
+            raise InputError(
+                f"--scheduler: found {address}, but dask is told of no certificate; expected one"
+                " for tls://. Set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ..__TLS__CLIENT__CERT and"
+                " ..__TLS__CLIENT__KEY to the files that the scheduler was started with."
+            ) from None
         except (OSError, ValueError, ImportError) as error:
             raise InputError(
                 f"--scheduler: found {address}, which does not answer within {PATIENCE} s"
@@ -112,9 +113,10 @@ class Cluster:
 
     @property
     def title(self) -> str:
-        """Who works, and that its ports are open."""
+        """Who works, and whether anybody may send them code."""
         scheduler = self._client.scheduler.address
-        return f"{self._count} workers at {scheduler}; scheduler and workers {OPEN}"
+        warning = "" if scheduler.startswith("tls://") else f"; scheduler and workers {OPEN}"
+        return f"{self._count} workers at {scheduler}{warning}"
 
     def begin(self, count: int) -> None:
         """Choose batches of which each worker has several."""
@@ -130,7 +132,7 @@ class Cluster:
         if work.calm is not self._calm:
             self.flush()
             self._calm, self._made, self._digest = work.calm, None, digest
-        self._waiting.append((found, replace(work.scene, bodies=(), initial=None)))
+        self._waiting.append((found, pack(work)))
         if len(self._waiting) >= self.size:
             self.flush()
         return found
@@ -227,12 +229,10 @@ class Cluster:
         self._client.cancel(tasks, force=True)
 
     def close(self) -> None:
-        """Leave the scheduler; end processes of our own."""
+        """Leave the scheduler."""
         self._closed.set()
         with suppress(Exception):
             self._client.close(timeout=PATIENCE)
-        if self._own is not None:
-            self._own.close()
 
 
 def run_batch(
@@ -241,36 +241,11 @@ def run_batch(
     """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
     if program() != expected:
         raise InputError(f"--scheduler: a worker has {program()}; expected {expected}.")
-    bodies, initial = calm.scene.bodies, calm.scene.initial
-    found = []
-    for stripped in scenes:
-        scene = replace(stripped, bodies=bodies, initial=initial)
-        found.append(outcome_of(Work(scene, sea(scene.environment), calm), digest, Event()))
-    return found
+    return [outcome_of(unpack(scene, calm), digest, Event()) for scene in scenes]
 
 
 def _program() -> str:
     return program()
-
-
-def _processes(count: int) -> Any:
-    """A scheduler and workers that this machine alone can reach."""
-    import dask
-    from distributed import LocalCluster
-
-    dask.config.set(
-        {
-            "distributed.scheduler.allowed-failures": DEATHS,
-            "distributed.worker.profile.enabled": False,  # it keeps all that it ever saw
-        }
-    )
-    return LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address=None,
-        silence_logs=logging.CRITICAL,
-    )
 
 
 def _is_death(error: BaseException | None) -> bool:

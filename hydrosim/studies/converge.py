@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.scene import ADAPTIVE, LinearScenes, Method, Scene, Tolerance
+from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.studies.simulation import simulate
 
 FINER = 4  # the reference's step is the smallest one over this
@@ -42,7 +42,7 @@ class Trial:
 
     def order(self, coarser: Trial) -> float:
         """Observed order in the step, against a run of the same method with a larger one."""
-        if self.method in ADAPTIVE or not (self.motion > 0.0 and coarser.motion > 0.0):
+        if self.method.adapts or not (self.motion > 0.0 and coarser.motion > 0.0):
             return np.nan
         return log(coarser.motion / self.motion) / log(coarser.setting / self.setting)
 
@@ -110,7 +110,7 @@ def _settings(
     methods: Sequence[Method], steps: Sequence[float], tolerances: Sequence[float]
 ) -> Iterator[tuple[Method, float]]:
     for method in methods:
-        for setting in sorted(tolerances if method in ADAPTIVE else steps, reverse=True):
+        for setting in sorted(tolerances if method.adapts else steps, reverse=True):
             yield method, setting
 
 
@@ -118,7 +118,7 @@ def _with(scene: Scene, method: Method, setting: float) -> Scene:
     """The scene with this method and step, or with this tolerance in m and 1 (angles: a hundredth
     of it, as if at an arm of 100 m)."""
     scene = replace(scene, solver=replace(scene.solver, linear=LinearScenes.STEP))
-    if method in ADAPTIVE:
+    if method.adapts:
         tolerance = Tolerance(setting, setting, setting / 100)
         return replace(scene, solver=replace(scene.solver, method=method, tolerance=tolerance))
     return replace(scene, solver=replace(scene.solver, method=method, step=setting))

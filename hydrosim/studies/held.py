@@ -14,9 +14,9 @@ from hydrosim.forces.contact.laws import FRICTIONLESS, friction
 from hydrosim.forces.modes import STICK
 from hydrosim.linear.contacts import Contacts, pressed
 from hydrosim.linear.equilibrium import Rest
-from hydrosim.results.names import fender_names
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import new_work
+from hydrosim.stepping.names import fender_names
 from hydrosim.studies.response import Responder
 
 LARGEST = 3.7  # standard deviations: the most probable largest of a thousand waves

@@ -80,14 +80,16 @@ def pumped(compiled: Compiled, time: float) -> State:
 
 
 def as_at(compiled: Compiled, time: float) -> Compiled:
-    """The scene with what is in its tanks at a time [s], and with its bodies and their slow draught
-    at rest then, if they are anywhere: what it is made linear about."""
-    still, state, scene = _still(compiled.model), pumped(compiled, time), compiled.scene
-    calm = still._replace(
-        elements=without_friction(still.elements),
+    """The scene without waves, with what is in its tanks at a time [s], and with its bodies and
+    their slow draught at rest then, if they are anywhere: what it is made linear about. Loads of
+    waves along a slow path are a table of the block that the state is in, and nothing beyond it."""
+    state, scene = pumped(compiled, time), compiled.scene
+    waveless = compiled.model._replace(
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
     )
+    still = _still(waveless)
+    calm = still._replace(elements=without_friction(still.elements))
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
     n, slow = calm.bodies.active.size, slice(calm.draught, calm.energy)
     y = state.y.copy()
@@ -97,7 +99,7 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
         y[:n], y[slow] = found.state.y[:n], found.state.y[slow]
     except InputError:
         y[:n], y[slow] = state.y[:n], state.y[slow]
-    return replace(compiled, state=state._replace(y=y))
+    return replace(compiled, model=waveless, state=state._replace(y=y))
 
 
 def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:

@@ -35,6 +35,7 @@ from hydrosim.studies.pools import Pool, Threads
 from hydrosim.studies.shared import Shared
 from hydrosim.studies.simulation import simulate
 from hydrosim.studies.stages import complete
+from hydrosim.studies.together import check_together
 from hydrosim.studies.unfinished import alone_with, begun, identity, is_whole
 
 if TYPE_CHECKING:
@@ -93,12 +94,15 @@ def simulate_many(
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
     digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
+    varied = {name: known[name] for name in along}
+    check_together(scenes, varied, partial(digest, start=0.0))
 
     shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
+    said = {**(attributes or {}), **({} if result is None else result.attributes)}
 
     def file_at(path: Path) -> RunsFile:
-        return RunsFile(path, len(scenes), known, list(along), mark, attributes or {})
+        return RunsFile(path, len(scenes), known, list(along), mark, said)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from threading import Event
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 from zlib import crc32
 
 import numpy as np
@@ -41,8 +40,15 @@ class Outcome(NamedTuple):
     attributes: Mapping[str, object] = {}
 
 
+class Stop(Protocol):
+    """Tells runs on their way to end, as `threading.Event` does."""
+
+    def is_set(self) -> bool:
+        """Whether they are to end now."""
+
+
 def outcome_of(
-    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Event
+    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Stop
 ) -> Outcome:
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""

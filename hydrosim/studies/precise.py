@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isnan
 from pathlib import Path
-from shutil import rmtree
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.locks import alone
+from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
+from hydrosim.locks import is_lock
 from hydrosim.outputs import Output
 from hydrosim.results import effects
+from hydrosim.results.journal import forget, is_part
 from hydrosim.results.output import write
 from hydrosim.results.runs_file import RUN
 from hydrosim.studies.digest import digest
 from hydrosim.studies.shared import Shared
 from hydrosim.studies.study_file import Enough
 from hydrosim.studies.sweep import Study, seas
-from hydrosim.studies.unfinished import LOCK, identity, is_whole
+from hydrosim.studies.unfinished import identity, is_whole
 
+ROUND = r"\d+-[0-9a-f]{16}\.nc"
+"""Names of rounds: the number, and what the round is of."""
 Run = Callable[[Study, Path], xr.Dataset]
 """Makes the runs of a study into a file, those that are kept of it taken over."""
 
@@ -43,8 +47,8 @@ def run_until(
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
     known, part = list(seeds), study
     folder, shared = Path(f"{output.path}.rounds"), Shared()
-    _begin(folder, resume, output)
-    with alone(folder / LOCK, output.path):
+    with output.held():
+        _begin(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
             rounds.append(_made(part, len(rounds), shared, folder, run))
@@ -75,23 +79,33 @@ def _said(width: float, unit: str, count: int, wanted: Enough) -> str:
 
 def _begin(folder: Path, resume: bool, output: Output) -> None:
     """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
-    go."""
-    if resume:
-        return
-    if any(folder.glob("*.nc*")) and not output.overwrite:
+    go, and to touch what is of others."""
+    check_folder(folder, _is_round)
+    if not resume and any(folder.glob("*")) and not output.overwrite:
         raise InputError(
             f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
             " them (resume=True in Python), --overwrite begins anew."
         )
-    _clear(folder)
+    if not resume:
+        _clear(folder)
+    folder.mkdir(exist_ok=True)
+
+
+def _is_round(path: Path) -> bool:
+    """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
+    of one that was killed."""
+    if re.fullmatch(ROUND, path.name):
+        return is_marked(path, "sweep")
+    if re.fullmatch(rf"{ROUND}\.partial", path.name):
+        return is_folder(path) and all(map(is_part, path.iterdir()))
+    return bool(re.fullmatch(rf"\.hydrosim-{ROUND}\.lock", path.name)) and is_lock(path)
 
 
 def _clear(folder: Path) -> None:
-    for path in folder.glob("*.nc*"):
-        if path.is_dir():
-            rmtree(path)
-        else:
-            path.unlink()
+    for path in folder.glob("*.partial"):
+        if _is_round(path):
+            forget(path)
+    remove_folder(folder, _is_round)
 
 
 def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> xr.Dataset:

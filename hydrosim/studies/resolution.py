@@ -9,13 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.model import METHODS
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
-from hydrosim.linear.stability import Combination, combinations
+from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.names import coordinate_names, fender_names, spring_names
 from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
+from hydrosim.stepping.names import coordinate_names, fender_names, spring_names
 from hydrosim.stepping.state import Record
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
@@ -35,10 +34,12 @@ class Need(NamedTuple):
 
 
 @one_thread
-def scene_combinations(compiled: Compiled, each_alone: bool = False) -> list[Combination]:
+def scene_combinations(
+    compiled: Compiled, each_alone: bool = False, watch: Watch = unwatched
+) -> list[Combination]:
     """The combinations of contacts that a scene is linearised with, see `stability`."""
     names = linear_names(compiled.scene)
-    return combinations(compiled.model, compiled.state, names, each_alone)
+    return combinations(compiled.model, compiled.state, names, each_alone, watch)
 
 
 def linear_names(scene: Scene) -> list[str]:
@@ -53,16 +54,16 @@ def scene_vibrations(
     """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
     the step of the scene, see `accuracy`."""
     scene = compiled.scene
-    names, method = linear_names(scene), METHODS[scene.solver.method]
+    names = linear_names(scene)
     of = (scene.duration, scene.solver.step, error)
-    return tuple(vibrations(found, method, compiled.model, names, *of))
+    return tuple(vibrations(found, compiled.method, compiled.model, names, *of))
 
 
 def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
     """One line on the largest step that resolves whatever may vibrate, in the combinations of
     contacts ``found``: which of it is excited, only a run can tell."""
-    scene, method = compiled.scene, METHODS[compiled.scene.solver.method]
-    of = (method, scene.solver.step, scene.duration, RESOLVED)
+    scene = compiled.scene
+    of = (compiled.method, scene.solver.step, scene.duration, RESOLVED)
     needs = [(v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, RESOLVED)]
     if not needs:
         return (
@@ -96,7 +97,7 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
 def described(vibration: Vibration, compiled: Compiled) -> str:
     """What vibrates, and what the method makes of it."""
     scene, omega = compiled.scene, vibration.eigenvalue.imag
-    error = vibration.error(METHODS[scene.solver.method], scene.solver.step, 2 * np.pi / omega)
+    error = vibration.error(compiled.method, scene.solver.step, 2 * np.pi / omega)
     return (
         f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which {scene.solver.method}"
         f" changes by {error:.1g} of its amplitude in each period"
@@ -107,7 +108,7 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
     if count < 2 or not compiled.vibrations:
         return
     values, scene = unpack(compiled.model, record, count), compiled.scene
-    active, method = compiled.model.bodies.active, METHODS[scene.solver.method]
+    active, method = compiled.model.bodies.active, compiled.method
     ranges = _ranges(values["coordinates"][:, active], active)
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)

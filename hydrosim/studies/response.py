@@ -29,9 +29,9 @@ from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise, velocity_map
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.radiation import TOLERANCE
-from hydrosim.results.names import fender_names
 from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import fender_names
 from hydrosim.stepping.state import State
 from hydrosim.studies.loading import pumped
 from hydrosim.waves import Components, WaveBody, first_order

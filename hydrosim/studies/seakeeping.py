@@ -19,9 +19,9 @@ from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.names import coordinate_names, dofs_of
 from hydrosim.results.variables import units_of
 from hydrosim.scene import Scene
+from hydrosim.stepping.names import coordinate_names, dofs_of
 from hydrosim.studies.held import contact_remarks
 from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
 from hydrosim.studies.rest import at_rest

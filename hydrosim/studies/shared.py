@@ -35,6 +35,17 @@ class Work(NamedTuple):
     calm: Compiled
 
 
+def pack(work: Work) -> Scene:
+    """What another process must be sent of a work, beside its compiled model."""
+    return replace(work.scene, bodies=(), initial=None)
+
+
+def unpack(scene: Scene, calm: Compiled) -> Work:
+    """A work that was packed. Its sea is drawn again from its seeds."""
+    scene = replace(scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
+    return Work(scene, sea(scene.environment), calm)
+
+
 class Shared:
     """Compiles what each scene has in common with the one before it only once; reads databases, and
     the run to start from, only once."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,21 +14,21 @@ import xarray as xr
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.model import METHODS
 from hydrosim.compiling.restart import HEADINGS, MET, initial_headings, started_from
 from hydrosim.compiling.wet import each_alone
-from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.integrate import methods_for_any_step
+from hydrosim.jit.refs import Held
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.linear.stability import Combination, StepLimit, step_limits
 from hydrosim.outputs import program_version
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warn
-from hydrosim.results.names import force_names, state_names
 from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
-from hydrosim.scene import ADAPTIVE, Method, Scene, Unstable
+from hydrosim.scene import Scene, Unstable
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance, spent
 from hydrosim.stepping.state import (
@@ -51,6 +51,7 @@ from hydrosim.stepping.state import (
     State,
     new_run,
 )
+from hydrosim.stepping.state_layout import Kind, state_layout
 from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, holder
 from hydrosim.studies.checkpoint import Checkpoint, Keeper
@@ -69,9 +70,7 @@ from hydrosim.waves import places
 if TYPE_CHECKING:
     from hydrosim.case import Case
 
-UNLIMITED = {Method.DOPRI5: "chooses its own steps", Method.ESDIRK4: "so does it, implicit"}
-"""Methods that no step is too large for, and why."""
-CHUNK = 0.1  # s of wall time between reports of progress
+CHUNK = 0.1  # s of the processor's time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull, where angles"
@@ -92,6 +91,16 @@ REMEDIES = {
     NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
 }
 """Where another one is better than `REMEDY`."""
+
+NAMED = {
+    Kind.CONTACT: "the contact node of {entry.owner}",
+    Kind.SLOW_PLACE: "the slow place in waves, {entry.name}",
+    Kind.SLOW_DRAUGHT: "{entry.name}",
+    Kind.RADIATION: "a radiation state",
+    Kind.ENERGY: "an energy",
+    Kind.IMPULSE: "an impulse",
+}
+"""How a state that is not finite is told, but for coordinates and their rates."""
 
 Progress = Callable[[float, int], None]
 """Called now and then with the time reached [s] and the number of steps taken."""
@@ -125,11 +134,8 @@ def run_compiled(
 ) -> xr.Dataset:
     """`simulate` for a scene that is compiled and whose step limits are known."""
     scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
-    method, record = (
-        METHODS[scene.solver.method],
-        new_record(model, clock, scene.output_accelerations),
-    )
-    run = new_run(clock, model, method, compiled.first_state(), record)
+    record = new_record(model, clock, scene.output_accelerations)
+    run = new_run(clock, model, compiled.method.tableau, compiled.first_state(), record)
     counters = run.counters
     exact = propagated(scene, model)  # in no time: it is not kept
     keeper = Keeper(kept, compiled, run) if kept and not exact else None
@@ -181,10 +187,10 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     InputError if a step above the limit is not wanted."""
     scene = compiled.scene
     step = scene.solver.step
-    if scene.solver.method in ADAPTIVE or propagated(scene, compiled.model):
+    if compiled.method.adapts or propagated(scene, compiled.model):
         return compiled
     looked_at = scene_combinations(compiled)
-    limits = [] if scene.solver.method in UNLIMITED else scene_step_limits(compiled, looked_at)
+    limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
     found = [limit.describe(step) for limit in limits if limit.step < step]
     if limits and not found and compiled.model.elements.tanks.each.size:
         end = compiled.begin + scene.duration
@@ -202,7 +208,9 @@ def _advice(scene: Scene, limit: StepLimit) -> str:
     """What to choose instead of a step above its limit: a step of few digits that fits the output,
     another method."""
     step = fitting_step(scene, limit.step)
-    others = ", ".join(f"solver.method: {method} ({why})" for method, why in UNLIMITED.items())
+    others = ", ".join(
+        f"solver.method: {method.name} ({method.why_any_step})" for method in methods_for_any_step()
+    )
     return (
         f"Choose solver.step: {step:.10g} s or less, {others},"
         " or solver.unstable: warn to run it all the same."
@@ -212,21 +220,29 @@ def _advice(scene: Scene, limit: StepLimit) -> str:
 def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
     """What limits the step of a scene with its method, of the combinations of contacts ``found``,
     see `stability.step_limits`."""
-    method, step = METHODS[compiled.scene.solver.method], compiled.scene.solver.step
     found = found or scene_combinations(compiled)
-    return step_limits(found, method, compiled.model, linear_names(compiled.scene), step)
+    names = linear_names(compiled.scene)
+    step = compiled.scene.solver.step
+    return step_limits(found, compiled.method, compiled.model, names, step)
 
 
 def _chunks(run: Run) -> Iterator[float]:
-    """Advance to the end in chunks of about 0.1 s of wall time, however short the steps are, so
-    that an interrupt is served; yields the time reached, first of all that of the start."""
-    counters, evaluations = run.counters, 1
-    yield advance(0, run)
+    """Advance to the end in chunks of about 0.1 s, however short the steps are, so that an
+    interrupt is served; yields the time reached, first of all that of the start.
+
+    The processor's time of this thread counts: a chunk that waits for other processes would make
+    the next ones shorter, and each is followed by a look at its records.
+    """
+    counters, held = run.counters, Held(run)
+    evaluations = 1
+    yield advance(0, held)
     while counters[POINT] < run.clock.points and not counters[STATUS]:
-        begin, before = perf_counter(), int(spent(counters))
-        yield advance(evaluations, run)
-        pace = (spent(counters) - before) / max(perf_counter() - begin, 1e-6)
+        begin = thread_time()
+        before = int(spent(counters))
+        reached = advance(evaluations, held)
+        pace = (spent(counters) - before) / max(thread_time() - begin, 1e-6)
         evaluations = int(min(max(CHUNK * pace, 1), 100 * evaluations))
+        yield reached
 
 
 def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
@@ -238,7 +254,7 @@ def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[
         found = blown_up(compiled.scene, run.model, record, seen, count)
         if found is not None:
             counters[RECORDS], counters[STATUS] = found + 1, BLOWN_UP
-            yield float(unpack(run.model, record, found + 1)["time"][-1])
+            yield float(unpack(run.model, record, found + 1, found)["time"][0])
             return
         seen = count
         yield time
@@ -263,23 +279,19 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
 
 def _where(scene: Scene, model: Model, state: State) -> str:
     """What is not finite in the state, or else the body with the steepest angle."""
-    n, y, names = model.bodies.active.size, state.y, state_names(scene, model)
+    n, y = model.bodies.active.size, state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         judged = model.bodies.active % 6 == PITCH
         judged[model.hulls.roll] = True
         steepest = np.argmax(np.abs(y[:n]) * judged)
         return scene.bodies[model.bodies.active[steepest] // 6].name
-    if first < 2 * n:
-        body, dof = divmod(int(model.bodies.active[first % n]), 6)
-        return f"{DOFS[dof]} of body {scene.bodies[body].name}"
-    if model.draught <= first < model.energy:
-        return names[first]
-    if model.slow <= first < model.draught:
-        return f"the slow place in waves, {names[first]}"
-    if model.own <= first < model.slow:
-        return f"the contact node of {names[first].partition(' of ')[2]}"
-    return "a radiation state" if first < model.own else "an energy"
+    kind, entry = state_layout(scene, model).at(first)
+    if kind in (Kind.COORDINATE, Kind.RATE):
+        return f"{entry.component} of body {entry.owner}"
+    if kind in NAMED:
+        return NAMED[kind].format(entry=entry)
+    return f"the {kind} of {entry.owner}"
 
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:

@@ -6,6 +6,7 @@ there, or was made from another text of that case or by another version of the p
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 def outdated(stage: Stage) -> str | None:
     """Why the run of a stage must be made (again); None if it need not."""
-    if not stage.file.is_file():
+    if not os.path.isfile(stage.file):
         return f"{stage.file} is not there"
     try:
         with xr.open_dataset(stage.file, engine="netcdf4") as run:
@@ -64,11 +65,12 @@ def complete(
         if reason:
             result = _result(stage)
             announce(f"{reason}: simulating {stage.case.path}")
-            dataset = run(stage.case, result)
-            if dataset.attrs["status"] == "interrupted":
-                raise KeyboardInterrupt
-            write(dataset, result)
-            checkpoint_of(result).clear()
+            with result.held():
+                dataset = run(stage.case, result)
+                if dataset.attrs["status"] == "interrupted":
+                    raise KeyboardInterrupt
+                write(dataset, result)
+                checkpoint_of(result).clear()
             made = True
     return made
 
@@ -83,4 +85,7 @@ def _result(stage: Stage) -> Output:
             f" case, {home}, where alone its run is written."
         )
     inputs = stage.case.inputs()
-    return Output(stage.file, "run", stage.case.path, inputs, option=key).checked()
+    made = Output(
+        stage.file, "run", stage.case.path, inputs, option=key, settings=stage.case.settings()
+    )
+    return made.checked()

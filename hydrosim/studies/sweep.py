@@ -27,7 +27,7 @@ from hydrosim.documents.nodes import SETTING
 from hydrosim.documents.units import Scale
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
+from hydrosim.outputs import Output, settings_text
 from hydrosim.results.figures import Figure
 from hydrosim.results.runs_file import RUN, TEXTS
 from hydrosim.scene import Scene
@@ -50,7 +50,8 @@ class Study:
     """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
     kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
     ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
-    there are to be more; the ``bounds`` of figures, see `StudyFile`."""
+    there are to be more; the ``settings`` that its result is made with; the ``bounds`` of figures,
+    see `StudyFile`."""
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
@@ -60,6 +61,7 @@ class Study:
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: Enough | None = None
+    settings: str = ""
     bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
 
 
@@ -89,8 +91,16 @@ def load_study(path: Path | str) -> Study:
         json.dumps(described(data)),
         data.seeds or (),
         data.until,
+        settings_with(data, rows[0].case),
         data.bounds(),
     )
+
+
+def settings_with(data: StudyFile, case: Case) -> str:
+    """What the result of a study is made with: all that its file sets, and one of its cases."""
+    study = data.model_dump(mode="json", exclude_unset=True, warnings=False)
+    of_case = json.loads(case.settings())
+    return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
 def run_study(

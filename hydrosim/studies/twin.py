@@ -22,10 +22,10 @@ import numpy as np
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.model import METHODS
+from hydrosim.jit.refs import Held
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
-from hydrosim.scene import ADAPTIVE, Scene, Solver, Tolerance
+from hydrosim.scene import Scene, Solver, Tolerance
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
@@ -49,7 +49,7 @@ def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
     ranges = _ranges(run, compiled.scene.solver)
     twin = _twin(run, finer, ranges)
     time, wrong = _apart(run, twin, ranges)
-    wrong = wrong / _share(compiled.scene, finer.scene)
+    wrong = wrong / _share(compiled, finer)
     far = np.flatnonzero(wrong.max(axis=1) > WRONG)
     if far.size:
         worst = wrong.max(axis=0)
@@ -76,25 +76,26 @@ def _finer(compiled: Compiled) -> Compiled:
 
 def _finer_solver(scene: Scene) -> Solver:
     solver, given = scene.solver, scene.solver.tolerance
-    if solver.method not in ADAPTIVE:
+    if not solver.method.adapts:
         steps = ceil(FINER * scene.output_step / solver.step)
         return replace(solver, step=scene.output_step / steps)
     each = (max(x / TIGHTER, LEAST) for x in (given.relative, given.position, given.angle))
     return replace(solver, tolerance=Tolerance(*each))
 
 
-def _share(scene: Scene, finer: Scene) -> float:
+def _share(compiled: Compiled, finer: Compiled) -> float:
     """How much of the error of a run is the distance to its finer twin."""
-    if scene.solver.method in ADAPTIVE:
+    if compiled.method.adapts:
         return 1.0 - 1.0 / TIGHTER
-    return 1.0 - (finer.solver.step / scene.solver.step) ** METHODS[scene.solver.method].order
+    shorter = finer.scene.solver.step / compiled.scene.solver.step
+    return 1.0 - shorter**compiled.method.order
 
 
 def _ranges(run: Run, solver: Solver) -> np.ndarray:
     """What errors are held to, (nb, 2): the range of each body's places [m], and of its angles
     [rad], but no less than is worth it."""
     least = np.full(2, STILL)
-    if solver.method in ADAPTIVE:
+    if solver.method.adapts:
         asked = np.array([solver.tolerance.position, solver.tolerance.angle])
         least = np.maximum(least, asked * ASKED / WRONG)
     motion = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
@@ -102,7 +103,7 @@ def _ranges(run: Run, solver: Solver) -> np.ndarray:
 
 
 def _said(solver: Solver) -> str:
-    if solver.method in ADAPTIVE:
+    if solver.method.adapts:
         return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
     return f"solver.step: {solver.step:.3g} s"
 
@@ -111,9 +112,9 @@ def _twin(run: Run, finer: Compiled, ranges: np.ndarray) -> Run:
     """A run with finer steps, of as many evaluations as are worth it."""
     clock, model = compile_clock(finer), finer.model
     twin = new_run(clock, model, run.method, finer.first_state(), new_record(model, clock))
-    counters, allowed = twin.counters, FIRST
+    counters, allowed, held = twin.counters, FIRST, Held(twin)
     while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
-        advance(AT_ONCE, twin)
+        advance(AT_ONCE, held)
         if counters[STATUS]:
             break
         if not counters[EVENTS]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
@@ -12,15 +11,13 @@ from typing import Any
 import netCDF4
 
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.locks import alone
+from hydrosim.leftovers import check_folder
 from hydrosim.outputs import Output
-from hydrosim.results.journal import Journal, forget, identity_of, is_empty
+from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.checkpoint import program
 from hydrosim.studies.digest import APART, digest
-
-LOCK = "lock"
 
 
 def folder_of(result: Output) -> Path:
@@ -33,9 +30,8 @@ def alone_with(result: Output) -> Iterator[Path]:
     """The folder of a set, of this process alone. Raises InputError where another one writes the
     same."""
     folder = folder_of(result)
-    if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
-        raise InputError(f"{folder}: is no folder; remove it, or give the result another name.")
-    with alone(folder / LOCK, result.path):
+    with result.held():
+        check_folder(folder, is_part)
         yield folder
 
 
@@ -51,6 +47,11 @@ def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
         )
     if not resume:
         forget(folder)
+    elif is_earlier(folder):
+        raise InputError(
+            f"--resume: the runs in {folder} were kept by an earlier version of the program, in"
+            " another form. Go on with that program, or begin anew with --overwrite."
+        )
     elif stored and (other := [name for name in identity if stored.get(name) != identity[name]]):
         raise InputError(
             f"--resume: the runs in {folder} were made with another state of: {'; '.join(other)}."

@@ -56,7 +56,7 @@ class Components:
 
 
 def sea(environment: Environment) -> tuple[Components, ...]:
-    """The components of all wave trains of the environment that have any height, with independent
+    """The components of all wave trains of the environment that have any energy, with independent
     phases.
 
     Trains of the same ramp and the same spacing are one set; only the waves of one set load a body
@@ -65,7 +65,7 @@ def sea(environment: Environment) -> tuple[Components, ...]:
     together: dict[tuple[float, float], list[Components]] = {}
     for stream, train in enumerate(environment.waves):
         waves = components(train, environment, stream)
-        if np.any(waves.amplitude):
+        if np.any(waves.amplitude**2):  # squares of less than 1e-162 m are zero
             together.setdefault((waves.ramp, waves.spacing), []).append(waves)
     return tuple(_joined(sets) for sets in together.values())
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import ADAPTIVE, Body, Kinematics, Place, Scene, SecondOrder, WaveForces
+from hydrosim.scene import Body, Kinematics, Place, Scene, SecondOrder, WaveForces
 from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
@@ -89,8 +89,7 @@ def _off(body: Body, dofs: tuple[int, ...]) -> bool:
 def grid_step(scene: Scene) -> float:
     """Distance of the times that steps end at [s]: those of the records, if the method is adaptive,
     else that of the steps."""
-    adaptive = scene.solver.method in ADAPTIVE
-    return scene.output_step if adaptive else scene.solver.step
+    return scene.output_step if scene.solver.method.adapts else scene.solver.step
 
 
 def steps_per_block(scene: Scene) -> int:

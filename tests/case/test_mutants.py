@@ -39,8 +39,9 @@ def test_mutants_are_of_all_kinds() -> None:
     assert {mutant.case for mutant in chosen} == {*shipped()}
 
 
-def test_a_mutant_is_refused_or_checked(folder: Path) -> None:
-    for mutant in mutants(40, SEED):
+@pytest.mark.parametrize("count", [5, pytest.param(40, marks=pytest.mark.slow)])
+def test_a_mutant_is_refused_or_checked(folder: Path, count: int) -> None:
+    for mutant in mutants(count, SEED):
         outcome = tried(("check", mutant, str(folder)))
         assert outcome.status in ENDS, (mutant, outcome.message)
         assert outcome.message or outcome.status == "complete"

@@ -99,6 +99,7 @@ def test_factors(load: Load, tmp_path: Path, factor: str, size: float) -> None:
         ("0 1\n1 2\n", "Fx", 'found no names of columns, and so no "Fx"; call it by its number'),
         ("0 1\n1 2\n", "3", "data.csv: found no column 3; expected a number from 1 to 2"),
         ("0 1\n1 2\n", "0", "data.csv: found no column 0; expected a number from 1 to 2"),
+        ("t,Fx\n0,1\n1,-1e308\n2,1e308\n9,1\n", "Fx", "3: found -1e+308; expected 1e+20 or less"),
         ("time [ms],Fx\n0,1\n1,2\n", "Fx", 'found "time [ms]"; expected the time in s; convert it'),
         ("a heading alone\n", "2", "data.csv: found no numbers; expected lines of numbers"),
         ("", "2", "data.csv: found no numbers; expected lines of numbers"),
@@ -114,6 +115,12 @@ def test_bad_text(load: Load, tmp_path: Path, text: str, column: str, found: str
     assert message.startswith("case.yaml: forces.push.force.surge: data.csv")
     assert found in message
     assert "\n" not in message
+
+
+def test_a_factor_that_makes_too_much(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("t,Fx\n0,1\n1,2e16\n2,3\n9,4\n")
+    with pytest.raises(InputError, match=r"found 2e\+22 N in record 2; expected 1e\+20 or less"):
+        load(surge(more=", factor: 1e6")).scene()
 
 
 def test_bytes_that_are_no_text(load: Load, tmp_path: Path) -> None:

@@ -79,6 +79,83 @@ def test_components(load: Load) -> None:
     assert_allclose(sea.heading, np.radians([10, -10, 10]), rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "frequency [Hz],amplitude [cm],phase [deg],heading [deg]\n0.125,50,90,10\n0.2,100,0,-10\n",
+        "period,heading,phase,amplitude\n8,0.17453292519943295,1.5707963267948966,0.5\n"
+        "5,-0.17453292519943295,0,1\n",
+        "# a sea\nFrequency [rad/s];Amplitude [m];Phase [deg];Heading [rad]\n"
+        f"{TURN / 8};0.5;90;{TURN / 36}\n{TURN / 5};1;0;{-TURN / 36}\n",
+    ],
+)
+def test_components_of_a_file_are_those_of_a_list(load: Load, tmp_path: Path, text: str) -> None:
+    (tmp_path / "sea.csv").write_text(text)
+    listed = train(
+        load,
+        "spectrum: components, components: [{amplitude: 50 cm, period: 8 s, phase: 90 deg,"
+        " heading: 10 deg}, {amplitude: 1, period: 5 s, heading: -10 deg}]",
+    ).spectrum
+    read = train(load, "spectrum: components, components: {file: sea.csv}").spectrum
+    for one, other in zip(vars(listed).values(), vars(read).values(), strict=True):
+        assert_allclose(one, other, rtol=1e-14)
+
+
+def test_as_many_components_as_programs_write_are_read(load: Load, tmp_path: Path) -> None:
+    count = 14_520
+    rows = np.column_stack([np.linspace(0.1, 3.0, count), np.full(count, 0.01), np.zeros(count)])
+    names = "frequency [rad/s],amplitude [m],phase [rad]"
+    np.savetxt(tmp_path / "sea.csv", rows, delimiter=",", header=names, comments="")
+    loaded = load(case("spectrum: components, heading: 10 deg, components: {file: sea.csv}"))
+    (sea,) = loaded.scene().environment.waves
+    assert isinstance(sea.spectrum, scene.GivenComponents)
+    assert_allclose(sea.spectrum.omega, rows[:, 0], rtol=1e-15)
+    assert_allclose(sea.spectrum.heading, np.radians(10), rtol=1e-15)
+    assert tmp_path / "sea.csv" in loaded.inputs()
+    resolved = loaded.scene().source["case_resolved"]
+    assert f"components: {{file: {tmp_path}/sea.csv}}" in resolved
+
+
+def test_components_of_a_file_take_what_is_left_out_from_the_sea(
+    load: Load, tmp_path: Path
+) -> None:
+    (tmp_path / "sea.csv").write_text("period,amplitude\n8,0.5\n10,1\n")
+    waves = "spectrum: components, heading: 10 deg, components: {file: sea.csv}"
+    sea = train(load, waves).spectrum
+    assert isinstance(sea, scene.GivenComponents)
+    assert_allclose(sea.omega, [TURN / 8, TURN / 10], rtol=1e-15)
+    assert_array_equal(sea.phase, [0.0, 0.0])
+    assert_allclose(sea.heading, np.radians([10, 10]), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("frequency,amplitude\n1,0.5\n2,-1\n", "sea.csv:3: amplitude: found -1"),
+        ("frequency,amplitude\n0,0.5\n", "sea.csv:2: frequency: found 0"),
+        ("frequency,amplitude\n1,nan\n", "sea.csv:2: amplitude: found nan"),
+        ("frequency,amplitude\n1,1e9\n", "it must be 1e+07 or less in SI"),
+        ("amplitude\n1\n", "found neither; expected either period or frequency"),
+        ("frequency\n1\n", 'found no key "amplitude"'),
+        ("frequency,period,amplitude\n1,2,3\n", "found period and frequency; expected either"),
+        ("frequency,amplitude,steepness\n1,2,3\n", "steepness; expected the columns frequency"),
+        ("frequency,amplitude,amplitude\n1,2,3\n", "each once"),
+        ("1,2,3\n", "found no names of columns; expected the columns frequency"),
+        ("frequency [kg],amplitude\n1,2\n", 'frequency: found "1 kg"'),
+        ("frequency,amplitude,phase\n1,2,90\n", "and no unit: degrees or radians?"),
+        ("frequency,amplitude\n", "found no numbers"),
+        ("", "found no numbers"),
+    ],
+)
+def test_bad_files_of_components(load: Load, tmp_path: Path, text: str, found: str) -> None:
+    (tmp_path / "sea.csv").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load(case("spectrum: components, components: {file: sea.csv}")).scene()
+    message = str(caught.value)
+    assert found in message
+    assert f"environment.waves.components: {tmp_path}/sea.csv" in message
+
+
 def test_table(load: Load, tmp_path: Path) -> None:
     lists = "frequency: [0.1 Hz, 0.2 Hz], density: [0, 3 m^2/Hz]"
     (tmp_path / "sea.csv").write_text("f,S\n0.05,0\n0.1,0\n0.2,3\n0.3,0\n")
@@ -169,6 +246,8 @@ def test_probes(load: Load) -> None:
             "spectrum: components, components: [{amplitude: 1, frequency: 1 1/s}]",
             'components.0.frequency: found "1 1/s"; expected a frequency in rad/s',
         ),
+        ("spectrum: components, components: {file: none.csv}", "file: found no such file at"),
+        ("spectrum: components, components: {fil: a.csv}", "fil: found an unknown key; expected"),
         ("spectrum: table, frequency: [1, 2]", "found frequency; expected frequency and density"),
         ("spectrum: table, frequency: [1], density: [1]", "frequency: found 1 in the list"),
         (

@@ -262,6 +262,7 @@ def test_bad_settings_are_refused(hydrosim: Command, project: Path, setting: str
     assert files(project) == before
 
 
+@pytest.mark.slow
 def test_headings_that_the_database_lacks_are_refused(hydrosim: Command, project: Path) -> None:
     """A hull without symmetry, computed for waves from astern to abeam only."""
     db = hull()
@@ -352,3 +353,58 @@ def test_in_a_process_of_its_own(project: Path) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error ")
     assert not Path("base.nc").exists()
+
+
+def caused_by(error: Exception, cause: Exception) -> Exception:
+    error.__context__ = cause
+    return error
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (MemoryError("Unable to allocate 3 GiB"), "Unable to allocate 3 GiB"),
+        (MemoryError(), "no memory is left"),
+        (ImportError("a.so: failed to map segment from shared object"), "a.so: failed to map"),
+        (OSError(12, "Cannot allocate memory"), "[Errno 12] Cannot allocate"),
+        (caused_by(OSError("not found"), OSError("b.so: failed to map segment")), "b.so: failed"),
+        (SystemError("error return without exception set"), "error return"),
+    ],
+)
+def test_lack_of_memory_is_told(
+    error: Exception, said: str, hydrosim: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever libraries make of it: no traceback, and it is not the input that is wrong."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("hydrosim.cli.app", fail)
+    result = hydrosim("run", "base.yaml")
+    assert result.code == 3
+    assert f"error: not enough memory ({said}" in result.err
+    assert "raise the limit" in result.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such limit")
+def test_a_limit_under_which_libraries_hang_is_told(
+    hydrosim: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import resource
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (400_000_000, resource.RLIM_INFINITY))
+    result = hydrosim("check", "base.yaml")
+    assert result.code == 3
+    assert "error: not enough memory (the limit is 400 MB; 900 are needed)" in result.err
+    assert result.out == ""
+
+
+def test_other_errors_are_not_taken_for_lack_of_memory(
+    hydrosim: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise caused_by(ImportError("no such module"), KeyError("key"))
+
+    monkeypatch.setattr("hydrosim.cli.app", fail)
+    with pytest.raises(ImportError, match="no such module"):
+        hydrosim("run", "base.yaml")

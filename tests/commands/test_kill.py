@@ -15,10 +15,13 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from command_line import heed_signals
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.studies.sweep import load_study, run_study
+
+pytestmark = pytest.mark.slow
 
 SLOW = """\
 title: Swinging block, in steps of a few microseconds
@@ -40,7 +43,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def started(*arguments: str, before: Callable[[], None] | None = None) -> subprocess.Popen[str]:
+def started(*arguments: str, before: Callable[[], None] = heed_signals) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "hydrosim", *arguments]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 import xarray as xr
 from command_line import Command, command, files
 
-from hydrosim.outputs import content
+from hydrosim.outputs import Output, content
 
 BLOCK = """\
 title: Swinging block
@@ -64,9 +65,10 @@ def refused(hydrosim: Command, folder: Path, *arguments: object) -> str:
     return result.err
 
 
+@pytest.mark.slow
 def test_a_command_again_and_again(hydrosim: Command, folder: Path) -> None:
     names = None
-    for _ in range(3):
+    for _ in range(2):
         for arguments in (
             ("run", "block.yaml", "--plot"),
             ("linear", "block.yaml", "--periods", "5,6", "--headings", "0"),
@@ -172,3 +174,104 @@ def test_a_failed_run_leaves_a_complete_one(hydrosim: Command, folder: Path) -> 
         assert Path("turning.nc").read_bytes() == whole
     assert xr.load_dataset("turning.failed.nc").attrs["status"] == "failed"
     assert len(files(folder)) == 4
+
+
+STUDY = """\
+case: block.yaml
+parameters: {bodies.block.mass: [2 kg, 3 kg]}
+figures: {end: {channel: position.block.surge, statistic: end}}
+"""
+LONG = "x" * 400
+
+
+def duration(path: str) -> float:
+    with xr.open_dataset(path) as run:
+        return float(run.time[-1])
+
+
+def test_a_result_of_other_settings_is_kept(hydrosim: Command, folder: Path) -> None:
+    """The same case again replaces its result, in other words too; --overwrite replaces all."""
+    assert hydrosim("run", "block.yaml", "-o", "r.nc").err == ""
+    Path("block.yaml").write_text(f"# a remark\n{BLOCK.replace('2 kg', '2000 g')}")
+    assert hydrosim("run", "block.yaml", "-o", "r.nc").err == ""
+    assert {path.name for path in Path.cwd().iterdir()} == {"block.yaml", "r.nc"}
+    shorter = ("run", "block.yaml", "-o", "r.nc", "--set", "duration=5 s")
+    result = hydrosim(*shorter)
+    said = "r.nc was made with other settings (duration 20, now 5; in SI and radians). It is kept"
+    assert (result.code, said in result.err) == (0, True)
+    assert "as r.1.nc; --overwrite replaces it" in result.err
+    assert hydrosim(*shorter).err == ""
+    assert (duration("r.nc"), duration("r.1.nc")) == (5.0, 20.0)
+    assert hydrosim("run", "block.yaml", "-o", "r.nc", "--overwrite").err == ""
+    assert duration("r.nc") == 20.0
+    assert {path.name for path in Path.cwd().iterdir()} == {"block.yaml", "r.nc", "r.1.nc"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (("sweep", "study.yaml"), "study"),
+        (("linear", "block.yaml"), "block_linear"),
+        (("converge", "block.yaml", "--methods", "rk4"), "block_converge"),
+    ],
+)
+def test_so_are_other_results(
+    hydrosim: Command, folder: Path, arguments: tuple[str, ...], name: str
+) -> None:
+    Path("study.yaml").write_text(STUDY)
+    for _ in range(2):
+        assert hydrosim(*arguments).code == 0
+    assert not Path(f"{name}.1.nc").exists()
+    Path("block.yaml").write_text(BLOCK.replace("5 N/m", "6 N/m"))
+    result = hydrosim(*arguments)
+    assert "forces.spring.stiffness.surge 5, now 6" in result.err
+    assert f"is kept as {name}.1.nc" in result.err
+    assert Path(f"{name}.1.nc").exists()
+
+
+def test_what_is_made_by_another_process_is_refused(hydrosim: Command, folder: Path) -> None:
+    """At once, and the process is named; one that was killed is in nobody's way."""
+    read, write = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        with Output(Path("r.nc"), "run", Path("block.yaml")).held():
+            os.write(write, b"!")
+            signal.pause()
+    os.read(read, 1)
+    said = refused(hydrosim, folder, "run", "block.yaml", "-o", "r.nc")
+    assert f"r.nc: is being written by another process, {pid}@" in said
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    assert hydrosim("run", "block.yaml", "-o", "r.nc").code == 0
+    assert {path.name for path in Path.cwd().iterdir()} == {"block.yaml", "r.nc"}
+
+
+def test_what_stands_where_a_checkpoint_goes_stays(hydrosim: Command, folder: Path) -> None:
+    Path("r.nc.checkpoint").write_text("a letter")
+    for more in ((), ("--overwrite",), ("--resume",)):
+        said = refused(hydrosim, folder, "run", "block.yaml", "-o", "r.nc", *more)
+        assert "r.nc.checkpoint: is no checkpoint of this program" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "long.yaml"), "long.yaml:1: extends: found no file"),
+        (("run", "block.yaml", "-o", f"{LONG}.nc"), "has a name of 403 bytes; expected 200"),
+        (("run", "block.yaml", "-o", f"{LONG}/r.nc"), "there is no folder"),
+        (("run", "staged.yaml"), "forces.push.force.surge.file: found no folder"),
+        (("statistics", f"{LONG}.nc"), "_statistics.nc has a name of 414 bytes"),
+        (("plot", f"{LONG}.nc"), "cannot be read (File name too long)"),
+        (("export", f"{LONG}.nc", "-o", "a.csv"), "cannot be read (File name too long)"),
+        (("plot", "x.nc", "-o", LONG), "cannot be made as a folder"),
+        (("example", "sphere", "-o", LONG), "cannot be made as a folder"),
+    ],
+)
+def test_a_name_that_is_too_long(
+    hydrosim: Command, folder: Path, arguments: tuple[str, ...], words: str
+) -> None:
+    another_run(hydrosim)
+    Path("first.yaml").write_text(BLOCK)
+    Path("staged.yaml").write_text(STAGED.replace("FILE", f"{LONG}/first.nc"))
+    Path("long.yaml").write_text(f"extends: {LONG}.yaml\n")
+    assert words in refused(hydrosim, folder, *arguments)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 from rich.table import Table
 from typer.main import get_command
 
@@ -18,6 +19,16 @@ from hydrosim.commands.terminal import printable, show
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "cases" / "sphere" / "decay.yaml"
+BLOCK = """\
+title: A block on a spring
+duration: 2 s
+bodies:
+  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
+forces:
+  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
+solver: {step: 0.1 s}
+output: {step: 0.1 s}
+"""
 
 
 @pytest.mark.parametrize(
@@ -52,6 +63,7 @@ def said(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str
     )
 
 
+@pytest.mark.slow
 def test_a_terminal_of_few_characters() -> None:
     done = said("check", str(CASE), PYTHONIOENCODING="ascii")
     assert (done.returncode, done.stderr) == (0, "")
@@ -65,6 +77,36 @@ def test_a_full_disk_behind_the_terminal() -> None:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 3
     assert done.stderr == "error [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+@pytest.mark.slow
+def test_closed_streams_lose_nothing(tmp_path: Path, closed: tuple[int, ...]) -> None:
+    """The next file that is opened, a result perhaps, must not take their place, either."""
+    (tmp_path / "case.yaml").write_text(BLOCK)
+
+    def close() -> None:
+        for descriptor in closed:
+            os.close(descriptor)
+
+    command = [sys.executable, "-m", "hydrosim", "run", "case.yaml", "-o", "run.nc"]
+    known = {"PYTHONPATH": str(ROOT), **os.environ}
+    done = subprocess.run(command, cwd=tmp_path, env=known, preexec_fn=close, check=False)
+    assert done.returncode == 0
+    assert xr.load_dataset(tmp_path / "run.nc").attrs["status"] == "complete"
+
+
+@pytest.mark.slow
+def test_who_has_seen_enough_ends_no_run(tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(BLOCK)
+    command = [sys.executable, "-m", "hydrosim", "run", "case.yaml", "-o", "run.nc"]
+    known = {"PYTHONPATH": str(ROOT), **os.environ}
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(command, cwd=tmp_path, env=known, stdout=write, stderr=write, check=False)
+    os.close(write)
+    assert done.returncode == 0
+    assert xr.load_dataset(tmp_path / "run.nc").attrs["status"] == "complete"
 
 
 def test_a_warning_is_a_line_of_its_own_kind(tmp_path: Path) -> None:

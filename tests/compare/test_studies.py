@@ -42,6 +42,7 @@ def test_pairs_in_the_same_waves_find_what_independent_runs_do_not() -> None:
     assert "of 21 channels 1 differ" in text
 
 
+@pytest.mark.slow
 def test_by_chance_something_is_named_as_often_as_is_said() -> None:
     """5 % of 400 comparisons of the same law; 3 standard deviations are 3.3 %."""
     random = np.random.default_rng(5)

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import xarray as xr
+from markers import few
 from moored_barge import SEA, hull, in_waves, scene_of
 from scipy.linalg import block_diag
 
@@ -69,7 +70,8 @@ def two_barges(database: HydroDatabase, radiation: RadiationModel, duration: flo
     return replace(base, bodies=(high, low), forces=forces, duration=duration)
 
 
-@pytest.mark.parametrize("radiation", RadiationModel)
+@pytest.mark.parametrize("radiation", few(reversed(RadiationModel), 2))
+@pytest.mark.slow
 def test_bodies_without_coupling_move_as_with_a_database_each(radiation, figure) -> None:
     """Both directions of the change of reference, all loads, all kinds of radiation. The fits are
     made from numbers that differ by rounding."""
@@ -125,6 +127,7 @@ def test_all_bodies_of_a_database_are_at_one_place_with_one_radiation() -> None:
     assert "found convolution and none for bodies of one database" in models
 
 
+@pytest.mark.slow
 def test_two_pairs_may_share_a_database() -> None:
     scene = two_barges(uncoupled(), RadiationModel.NONE, 10.0)
     there = [replace(b, name=f"far_{b.name}", location=(500.0, 0.0)) for b in scene.bodies]
@@ -132,6 +135,7 @@ def test_two_pairs_may_share_a_database() -> None:
     assert np.array_equal(model.added_mass[:12, :12], model.added_mass[12:, 12:])
 
 
+@pytest.mark.slow
 def test_a_held_body_does_not_move_and_leaves_the_state() -> None:
     scene = two_barges(uncoupled(), RadiationModel.STATE_SPACE, 20.0)
     held = changed(scene, dofs=())

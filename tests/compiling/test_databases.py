@@ -82,6 +82,7 @@ def two() -> HydroDatabase:
     return load(ROOT / "hydro_db" / "two_barges.nc")
 
 
+@pytest.mark.slow
 def test_two_bodies_with_noise_in_sway_and_roll_run_in_heave(two) -> None:
     """As they are; in all that moves they are refused, with frequency, pair and size."""
     bad = noisy(two, 0.2, SWAY, ROLL)
@@ -97,6 +98,7 @@ def test_two_bodies_with_noise_in_sway_and_roll_run_in_heave(two) -> None:
     assert "accept: [symmetry of added mass" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_what_is_above_the_frequencies_of_the_waves_is_a_doubt() -> None:
     db = hull()
     assert db.frequency[-1] > 2.2
@@ -114,6 +116,7 @@ def test_what_is_above_the_frequencies_of_the_waves_is_a_doubt() -> None:
         compile_scene(barge(replace(db, radiation_damping=low), ("heave",)))
 
 
+@pytest.mark.slow
 def test_loads_of_second_order_that_nobody_asks_for_are_not_judged() -> None:
     bad = replace(hull(), mean_drift=-hull().mean_drift)
     compile_scene(barge(bad))
@@ -121,6 +124,7 @@ def test_loads_of_second_order_that_nobody_asks_for_are_not_judged() -> None:
         compile_scene(barge(bad, second_order=SecondOrder.NEWMAN))
 
 
+@pytest.mark.slow
 def test_wave_loads_refuse_nothing_in_calm_water() -> None:
     """What they prove of the damping is said all the same."""
     base = in_waves(barge(hull()))

@@ -66,6 +66,7 @@ def test_two_barges_move_as_each_alone() -> None:
     assert np.abs(motion(near) - motion(far)).max() > 0.1
 
 
+@pytest.mark.slow
 def test_two_barges_in_contact_move_as_each_alone(figure: Figure) -> None:
     """The step is cut at the events of both, so that they differ from one alone by the error of the
     integration, which halving the step measures; at one place they are the same to the last bit."""

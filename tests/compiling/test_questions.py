@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dry_scenes import block, moving, on_floor
+from markers import few
 from moored_barge import scene_of
 
 import hydrosim as hs
@@ -166,7 +167,7 @@ def test_every_question_has_a_function_and_an_example() -> None:
     assert set(QUESTIONS) == set(Question) == {*ODD, Question.RANGE}
 
 
-@pytest.mark.parametrize("path", CASES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+@pytest.mark.parametrize("path", few(CASES, 8), ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_nothing_is_asked_of_the_shipped_cases(path: Path) -> None:
     case = load_case(path)
     if case.stages():

@@ -221,6 +221,7 @@ class TestAgreement:
         environment = replace(scene.environment, current=Stream(1.0, np.pi), wind=Stream(20.0, 0.0))
         agrees(replace(scene, environment=environment, forces={**scene.forces, **water}), figure)
 
+    @pytest.mark.slow
     def test_two_bodies_in_line(self, figure: Figure) -> None:
         """That share a database, with all couplings in the plane and out of it, a hawser, and a
         fender between them."""
@@ -517,6 +518,7 @@ def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int
     assert not reduced(above)
 
 
+@pytest.mark.slow
 def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure: Figure) -> None:
     """What the tolerance lets pass, measured at its size: in the plane nothing is seen (the square
     of it), aside motions of about it."""
@@ -652,6 +654,7 @@ class TestRestart:
 
 
 class TestMany:
+    @pytest.mark.slow
     def test_runs_are_as_alone_whatever_their_waves(self) -> None:
         """Seeds of one sea are reduced, and share their model; oblique waves are not."""
         trains = [

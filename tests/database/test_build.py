@@ -379,9 +379,10 @@ def test_wrong_meshes_are_refused(tmp_path, change, said):
 def test_files_that_are_no_meshes_are_refused(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         build(a_mesh(tmp_path, "nothing.gdf"))
-    (tmp_path / "junk.gdf").write_text("to be or not to be\n" * 5)
-    with pytest.raises(InputError, match="cannot be read as a mesh"):
-        build(a_mesh(tmp_path, "junk.gdf"))
+    for name in ("junk.gdf", "junk.vtk"):
+        (tmp_path / name).write_text("to be or not to be\n" * 5)
+        with pytest.raises(InputError, match="cannot be read as a mesh"):
+            build(a_mesh(tmp_path, name))
 
 
 def test_warns_of_irregular_frequencies(tmp_path):

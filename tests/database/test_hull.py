@@ -62,6 +62,31 @@ def test_a_file_that_is_no_mesh_is_refused(tmp_path: Path) -> None:
         read_hull(tmp_path / "none.stl")
 
 
+VTK = "# vtk DataFile Version 3.0\n\nASCII\nDATASET {}\nPOINTS 3 float\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("hull.vtk", VTK.format("POLYDATA"), "not POLYDATA"),
+        ("hull.vtk", "nothing", "Illegal VTK header"),
+        ("hull.vtk", VTK.format("UNSTRUCTURED_GRID") + "0 0 0", "reshape"),
+        ("hull.ply", "", "Expected ply"),
+        ("hull.msh", "", "concatenate"),
+        ("hull.obj", "v 1 2 3\nf 1 2 3\n", "out of bounds"),
+        ("hull.xyz", "nothing", "Could not deduce"),
+    ],
+)
+def test_libraries_that_read_meshes_neither_print_nor_end_the_program(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, content: str, said: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(InputError, match=rf"{name}: cannot be read as a mesh \(.*{said}"):
+        read_hull(path)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_recipe_needs_a_depth_and_a_body() -> None:
     with pytest.raises(InputError, match="expected a barge or a box and their depth"):
         hull_of_recipe(DATABASES / "h851.yaml")

@@ -21,8 +21,12 @@ from hydrosim.integrate import (
 )
 
 # what dopri5's error is estimated with, a method of its own
-EMBEDDED = DOPRI5._replace(b=DOPRI5.b - DOPRI5.error, order=4)
-METHODS = {"rk2": RK2, "heun": HEUN, "rk4": RK4, "dopri5": DOPRI5, "dopri5, embedded": EMBEDDED}
+PAIR = DOPRI5.tableau
+EMBEDDED = PAIR._replace(b=PAIR.b - PAIR.error, order=4)
+METHODS = {
+    **{method.name: method.tableau for method in (RK2, HEUN, RK4, DOPRI5)},
+    "dopri5, embedded": EMBEDDED,
+}
 Slope = Callable[[float, np.ndarray], np.ndarray]
 
 PROBLEMS: dict[str, tuple[Slope, Slope]] = {

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.jit.refs import ref
 
 
 class Scale(NamedTuple):
@@ -30,5 +29,4 @@ def summed(values, scale):
 
 @root
 def twice_summed(values, scale):
-    here = ref(scale)
-    return summed(values, here) + summed(values[1:], here)
+    return summed(values, scale) + summed(values[1:], scale)

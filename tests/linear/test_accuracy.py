@@ -12,7 +12,7 @@ from dry_scenes import block, steady
 from moored_barge import SEA, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.compiling.model import METHODS
+from hydrosim import integrate
 from hydrosim.forces import (
     AppliedForce,
     Fender,
@@ -23,7 +23,7 @@ from hydrosim.forces import (
     Plane,
 )
 from hydrosim.forces.modes import SLIP, STICK
-from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4, Tableau
+from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.accuracy import Vibration, remembered, vibration_errors
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
@@ -46,7 +46,7 @@ Figure = Callable[[str, float], None]
 @pytest.mark.parametrize(
     ("method", "part"), [(RK2, 1 / 6), (HEUN, 1 / 6), (RK4, 1 / 120)], ids=["rk2", "heun", "rk4"]
 )
-def test_errors_of_an_undamped_vibration(method: Tableau, part: float) -> None:
+def test_errors_of_an_undamped_vibration(method: integrate.Method, part: float) -> None:
     """(w h)^p w / (p + 1)! per unit of time, the first term that R leaves out of the exponential;
     the next is smaller by w h."""
     w, step, time = 2.0, 0.01, 7.0
@@ -174,6 +174,7 @@ def float_over(step: float) -> Scene:
     return replace(barge, duration=300.0, bodies=bodies, forces=forces, solver=solver)
 
 
+@pytest.mark.slow
 def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) -> None:
     """Far below the limit of stability, and 20 % off; at the step that is asked for, within 1e-3 of
     a quarter of it, and nothing is said. The summary of `check` has both limits."""
@@ -217,5 +218,5 @@ def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
 def test_the_base_case_is_resolved() -> None:
     case = replace(scene_of("base"), duration=700.0)
     compiled = hs.compile_scene(case)
-    assert METHODS[compiled.scene.solver.method].order == 4
+    assert compiled.method.order == 4
     assert not told(hs.simulate(case))

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dry_scenes import block
+from markers import few
 
 import hydrosim as hs
+from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring, Spring
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
@@ -53,7 +55,7 @@ def test_kinds_of_motion() -> None:
         assert np.abs(roots - mode.eigenvalue).min() < 1e-6
 
 
-@pytest.mark.parametrize("start", ["heave: 1 m", "roll: 1 deg", "roll: 5 deg, yaw: 30 deg"])
+@pytest.mark.parametrize("start", few(["roll: 5 deg, yaw: 30 deg", "heave: 1 m", "roll: 1 deg"], 1))
 def test_a_body_of_revolution_rolls_as_it_pitches(tmp_path: Path, start: str) -> None:
     """Wherever it is, afloat and free: the modes of one period are told apart."""
     case = tmp_path / "case.yaml"
@@ -134,3 +136,31 @@ def test_modes_from_the_stiffness_alone() -> None:
         assert one.coordinate == other.coordinate
         assert one.natural_period == pytest.approx(other.natural_period, rel=1e-9)
         assert one.eigenvalue == pytest.approx(other.eigenvalue, rel=1e-8)
+
+
+@pytest.mark.parametrize("count", [4, 5, 8])
+def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
+    """Many modes are as much of one body as of another, and still each has a name of its own."""
+    bodies = [
+        Body(f"b{i}", 1e6, np.diag([9e6, 25e6, 25e6]), location=(40.0 * i, 0.0))
+        for i in range(count)
+    ]
+    stiffness = np.diag([1e5, 1e5, 1e5, 9e5, 25e5, 25e5])
+    forces: dict[str, LinearMooring | Spring] = {
+        f"m{i}": LinearMooring(f"b{i}", stiffness) for i in range(count)
+    }
+    pull = np.array([0.0, 100.0]), np.array([0.0, 1e7])
+    for i in range(count - 1):
+        joint = Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)
+        forces[f"s{i}"] = replace(joint, anchor_body=f"b{i + 1}")
+    modes = modes_of(*bodies, **forces)
+    assert sorted(mode.coordinate for mode in modes) == list(range(6 * count))
+    assert all(mode.kind == Kind.OSCILLATING for mode in modes)
+
+
+def test_motions_without_inertia_are_told_in_words() -> None:
+    """A stiffness that is the same at all frequencies leaves no mass."""
+    linear = random_linear(0, 2, 0)
+    K = np.diag([2.0, 3.0]).astype(complex)
+    with pytest.raises(InputError, match="natural modes: there is a motion without inertia"):
+        modes_of_stiffness(lambda w: np.broadcast_to(K, (w.size, 2, 2)), linear)

@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from markers import few
 from moored_barge import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim import load_case
+from hydrosim import integrate, load_case
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
@@ -29,9 +31,10 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.forces.modes import OPEN, SLIP
-from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4, Tableau
-from hydrosim.linear.stability import GROWTH, REACH, ray_limits, stability_function
+from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4
+from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
+from hydrosim.studies.resolution import scene_combinations
 from hydrosim.studies.simulation import scene_step_limits
 
 Figure = Callable[[str, float], None]
@@ -42,7 +45,7 @@ DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
     ("method", "angle", "limit"),
     [(RK2, pi, 2.0), (HEUN, pi, 2.0), (RK4, pi, 2.7853), (RK4, pi / 2, 2 * sqrt(2))],
 )
-def test_limits_on_the_axes(method: Tableau, angle: float, limit: float) -> None:
+def test_limits_on_the_axes(method: integrate.Method, angle: float, limit: float) -> None:
     """Closed forms (Hairer & Wanner 1996, IV.2); the rays are looked at every 0.005, and growth of
     a thousandth per period is let pass."""
     assert ray_limits(method, np.array([angle]))[0] == pytest.approx(limit, abs=0.01)
@@ -56,9 +59,9 @@ def test_limit_of_dopri5_on_the_real_axis() -> None:
 
 
 @pytest.mark.parametrize("method", [RK2, HEUN, RK4, DOPRI5, ESDIRK4])
-def test_limit_is_the_first_place_of_the_whole_ray(method: Tableau) -> None:
+def test_limit_is_the_first_place_of_the_whole_ray(method: integrate.Method) -> None:
     r, angles = np.linspace(0.0, REACH, 8001)[1:], np.linspace(0.5 * pi, pi, 23)
-    growth = np.abs(stability_function(method)(np.multiply.outer(np.exp(1j * angles), r)))
+    growth = np.abs(method.stability(np.multiply.outer(np.exp(1j * angles), r)))
     unstable = growth > 1.0 + GROWTH * r / (2 * np.pi)
     first = np.where(unstable.any(axis=1), r[unstable.argmax(axis=1)], np.inf)
     np.testing.assert_array_equal(ray_limits(method, angles), first)
@@ -185,7 +188,7 @@ def threshold(grows: Callable[[float], bool]) -> float:
 
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
-@pytest.mark.parametrize("stuck", [stuck_block, stuck_barge])
+@pytest.mark.parametrize("stuck", few([stuck_block, stuck_barge], 1))
 def test_a_friction_slope_is_unstable_where_the_limit_says(
     stuck: Callable[[float], Scene], method: Method, figure: Figure
 ) -> None:
@@ -290,3 +293,31 @@ def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
     blocks = Scene("", 1.0, tuple(bodies), forces={"foot": foot}, solver=Solver(step=0.01))
     limits = scene_step_limits(hs.compile_scene(blocks))
     assert limits[0].step == pytest.approx(2.7853 / 45.0, rel=0.01)
+
+
+def feet(*places: tuple[float, float]) -> Compiled:
+    """A free block of 2 t on equal feet of steel at these places below it, with friction."""
+    law = StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]), damping=1e2)
+    points = np.array([(x, y, -0.5) for x, y in places])
+    floor = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    body = Body("block", 2e3, np.diag([2e3, 3e3, 4e3]), centre_of_gravity=(0, 0, 1.0))
+    forces = {"feet": Fender("block", points, floor, curve, law)}
+    return hs.compile_scene(Scene("", 1.0, (body,), forces=forces, solver=Solver(step=1e-4)))
+
+
+def test_of_equal_contacts_those_farthest_out_are_looked_at_alone() -> None:
+    """The farther out a foot, the more it moves under a load; so 100 feet need no more looks than
+    their corners, and have the same limit."""
+    grid = [(x, y) for x in np.linspace(-3.0, 3.0, 10) for y in np.linspace(-1.0, 2.0, 10)]
+    many, corners = feet(*grid), feet(grid[0], grid[9], grid[-10], grid[-1])
+    found = scene_combinations(many, each_alone=True)
+    assert len(found) <= 3 + 2 * 3
+    assert fastest_alone(found) == pytest.approx(
+        fastest_alone(scene_combinations(corners, each_alone=True)), rel=1e-9
+    )
+
+
+def fastest_alone(found: list[Combination]) -> float:
+    """Largest rate [1/s] of the combinations with one contact alone."""
+    return max(float(np.abs(x.values).max()) for x in found if "alone" in x.contact)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from markers import few
 
 from benchmarks.step_limits import (
     PLACES,
@@ -17,7 +18,8 @@ from hydrosim.scene import ConvolutionRadiation
 
 
 @pytest.mark.parametrize("convolved", [False, True])
-@pytest.mark.parametrize("seed", [0, 16])
+@pytest.mark.parametrize("seed", few([0, 16], 1))
+@pytest.mark.slow
 def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
     """Seven fenders of which a contact node sets the limit, and five of which a friction slope
     does: 5 % below it no run diverges and none is refused, 5 % above it one does."""

@@ -88,6 +88,7 @@ def legend(figure: Figure, panel: int) -> list[str]:
     ],
     ids=["no fender", "four fenders", "two bodies, two records", "no waves"],
 )
+@pytest.mark.slow
 def test_pictures_are_written_where_asked(
     run: xr.Dataset, expected: list[str], tmp_path: Path
 ) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from closed_forms import kernel
+from markers import few
 from numpy.polynomial.legendre import leggauss
 
 from hydrosim.radiation import ConvolutionKernel, VelocityHistory, convolution_model, history_for
@@ -144,8 +145,9 @@ def parabola(t0: float, v0, a0, t1: float, v1) -> Piece:
     return Piece(t0, t1, np.stack([v0, a0, (v1 - v0 - h * a0) / h**2], axis=1))
 
 
-@pytest.mark.parametrize("length", [0.3, 2.9, 60.0])
+@pytest.mark.parametrize("length", few([0.3, 2.9, 60.0], 2))
 @pytest.mark.parametrize("factor", [1, 2, 7])
+@pytest.mark.slow
 def test_exact_for_steps_of_one_or_several_intervals(length, factor):
     """Cubics from node to node, jumps of velocity and acceleration at nodes, and a parabola to a
     stage: all of it is integrated to rounding, however long the run is."""
@@ -208,6 +210,7 @@ def test_a_node_that_is_taken_away_was_never_there():
         assert np.array_equal(convolved(t, whole, model), convolved(t, other, model))
 
 
+@pytest.mark.slow
 def test_a_drift_does_not_cost_digits():
     """Integrals of a steady velocity grow with time and its square, 4e7 here; the force is
     -v int K, and at most 10 on the way."""

@@ -111,6 +111,7 @@ def test_transfer_function_is_the_transform_of_the_kernel():
     assert transfer_function(time, kernel(time), w) == pytest.approx(transfer(w), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_report_of_consistent_data_and_what_it_flags():
     w = band(0.02, 12.0)
     A, B = added_mass(w), transfer(w).real

@@ -116,6 +116,7 @@ def test_kernel_that_feeds_energy_in_is_made_passive():
     assert 0.2 < off.max() < 0.6
 
 
+@pytest.mark.slow
 def test_two_bodies_12_by_12_reciprocal_and_passive():
     """A passive kernel between all DOFs of two bodies, sums of a a^T exp(-p t) cos(w t) with B(w)
     positive, is recovered; with a coupling made too large it is not passive and is mended."""

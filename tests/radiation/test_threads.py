@@ -49,6 +49,11 @@ def printed(folder: Path, threads: str) -> str:
     return run.stdout
 
 
-@pytest.mark.parametrize("threads", ["2", "4"])
-def test_threads_change_no_bit(tmp_path: Path, threads: str) -> None:
-    assert printed(tmp_path, threads) == printed(tmp_path, "1")
+@pytest.fixture(scope="module")
+def by_one_thread(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return printed(tmp_path_factory.mktemp("one"), "1")
+
+
+@pytest.mark.parametrize("threads", ["2", pytest.param("4", marks=pytest.mark.slow)])
+def test_threads_change_no_bit(tmp_path: Path, by_one_thread: str, threads: str) -> None:
+    assert printed(tmp_path, threads) == by_one_thread

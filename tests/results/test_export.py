@@ -22,7 +22,7 @@ from hydrosim.results.export.table import Column, identifiers
 from hydrosim.results.export.text import harmless
 from hydrosim.results.output import write
 
-SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
+SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'
 
 
@@ -131,6 +131,7 @@ def test_matlab_reads_back_exact(export: Command) -> None:
     assert str(found["run"]["status"][0, 0][0]) == "complete"
 
 
+@pytest.mark.extras
 def test_parquet_reads_back_exact(export: Command) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     assert export("run.nc", "-o", "run.parquet").code == 0
@@ -154,6 +155,7 @@ def test_cf_reads_back_exact(export: Command) -> None:
     assert by_name["fender_mode.-2+3"].attrs["flag_meanings"] == "open stick slip"
 
 
+@pytest.mark.extras
 def test_cf_passes_the_checker(export: Command) -> None:
     """Not one error of the IOOS checker for CF 1.11, nor a warning."""
     runner = pytest.importorskip("compliance_checker.runner")

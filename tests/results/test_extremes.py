@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from markers import few
 from random_records import DURATION, KINDS, MOST_PROBABLE
 from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
@@ -58,7 +59,7 @@ def hold(name: str, figure: Figure, records: int) -> tuple[np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize(
-    "name", ["Gaussian wave motion", "slow drift, damping 0.2", "clipped contact force"]
+    "name", few(["Gaussian wave motion", "slow drift, damping 0.2", "clipped contact force"], 1)
 )
 def test_intervals_are_as_narrow_as_can_be(name: str, figure: Figure) -> None:
     """And are at most 1.3 times as wide as those of one who knows the distribution but for mean

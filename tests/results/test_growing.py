@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import Command, command
+from damaged import message
 
 from hydrosim.errors import InputError
 from hydrosim.results.growing import growing, runs_at
@@ -98,6 +99,24 @@ def test_a_run_of_which_a_bit_has_changed_is_not_in(folder: Path) -> None:
     data[-3] ^= 1
     file.write_bytes(data)
     assert growing(folder).attrs["gathered"] == "1 of 6 runs are in, 1 failed"
+
+
+@pytest.mark.parametrize("name", [RUNS, FIRST, KNOWN])
+def test_no_byte_changes_a_number_in_silence(folder: Path, name: str) -> None:
+    """A run is what it was, or is not in, or it is said that a file is damaged."""
+    whole, content = growing(folder), (folder / name).read_bytes()
+    step = 23 if name == RUNS else 211
+    for at in range(0, len(content), step):
+        flipped = content[at] ^ (1 << at % 8)
+        (folder / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
+        found = list[xr.Dataset]()
+        said = message(lambda _: found.append(growing(folder)), folder)  # noqa: B023
+        assert (said is None) == (len(found) == 1)
+        assert said or name == RUNS
+        for runs in found:
+            inside = {RUN: runs.status.values == "complete"}
+            assert runs[inside].drop_attrs().identical(whole[inside].drop_attrs()), at
+        (folder / name).write_bytes(content)
 
 
 def test_what_cannot_be_told_anything_of(folder: Path, statistics: Command) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,7 +14,9 @@ import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import CLOSED, gap, guard
-from hydrosim.scene import ADAPTIVE, Method, Scene
+from hydrosim.results.output import unpack
+from hydrosim.scene import Method, Scene
+from hydrosim.studies import blow_up, simulation
 
 MASS, OMEGA = 2e4, 1.5
 
@@ -99,7 +104,7 @@ def test_what_hardly_moves_is_no_gap() -> None:
 @pytest.mark.parametrize("method", Method)
 def test_the_remedy_is_what_the_method_goes_by(method: Method) -> None:
     run = ledger(swings(np.ones(801)), np.arange(801.0)).assign_attrs(solver_method=str(method))
-    key = "solver.tolerance" if method in ADAPTIVE else "solver.step"
+    key = "solver.tolerance" if method.adapts else "solver.step"
     assert f"Try a smaller {key}" in guarded(run).attrs["warnings"]
 
 
@@ -126,6 +131,28 @@ def test_a_run_that_blows_up_ends_where_it_begins() -> None:
     assert run.attrs["status"] == "failed"
     assert run.time.size == first + 1
     assert run.time[-1] == pytest.approx(first * z / OMEGA)
+
+
+def test_a_run_is_looked_at_once_however_often_its_records_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The processor's time must not depend on other processes: clocks on the wall that run fast
+    make no more looks, and no look goes over earlier records."""
+    seen, looks = 0, 0
+
+    def counted(*args: Any) -> dict[str, np.ndarray]:
+        nonlocal seen, looks
+        values = unpack(*args)
+        seen += len(values["time"])
+        looks += 1
+        return values
+
+    wall = itertools.count(0.0, 10.0)
+    monkeypatch.setattr(simulation, "perf_counter", lambda: next(wall))
+    monkeypatch.setattr(blow_up, "unpack", counted)
+    run = hs.simulate(oscillator(0.05, 4000))
+    assert looks < 40
+    assert seen <= run.time.size + looks
 
 
 def test_resonance_is_no_blow_up() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import steady
+from markers import few
 from moored_barge import SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
@@ -65,8 +66,12 @@ def scenes() -> Iterator[tuple[str, Scene]]:
     yield "slow paths", replace(with_body(free, wave_forces=slow), forces=forces, duration=40.0)
 
 
-@pytest.mark.parametrize(("scene"), [pytest.param(scene, id=name) for name, scene in scenes()])
-def test_in_pieces_to_the_bit(scene: Scene, tmp_path: Path) -> None:
+SCENES = dict(scenes())
+
+
+@pytest.mark.parametrize("name", few(sorted(SCENES, reverse=True), 2))
+def test_in_pieces_to_the_bit(name: str, tmp_path: Path) -> None:
+    scene = SCENES[name]
     whole = hs.simulate(scene)
     assert "stepped" in str(whole.solver_linear) or whole.solver_steps > 0
     assert differences(whole, in_pieces(scene, tmp_path, (0.1, 0.5, 0.8))) == []
@@ -114,6 +119,7 @@ def sunk(scene: Scene) -> Scene:
         (sunk, "another state of: the database of barge"),
     ],
 )
+@pytest.mark.slow
 def test_another_run_is_refused(
     change: Callable[[Scene], Scene], words: str, tmp_path: Path
 ) -> None:

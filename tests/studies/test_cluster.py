@@ -29,6 +29,8 @@ from hydrosim.studies.shared import Work
 pytest.importorskip("distributed")
 import xarray as xr
 
+pytestmark = pytest.mark.slow
+
 ROOT = CASES.parents[1]
 
 
@@ -123,12 +125,18 @@ def test_nobody_answers(sweep: Command) -> None:
     assert time.monotonic() - begun < 30.0  # the runs would not begin to be made in that time
 
 
+def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
+    result = sweep("study.yaml", "--scheduler", "tls://127.0.0.1:9")
+    assert result.code == 2
+    assert "dask is told of no certificate; expected one for tls://" in result.err
+
+
 def test_another_program_is_refused(
     cluster: tuple[str, list[int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("hydrosim.studies.cluster.program", lambda: "hydrosim 0.0.9")
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
-        Cluster(cluster[0], 1)
+        Cluster(cluster[0])
     with pytest.raises(InputError, match=r"a worker has hydrosim 0.0.9; expected another"):
         run_batch("another", None, [], None)  # type: ignore[arg-type]
 
@@ -219,7 +227,7 @@ def test_a_run_that_kills_its_workers_has_failed_and_no_other(
     client = Client()
     monkeypatch.setattr(Cluster, "_connected", lambda *_: client)
     monkeypatch.setattr(Cluster, "_checked", lambda _: 1)
-    pool = Cluster("tcp://nobody", 1)
+    pool = Cluster("tcp://nobody")
     pool.size = 3
     scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(9)]
     calm = cast(Any, object())

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from command_line import heed_signals
 from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
 from moored_barge import ROOT
 
@@ -15,7 +16,6 @@ import hydrosim as hs
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.model import METHODS
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
@@ -42,10 +42,12 @@ print(run.status, run.time.size, run.solver_steps > 0)
 """
 
 
+@pytest.mark.slow
 def test_steps_far_shorter_than_those_of_the_records() -> None:
     """A thousand seconds in steps of microseconds are one record: ten minutes and more."""
+    command = [sys.executable, "-c", SLOW]
     run = subprocess.Popen(
-        [sys.executable, "-c", SLOW], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        command, cwd=ROOT, stdout=subprocess.PIPE, text=True, preexec_fn=heed_signals
     )
     assert run.stdout is not None
     while float(run.stdout.readline().split()[1]) == 0.0:  # until it takes steps
@@ -137,6 +139,6 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
 
 
 def _new(compiled: Compiled) -> Run:
-    clock, method = compile_clock(compiled), METHODS[compiled.scene.solver.method]
+    clock, method = compile_clock(compiled), compiled.method.tableau
     record = new_record(compiled.model, clock)
     return new_run(clock, compiled.model, method, compiled.first_state(), record)

@@ -12,11 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import steady
+from dry_scenes import block, on_floor, steady
+from dry_scenes import scene as dry
 from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
+from hydrosim.forces import StickSlip
+from hydrosim.results.figures import Figure
 from hydrosim.results.growing import growing
 from hydrosim.results.runs_file import LARGE
 from hydrosim.results.statistics import statistics
@@ -109,6 +112,7 @@ def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.M
     assert "case" not in runs.attrs
 
 
+@pytest.mark.slow
 def test_the_file_is_the_same_to_the_byte_for_any_number_of_workers(tmp_path: Path) -> None:
     """The first run takes five times as long as the others, which end before it."""
     slow, *others = seeds(1, 2, 3, 4, 5)
@@ -190,6 +194,7 @@ def interrupt_after(count: int) -> Callable[[int, int], None]:
     return progress
 
 
+@pytest.mark.slow
 def test_runs_from_the_state_of_another(tmp_path: Path) -> None:
     """Opened once; their times go on from there."""
     before = tmp_path / "before.nc"
@@ -254,3 +259,63 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     assert not shared.alike(one, replace(other, forces={}))
     assert not shared.alike(one, scene_of("free_floating"))
     assert not shared.alike(object(), object())
+
+
+def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = False) -> Scene:
+    """A block that stands on the floor and is pushed."""
+    places = [[0.0, float(k), 0.0] for k in range(points)]
+    law = StickSlip(static=0.2, kinetic=kinetic, stiffness=1e6, damping=1e4)
+    floor = on_floor(1e6, law, places)
+    body = block(1e3, ("surge", "heave"))
+    forces = {"floor": floor, "weight": steady(heave=-1e4), "push": steady(surge=3e3)}
+    return replace(dry(body, forces, 2.0, 0.1, step=0.01), output_impulses=impulses)
+
+
+@pytest.mark.parametrize(
+    ("scenes", "found"),
+    [
+        ([sliding(0.1, impulses=True), sliding(0.15, impulses=True)], "fender_kinetic 0.1 in run"),
+        ([sliding(), sliding(), sliding(points=2)], "fender floor 1 in run 0 and .* in run 2"),
+        ([sliding(), sliding(impulses=True)], "fender_kinetic missing in run 0"),
+    ],
+)
+def test_runs_that_cannot_be_in_one_file_are_refused_before_the_first(
+    scenes: list[Scene], found: str, tmp_path: Path
+) -> None:
+    done: list[int] = []
+    labels = {"way": list(range(len(scenes)))}
+    with pytest.raises(hs.InputError, match=rf"(?s){found}.*as way differ.*study of its own"):
+        hs.simulate_many(
+            scenes, tmp_path / "runs.nc", labels=labels, progress=lambda n, _: done.append(n)
+        )
+    assert not done
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["force_push", "acceleration"])
+def test_a_variable_that_some_runs_lack_is_told_before_the_first(name: str, tmp_path: Path) -> None:
+    have = replace(sliding(), output_accelerations=True)
+    lack = replace(
+        have,
+        output_accelerations=False,
+        forces={k: f for k, f in have.forces.items() if k != "push"},
+    )
+    scenes, file = [have, have, lack], tmp_path / "runs.nc"
+    with pytest.raises(hs.InputError, match=f"run 2, as way differ: variables: found {name}"):
+        hs.simulate_many(scenes, file, variables=[name], labels={"way": [0, 0, 1]})
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_that_some_runs_lack_is_told_before_the_first(tmp_path: Path) -> None:
+    have = sliding()
+    lack = replace(have, forces={k: f for k, f in have.forces.items() if k != "push"})
+    pushed = Figure("pushed", "force_push.block.surge", "largest")
+    with pytest.raises(hs.InputError, match=r"run 1: found force_push\.block\.surge"):
+        hs.simulate_many([have, lack], tmp_path / "runs.nc", figures=[pushed])
+    assert not list(tmp_path.iterdir())
+
+
+def test_runs_that_differ_in_what_is_not_kept_fit_together() -> None:
+    runs = hs.simulate_many([sliding(0.1), sliding(0.15)], labels={"kinetic": [0.1, 0.15]})
+    assert list(runs.status) == ["complete"] * 2
+    assert float(runs.end_position[1, 0, 0]) < float(runs.end_position[0, 0, 0])

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import files
 from moored_barge import CASES
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
+from hydrosim.outputs import Output, as_output
+from hydrosim.results.output import write
 from hydrosim.studies.precise import run_until
 from hydrosim.studies.sweep import Study, load_study, read_study
 
@@ -66,7 +68,10 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
 
     def whole(part: Study, file: Path) -> xr.Dataset:
         made.append(len(part.scenes))
-        known(part, file).assign(status=("run", ["complete"] * len(part.scenes))).to_netcdf(file)
+        write(
+            known(part, file).assign(status=("run", ["complete"] * len(part.scenes))),
+            as_output(file, "sweep"),
+        )
         return xr.open_dataset(file)
 
     def killed(part: Study, file: Path) -> xr.Dataset:
@@ -85,6 +90,8 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
     other.write_text(TEXT.replace("10 s", "12 s"))
     with pytest.raises(InputError, match="made with another state of"):
         run_until(load_study(other), data.seeds, data.until, whole, second, resume=True)
+    lock = tmp_path / "b.nc.rounds" / f".hydrosim-2-{16 * 'a'}.nc.lock"
+    lock.write_text("123@elsewhere\n")  # of a process that was killed
     assert run_until(study, data.seeds, data.until, whole, second, resume=True) == said
     assert made == [8, 8, 16, 32, 64]
     with xr.open_dataset(tmp_path / "a.nc") as one, xr.open_dataset(tmp_path / "b.nc") as two:
@@ -113,3 +120,32 @@ def test_what_cannot_be_enough_is_refused(tmp_path: Path, found: str, message: s
     path.write_text(TEXT.replace("wide: 0.5 m" if "wide" in found else "most: 100", found))
     with pytest.raises(InputError, match=message):
         read_study(path)
+
+
+@pytest.mark.parametrize(
+    "name", ["2019.nc", "0-0123456789abcdef.nc", "1-0123456789abcdef.nc.partial"]
+)
+@pytest.mark.parametrize("resume", [False, True])
+def test_rounds_of_others_stay(tmp_path: Path, name: str, resume: bool) -> None:
+    """In a folder of that name, and behind a link of that name."""
+    path, archive, rounds = (tmp_path / name for name in ("study.yaml", "archive", "w.nc.rounds"))
+    path.write_text(TEXT)
+    study, data = load_study(path), read_study(path)
+    assert data.until is not None
+    assert data.seeds is not None
+    archive.mkdir()
+    if name.endswith("partial"):
+        (archive / name).mkdir()
+        (archive / name / "a").touch()
+    else:
+        xr.Dataset({"a": 1.0}).to_netcdf(archive / name)
+    output = Output(tmp_path / "w.nc", "sweep", path, overwrite=not resume)
+    rounds.symlink_to(archive)
+    with pytest.raises(InputError, match=r"w\.nc\.rounds: is a link.*Move it away"):
+        run_until(study, data.seeds, data.until, known, output, resume)
+    rounds.unlink()
+    archive.rename(rounds)
+    before = files(rounds)
+    with pytest.raises(InputError, match=rf"{name}: is no file of this program.*Move it away"):
+        run_until(study, data.seeds, data.until, known, output, resume)
+    assert before == files(rounds) != {}

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from command_line import command
+from markers import few
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
@@ -43,7 +44,7 @@ def again(run: xr.Dataset, folder: Path) -> xr.Dataset:
     return hs.simulate(hs.load_case(path))
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", few(SHIPPED, 5))
 def test_a_shipped_case_is_repeated(name: str, tmp_path: Path) -> None:
     """In a copy: one of them makes the run of another."""
     shutil.copytree(CASES, tmp_path / "cases", ignore=shutil.ignore_patterns("*.nc"))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from markers import few
 from moored_barge import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
@@ -42,7 +43,7 @@ def harmonic(run: xr.Dataset, period: float) -> np.ndarray:
     return real + 1j * imaginary
 
 
-@pytest.mark.parametrize("degrees", [0.0, 45.0])
+@pytest.mark.parametrize("degrees", few([0.0, 45.0], 1))
 def test_raos_are_those_of_long_runs(degrees: float, figure: Figure) -> None:
     """In all motions that waves to this heading excite, over the largest RAO of the motion; the
     same radiation model in both. Waves of 0.1 m: what is not linear goes with their square."""
@@ -77,6 +78,7 @@ def test_database_and_model_agree_as_the_fit_does() -> None:
     assert np.any(error > 0.0)
 
 
+@pytest.mark.slow
 def test_spectrum_is_the_average_of_many_runs(figure: Figure) -> None:
     """Variances of 50 seeds, each motion within four standard errors of the linear analysis."""
     scene = replace(free(), solver=Solver(step=0.2), output_step=1.0)

@@ -7,14 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dry_scenes import block, scene
+from moored_barge import CASES
 from numpy.testing import assert_allclose
 from rich.table import Table
 
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
+from hydrosim.linear.linearise import linearise
+from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
 from hydrosim.studies.check import survey
+from hydrosim.studies.loading import as_at
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0
 END = 200.0
@@ -47,6 +51,17 @@ def test_periods_and_limits_are_told_of_the_mass_at_each_time() -> None:
     limits = [line for line in parts if isinstance(line, str) and "stable step" in line]
     steps = [float(line.partition("stable step ")[2].split()[0]) for line in limits]
     assert_allclose(steps, 2.785 / omega, rtol=0.02)
+
+
+def test_waves_along_a_slow_path_do_not_count_later() -> None:
+    """At the end of a run the table of their loads, which is of the block at the start, has nothing
+    to say: beyond it, it grows like its third power."""
+    path = CASES.parent / "topside_removal" / "tanks.yaml"
+    case = hs.load_case(path, {"bodies.barge.tanks.fore_sb.box.0.0": "0 m"})
+    end = as_at(hs.compile_scene(case.scene()), 10800.0)
+    modes = natural_modes(linearise(end.model, end.state, time=10800.0))
+    heave = next(mode for mode in modes if mode.coordinate == 2)
+    assert heave.natural_period == pytest.approx(10.14, abs=0.01)
 
 
 def test_a_step_that_the_end_does_not_stand_is_warned_of() -> None:

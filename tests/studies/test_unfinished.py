@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from damaged import message
 from moored_barge import SEA, in_contact, in_waves, with_body
 
 import hydrosim as hs
@@ -21,7 +23,7 @@ from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsFile
 from hydrosim.scene import Scene, WaveTrain
 from hydrosim.studies import outcome, shared
-from hydrosim.studies.unfinished import alone_with
+from hydrosim.studies.unfinished import alone_with, begun, folder_of
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:
@@ -172,6 +174,121 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
             hs.simulate_many(seeds(1), path)
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
-    assert (tmp_path / "runs.nc.partial" / "lock").exists()
+    assert (tmp_path / ".hydrosim-runs.nc.lock").exists()
     hs.simulate_many(seeds(1), path).close()
     assert [p.name for p in tmp_path.iterdir()] == ["runs.nc"]
+
+
+def kept_in(result: Output) -> None:
+    """Three runs of a set that did not come to its end, one of which has failed."""
+    with alone_with(result):
+        book = begun(result, False, IDENTITY)
+        for k in (1, 2):
+            found = xr.Dataset({"a": ("x", [k + 0.5, 2.0])}, {"x": [3.0, 4.0]})
+            book.add(k, journal.Kept(found, {"k": k, "g": np.float64(k)}, ""))
+        book.note(3, "failed", "it turned over")
+        book.close()
+
+
+def read_again(result: Output) -> dict[int, journal.Kept]:
+    """The runs that a set which goes on takes over."""
+    with alone_with(result):
+        book = begun(result, True, IDENTITY)
+        found = {run: book.read(run) for run in range(100) if run in book}
+        book.close()
+    return found
+
+
+IDENTITY = {"the program": "one", "the cases": "two"}
+
+
+@pytest.mark.parametrize("name", [journal.RUNS, journal.FIRST])
+def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: str) -> None:
+    """A run is what it was, or is made again, or the file is named with what to do."""
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    kept_in(result)
+    whole = {f.name: f.read_bytes() for f in folder_of(result).iterdir()}
+    before, told, lost = read_again(result), 0, 0
+    assert [*before] == [1, 2]
+    content = whole[name]
+    step = 3 if name == journal.RUNS else 97
+    for at in range(0, len(content), step):
+        for file, data in whole.items():
+            (folder_of(result) / file).write_bytes(data)
+        flipped = content[at] ^ (1 << at % 8)
+        (folder_of(result) / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
+        again = dict[int, journal.Kept]()
+        said = message(lambda _: again.update(read_again(result)), tmp_path)  # noqa: B023
+        if said is not None:
+            assert re.search(rf"{name}: is .*(--overwrite|Move it away)", said), at
+            told += 1
+            continue
+        lost += len(before) - len(again)
+        for run, kept in again.items():
+            assert kept.found.identical(before[run].found), at
+            assert kept.attributes == before[run].attributes, at
+            assert kept.warnings == before[run].warnings, at
+    if name == journal.FIRST:
+        assert (lost, told) == (0, len(range(0, len(content), step)))
+    else:
+        assert told == len(range(0, content.index(b"\n") + 1, step))
+        assert lost > 0
+
+
+def test_a_number_of_a_run_that_was_changed_is_not_believed(tmp_path: Path) -> None:
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    kept_in(result)
+    runs = folder_of(result) / journal.RUNS
+    assert runs.read_bytes().count(b'"run": 2') == 1
+    runs.write_bytes(runs.read_bytes().replace(b'"run": 2', b'"run": 22'))
+    assert [*read_again(result)] == [1]
+
+
+def test_a_journal_of_an_earlier_version_is_refused_in_words(tmp_path: Path) -> None:
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    folder_of(result).mkdir()
+    line = b'{"the program": "one", "the cases": "two"}\n'
+    (folder_of(result) / journal.RUNS).write_bytes(line)
+    with pytest.raises(hs.InputError, match=r"--resume: .*earlier version.*--overwrite"):
+        read_again(result)
+    with alone_with(result):
+        begun(replace(result, overwrite=True), False, IDENTITY).close()
+    assert read_again(result) == {}
+
+
+def put(path: Path, content: str | Path) -> Path:
+    """A file or a link of others."""
+    path.parent.mkdir(exist_ok=True)
+    if isinstance(content, Path):
+        path.symlink_to(content)
+    else:
+        path.write_text(content)
+    return path
+
+
+@pytest.mark.parametrize("name", ["runs", "first.nc", "known.nc.partial", "result.nc", "notes.txt"])
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_what_others_keep_among_the_runs_stays(tmp_path: Path, name: str, overwrite: bool) -> None:
+    """Texts and links, with whatever name; so does a folder that a link leads to."""
+    folder, elsewhere = tmp_path / "runs.nc.partial", put(tmp_path / "there" / "runs", "a letter")
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml", overwrite=overwrite)
+    for content in ("a letter\n", elsewhere):
+        path = put(folder / name, content)
+        said = rf"runs\.nc\.partial/{name}: is .*Move it away, or give the result another name"
+        with pytest.raises(hs.InputError, match=said):
+            hs.simulate_many(seeds(1), result, resume=not overwrite)
+        assert path.read_text() in ("a letter", "a letter\n")
+        path.unlink()
+    folder.rmdir()
+    folder.symlink_to(elsewhere.parent)
+    with pytest.raises(hs.InputError, match=r"runs\.nc\.partial: is a link"):
+        hs.simulate_many(seeds(1), result, resume=not overwrite)
+    folder.unlink()
+    lock = put(tmp_path / ".hydrosim-runs.nc.lock", elsewhere)
+    with pytest.raises(hs.InputError, match=r"\.lock: expected no file, or a lock file"):
+        hs.simulate_many(seeds(1), result)
+    lock.unlink()
+    put(lock, "a letter")
+    with pytest.raises(hs.InputError, match=r"\.lock: expected no file.*it holds something else"):
+        hs.simulate_many(seeds(1), result)
+    assert lock.read_text() == elsewhere.read_text() == "a letter"

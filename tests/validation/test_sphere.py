@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from markers import few
 from scipy.optimize import minimize_scalar
 from validation_data import unpacked
 
@@ -113,7 +114,7 @@ def amplitude_in(database: HydroDatabase, omega: float, amplitude: float, damper
     return float(abs(amplitude * load / (stiffness - omega**2 * mass + 1j * omega * damping)))
 
 
-@pytest.mark.parametrize("number", range(1, 11))
+@pytest.mark.parametrize("number", few(range(1, 11), 3))
 def test_regular_waves(sphere: HydroDatabase, number: int, validated: Validated) -> None:
     """Against HydroChrono over the last ten periods, and against the frequency domain."""
     path = DATA / "regular_waves" / f"hc_ref_sphere_reg_waves_{number}.txt"

@@ -246,3 +246,7 @@ def test_a_run_is_no_longer_than_its_waves() -> None:
         check_span(Environment(waves=(IRREGULAR,)), 0.0, 10801.0)
     regular = WaveTrain(RegularWave(1.0, 8.0)), WaveTrain(given(np.array([0.5])))
     check_span(Environment(waves=regular), 0.0, 1e9)
+
+
+def test_a_wave_whose_energy_is_below_all_numbers_is_none() -> None:
+    assert sea(Environment(waves=(WaveTrain(RegularWave(1e-300, 8.0)),))) == ()

@@ -129,3 +129,14 @@ def test_directions_of_a_table() -> None:
         kstest(share[components(replace(LONG, spectrum=flat), DEEP).omega > 0.4], "uniform").pvalue
         > 1e-3
     )
+
+
+def test_a_sector_of_a_table_is_filled_evenly() -> None:
+    """All energy in one of 15 deg about 30 deg."""
+    heading = np.radians(np.arange(-90.0, 91.0, 15.0))
+    density = np.zeros((2, heading.size))
+    density[:, 8] = 1.0
+    table = DirectionalTable(np.array([0.4, 1.6]), heading, density)
+    share = np.degrees(components(replace(LONG, spectrum=table), DEEP).heading) / 15.0 - 1.5
+    assert np.all((share >= 0.0) & (share <= 1.0))
+    assert kstest(share, "uniform").pvalue > 1e-3

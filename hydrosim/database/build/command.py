@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
+from hydrosim.outputs import Output, settings_text
 
 NEEDED = "hydrosim db build needs Capytaine; install it with: pip install hydrosim[bem]"
 
@@ -38,12 +39,17 @@ def build_database(
     for drawn in (page, transfer) if picture else ():
         drawn.checked()
     given = load_recipe(output.origin, settings)
+    made_with = settings_text(
+        given.data.model_dump(mode="json", exclude_unset=True, warnings=False)
+    )
+    output = replace(output, settings=made_with)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     console = Console(stderr=True, force_terminal=sys.stderr.isatty())
-    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
+    bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True)
+    with output.held(), bar:
         task = bar.add_task("frequencies", total=given.steps)
         db = build(given, jobs, lambda done, _: bar.update(task, completed=done))
-    files = write(db, output)
+        files = write(db, output)
     if picture:
         files.append(page.path)
         draw(db, afloat(given).panels, page)

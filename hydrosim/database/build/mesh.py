@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import capytaine as cpt
@@ -67,15 +68,10 @@ def panels_of(mesh: cpt.Mesh) -> Panels:
 
 
 def _read(path: Path) -> Panels:
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; expected the mesh of a hull.")
-    try:
-        mesh = cpt.load_mesh(path)
-    except Exception as error:  # the readers of ten formats raise whatever they like
-        raise InputError(
-            f"{path}: cannot be read as a mesh ({error}); expected a format that Capytaine or"
-            " meshio knows, such as .gdf, .mar, .stl, .obj or .msh."
-        ) from error
+    formats = "Capytaine or meshio knows, such as .gdf, .mar, .stl, .obj or .vtk"
+    mesh = hull.read_quietly(cpt.load_mesh, path, formats)
     panels = panels_of(mesh.merged())
     if not len(panels) or not np.isfinite(panels).all():
         raise InputError(f"{path}: has no panels, or coordinates that are not numbers.")

@@ -16,7 +16,7 @@ anything but wave amplitude. Damping other than by waves, wind and current are l
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +39,7 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import parsed, read_text
 from hydrosim.database.transfer import velocity_transfer
+from hydrosim.documents.limits import DEEPEST
 from hydrosim.errors import InputError
 
 NAME = "OrcaFlex vessel type"
@@ -210,8 +211,10 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _content(path: Path) -> Any:
     """The document with all scalars as texts: YAML's own guesses do not know 12e3."""
     text = "\n".join(read_text(path).lines)
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     try:
-        return yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+        _require_shallow(path, yaml.parse(text, Loader=loader))
+        return yaml.load(text, Loader=loader)
     except yaml.MarkedYAMLError as error:
         line = 0 if error.problem_mark is None else error.problem_mark.line
         raise InputError(
@@ -223,6 +226,22 @@ def _content(path: Path) -> Any:
             f"{path}: cannot be read as YAML ({str(error)[:200]}). The file is damaged; save the"
             " model as text data again."
         ) from error
+
+
+def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
+    """Refuses lists and mappings too deep in each other for the loader, which would crash."""
+    depth = 0
+    for event in events:
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > DEEPEST and event.start_mark:
+            raise InputError(
+                f"{path}: line {event.start_mark.line + 1}: found more than {DEEPEST} lists and"
+                " mappings in each other; expected at most that. The file is damaged; save the"
+                " model as text data again."
+            )
 
 
 def _flat(item: Any, depth: int) -> Iterator[Any]:

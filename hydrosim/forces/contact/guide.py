@@ -7,6 +7,8 @@ clearance around a seated pin; s: tangent of the angle between wall and axis, 0 
 f: straight lines through a table. The wall has no friction: what it stores, the integral of f over
 e, is a potential of place. It reaches up to the mouth at delta = -depth. A pin that leaves pressed
 loses what is stored; one that comes down outside the mouth is beside the wall until it has come in.
+A wall that begins to act (`forces.trigger`) catches a pin that is inside it; any other is beside
+it. What a wall has stored as it ends is lost.
 """
 
 from __future__ import annotations
@@ -24,7 +26,6 @@ from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.modes import (
     CONTACT_MARGIN,
-    FRICTION_MARGIN,
     MARGINS,
     MODE,
     RISING_MARGIN,
@@ -35,8 +36,8 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 from hydrosim.scene import ForceElement
 
-AWAY, FREE, PRESSED, BESIDE = range(4)
-NAMES = ("away", "free", "pressed", "beside")
+AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
+NAMES = ("away", "free", "pressed", "beside", "inactive")
 FORCE, CLEARANCE, OBSERVED = range(3)  # see `observe`
 ENDLESS = 1e6  # m: a wall without a mouth
 INSIDE = 1.0  # m from the mouth: as far as its margin counts
@@ -160,7 +161,10 @@ def margins(modes, motion, bodies, elements, out):
         c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
-        out[m + CONTACT_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + FRICTION_MARGIN] = 1.0
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] == INACTIVE:
+            continue
         out[m + RISING_MARGIN] = -within if mode[MODE] == AWAY else within
         if mode[MODE] != AWAY:
             out[m + CONTACT_MARGIN] = -e if mode[MODE] == FREE else e
@@ -185,8 +189,41 @@ def switch(i, which, y, modes, motion, bodies, elements):
     elif mode[MODE] == AWAY:
         mode[MODE] = BESIDE if e > 0.0 else FREE
     else:
-        y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
-        mode[MODE], mode[SEGMENT] = AWAY, pin.first
+        _leave(i, AWAY, y, modes, motion, bodies, elements)
+
+
+@kernel
+def _leave(i, mode, y, modes, motion, bodies, elements):
+    """Put pin ``i`` into a ``mode`` without force: what its wall has stored is lost."""
+    p = elements.guides
+    pin = p.pins[i]
+    y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
+    modes[p.mode + i, MODE] = mode
+    modes[p.mode + i, SEGMENT] = pin.first
+
+
+@kernel
+def activate(i, modes, motion, bodies, elements):
+    """The wall of pin ``i`` begins to act: it catches the pin within its clearance."""
+    p = elements.guides
+    pin = p.pins[i]
+    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    e, _ = pressed_by(pin, c)
+    modes[p.mode + i, MODE] = AWAY if c.compression <= -pin.depth else BESIDE if e > 0.0 else FREE
+    modes[p.mode + i, SEGMENT] = pin.first
+
+
+@kernel
+def deactivate(i, y, modes, motion, bodies, elements):
+    """The wall of pin ``i`` acts no more."""
+    _leave(i, INACTIVE, y, modes, motion, bodies, elements)
+
+
+@kernel
+def take_out(i, modes, p):
+    """The wall of pin ``i`` does not act yet: it has stored nothing."""
+    modes[p.mode + i, MODE] = INACTIVE
+    modes[p.mode + i, SEGMENT] = p.pins[i].first
 
 
 @root

@@ -15,7 +15,6 @@ from typing import ClassVar
 import numpy as np
 
 from hydrosim.dofs import MIRROR_SIGN
-from hydrosim.errors import InputError
 from hydrosim.forces.contact.fender import Contact, Normal, Plane
 from hydrosim.forces.contact.guide import Wall
 from hydrosim.forces.contact.laws import Law
@@ -38,12 +37,6 @@ class Landing(Contact):
     on: str | None = None
     wall: Wall | None = None
     group: str | None = field(default=None, kw_only=True)
-
-    def check(self, name: str) -> None:
-        """Its wall is always there."""
-        super().check(name)
-        if self.wall is not None and self.active is not None:
-            raise InputError(f"forces.{name}: found wall and active; expected one of them.")
 
     def planes(self) -> Sequence[Plane]:
         return [Plane(tuple(seat), self.axis, self.on) for seat in self.seats]

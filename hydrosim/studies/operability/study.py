@@ -23,7 +23,7 @@ from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
 from hydrosim.studies.study_file import StudyFile
-from hydrosim.studies.sweep import read_study
+from hydrosim.studies.sweep import read_study, settings_with
 from hydrosim.studies.trial import check_figures, check_units
 
 ALL = "all"  # stages together
@@ -34,7 +34,8 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Limits:
-    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``."""
+    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``; the
+    ``settings`` that its result is made with."""
 
     path: Path
     scene: Scene
@@ -44,6 +45,7 @@ class Limits:
     limits: tuple[float, ...]
     units: dict[str, str]
     inputs: tuple[Path, ...]
+    settings: str
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -103,7 +105,8 @@ def load_limits(path: Path) -> Limits:
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
-    return Limits(path, scene, data, data.operability, figures, limits, units, inputs)
+    made_with = settings_with(data, case)
+    return Limits(path, scene, data, data.operability, figures, limits, units, inputs, made_with)
 
 
 def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None) -> xr.Dataset:

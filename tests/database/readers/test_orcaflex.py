@@ -318,6 +318,14 @@ def test_damaged_files_are_refused(model, tmp_path):
     assert 50 < damaged.refused(orcaflex.read, path, path.read_bytes(), "barge.yml")
 
 
+@pytest.mark.parametrize("text", ["[" * 100_000 + "]" * 100_000, "\n  " + "- " * 100_000 + "1"])
+def test_lists_too_deep_in_each_other_are_refused(tmp_path, text):
+    path = tmp_path / "barge.yml"
+    path.write_text(f"General:\n  UnitsSystem: SI\nVesselTypes: {text}\n")
+    with pytest.raises(InputError, match=r"line [34]: found more than 40 lists and mappings in ea"):
+        read(path)
+
+
 def test_one_of_several_draughts_is_chosen_by_name(model, tmp_path):
     kind = model["VesselTypes"][0]
     deep = draught_of(model) | {"Name": "Ballast", "DisplacedVolume": 17.0}

@@ -26,6 +26,7 @@ from dry_scenes import (
 )
 from in_plane import HEAVY, Driven
 from in_plane import integrate as integrate_in_plane
+from markers import few
 from numpy.testing import assert_allclose
 from one_axis import Block, integrate
 from scipy.spatial.transform import Rotation
@@ -240,7 +241,7 @@ FIGURES = {
 }
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", few(FIGURES, 3))
 def test_a_driven_point_against_an_independent_integration(name, figure: Figure):
     """The node, its path and the losses, C2 and C3 apart: in all mu_k N times the path and the two.
     Traction is within mu_s N in stick, and mu_k N + C3 |v2| in slip."""
@@ -465,7 +466,7 @@ BARGES = {
 }
 
 
-@pytest.mark.parametrize("name", BARGES)
+@pytest.mark.parametrize("name", few(BARGES, 1))
 def test_stiff_fenders_of_the_base_case(name, figure: Figure):
     """Order 4 down from the base case's own step of 0.1 s, with the same events at every step, and
     far from it without events."""

@@ -10,9 +10,8 @@ from dry_scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.forces import Frictionless, Landing, NormalCurve, Wall
-from hydrosim.forces.contact.guide import AWAY, BESIDE, FREE, PRESSED
+from hydrosim.forces import Frictionless, Landing, LinearMooring, NormalCurve, Wall
+from hydrosim.forces.contact.guide import AWAY, BESIDE, FREE, INACTIVE, PRESSED
 from hydrosim.scene import Active, Scene, Start, When
 
 MASS, K, G = 1e3, 2e5, 9.81
@@ -106,8 +105,74 @@ def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
         assert again.guide_force.values[-1] == run.guide_force.values[-1]
 
 
-def test_a_wall_that_comes_and_goes_is_refused():
-    base = pin(Wall(GAP, *TABLE), {"heave": 0.3}, {})
-    leg = replace(base.forces["leg"], active=Active(When(1.0)))
-    with pytest.raises(InputError, match="found wall and active"):
-        hs.compile_scene(replace(base, forces={**base.forces, "leg": leg}))
+SWING = 400.0  # N/m: a period of 9.9 s, an amplitude of 1.58 m
+
+
+def lock(begin: float, until: float | None = None, duration: float = 4.0) -> Scene:
+    """A pin that swings on a spring through the middle of a cylinder, whose wall comes and goes."""
+    end = None if until is None else When(until)
+    leg = Landing(
+        "block",
+        np.zeros((1, 3)),
+        np.array([[0.0, 0.0, -0.05]]),  # above its seat all the time
+        SEAT,
+        Frictionless(),
+        wall=Wall(GAP, *TABLE),
+        active=Active(When(begin), end),
+    )
+    swing = LinearMooring("block", np.diag([SWING, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    body = block(MASS, ("surge",), velocity=moving(surge=1.0))
+    return scene(body, {"leg": leg, "swing": swing}, duration, 0.05, step=0.0025)
+
+
+def test_a_wall_that_comes_while_the_pin_is_inside_locks_it() -> None:
+    begin = 0.05  # the pin is 5 cm from the axis, 5 cm from the wall
+    run = hs.simulate(lock(begin))
+
+    def rates(t: float, z: np.ndarray) -> list[float]:
+        pressed = max(abs(z[0]) - GAP, 0.0) if t >= begin else 0.0
+        return [z[1], (-SWING * z[0] - K * pressed * np.sign(z[0])) / MASS]
+
+    found = solve_ivp(
+        rates, (0.0, 4.0), [0.0, 1.0], "DOP853", run.time, rtol=1e-12, atol=1e-14, max_step=1e-3
+    )
+    assert np.abs(run.position.values[:, 0, 0] - found.y[0]).max() < 1e-6
+    assert np.abs(run.position.values[:, 0, 0]).max() < 2.0 * GAP
+    assert run.guide_mode.values[0, 0] == INACTIVE
+    assert run.attrs["energy_residual_relative"] < 1e-6
+
+
+def test_a_wall_that_comes_while_the_pin_is_outside_catches_it_as_it_comes_in() -> None:
+    run = hs.simulate(lock(1.0, duration=8.0))
+    period = 2.0 * np.pi / np.sqrt(SWING / MASS)
+    time, x, mode = run.time.values, run.position.values[:, 0, 0], run.guide_mode.values[:, 0]
+    outside = (time > 1.0) & (time < 0.45 * period)
+    assert np.all(mode[time < 1.0] == INACTIVE)
+    assert np.all(mode[outside] == BESIDE)
+    assert not run.guide_force.values[outside].any()
+    assert x[outside].min() > GAP
+    assert np.abs(x[time > 0.5 * period]).max() < 2.0 * GAP
+    assert run.attrs["energy_residual_relative"] < 1e-6
+
+
+def test_what_a_wall_has_stored_as_it_goes_is_lost() -> None:
+    """x = v sin(w t) / w up to the wall, e = v1 sin(w1 t) / w1 - c (1 - cos(w1 t)) on it."""
+    until = 0.15
+    run = hs.simulate(lock(0.0, until, 0.4))
+    w, w1 = np.sqrt(SWING / MASS), np.sqrt((K + SWING) / MASS)
+    touch = np.arcsin(GAP * w) / w
+    on = w1 * (until - touch)
+    e = np.cos(w * touch) * np.sin(on) / w1 - GAP * SWING / (K + SWING) * (1.0 - np.cos(on))
+    lost = run.energy_dissipated_leg.values
+    assert lost[0] == 0.0
+    assert lost[-1] == pytest.approx(0.5 * K * e**2, rel=1e-6)
+    assert run.guide_mode.values[-1, 0] == INACTIVE
+    assert run.attrs["energy_residual_relative"] < 1e-6
+
+
+def test_a_restart_before_and_after_a_wall_has_come_is_the_run_to_the_bit() -> None:
+    whole = replace(lock(0.05), output_states=True)
+    run = hs.simulate(whole)
+    for time in (0.0, 0.5, 1.0):
+        again = hs.simulate(replace(whole, initial=Start(run, time), duration=4.0 - time))
+        assert np.array_equal(again.position.values[-1], run.position.values[-1])

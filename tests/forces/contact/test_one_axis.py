@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
+from markers import few
 from one_axis import OPEN, SLIP, STICK, Block, Exact, integrate
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -180,7 +181,7 @@ def one_dimensional(k: int) -> Block:
     )
 
 
-@pytest.mark.parametrize("k", range(20))
+@pytest.mark.parametrize("k", few(range(20), 6))
 def test_one_dimensional_model_with_random_parameters(k: int, figure: Figure) -> None:
     """To 1e-7 of the range at 0.01 s. The same sequence of modes: as many changes, and the same
     mode every 0.01 s (but where a change is at the very sample)."""

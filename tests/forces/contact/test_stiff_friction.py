@@ -118,6 +118,7 @@ def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: 
         assert run.solver_events == exact.solver_events
 
 
+@pytest.mark.slow
 def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
     """K2 is 300 times that of the base case: the node breaks away at a stretch of 1e-5 m, and is
     tolerated by the friction that its error makes, not in metres. Both methods see the same."""

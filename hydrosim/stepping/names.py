@@ -1,20 +1,17 @@
-"""Names of what is in the arrays: rows of forces, coordinates, contact points, entries of y."""
+"""Names of what is in the arrays: rows of forces, coordinates, contact points, springs, pins."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces import Contact, Spring
 from hydrosim.forces.ballast.events import triggered_pumps
-from hydrosim.forces.ballast.tanks import flow_names, tank_names
-from hydrosim.forces.contact import fender, tally
-from hydrosim.forces.contact.fender import STATE_NAMES
-from hydrosim.forces.contact.group import STATE_NAMES as OF_GROUP
-from hydrosim.forces.contact.loop import STATE_NAMES as REMEMBERED
+from hydrosim.forces.ballast.tanks import flow_names
+from hydrosim.forces.contact import fender
 from hydrosim.forces.layout import (
     BALLAST,
     RADIATION,
@@ -27,12 +24,8 @@ from hydrosim.forces.layout import (
 )
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import slow_bodies
-from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
 WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
-MOVING = (*(f"{dof} of " for dof in DOFS), "rate of ", "radiation ")
-"""Beginnings of the names of states that are not of contact points or energies."""
 
 
 def force_names(scene: Scene) -> tuple[str, ...]:
@@ -73,9 +66,26 @@ def dofs_of(dofs: Sequence[int] | np.ndarray, bodies: Sequence[str]) -> str:
     return " and ".join(parts)
 
 
+class Coordinate(NamedTuple):
+    """A degree of freedom of a body."""
+
+    dof: str
+    body: str
+
+    @property
+    def name(self) -> str:
+        """As files spell it: "surge of barge"."""
+        return f"{self.dof} of {self.body}"
+
+
+def coordinates(scene: Scene) -> list[Coordinate]:
+    """All free coordinates, in the order of y."""
+    return [Coordinate(dof, b.name) for b in scene.bodies for dof in DOFS if dof in b.dofs]
+
+
 def coordinate_names(scene: Scene) -> list[str]:
-    """Names of all free coordinates, "surge of barge", ..."""
-    return [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS if dof in b.dofs]
+    """Names of all free coordinates."""
+    return [coordinate.name for coordinate in coordinates(scene)]
 
 
 def fender_names(scene: Scene) -> list[str]:
@@ -137,81 +147,13 @@ def _units(scene: Scene, kind: type[ForceElement]) -> list[str]:
     return [unit for name, e in each for unit in e.unit_names(name)]
 
 
-def state_names(scene: Scene, model: Model) -> list[str]:
-    """Names of all entries of y: coordinates, their rates, "radiation 1 of heave, pitch of barge",
-    "slip distance of interface 1", "work of lift", "loss in mooring", ..."""
-    return [
-        *moving_names(scene, model),
-        *(f"{what} of {name}" for name in fender_names(scene) for what in STATE_NAMES),
-        *(f"{what} of {name}" for name in remembering_names(scene, model) for what in REMEMBERED),
-        *(f"{what} of group {name}" for name in group_names(scene, model) for what in OF_GROUP),
-        *(f"volume of {name}" for name in tank_names(scene)),
-        *(f"time since {name} may act or end" for name in trigger_names(scene)),
-        *slow_names(scene),
-        *draught_names(scene, model),
-        *(
-            f"{'work of' if supplies(scene, row) else 'loss in'} {name}"
-            for row, name in enumerate(force_names(scene))
-        ),
-        "integral of |wave power|",
-        *(_impulse_names(scene) if scene.output_impulses else ()),
-    ]
-
-
-def _impulse_names(scene: Scene) -> Iterator[str]:
-    """Names of the integrals of forces and their powers, and of what contact points did."""
-    coordinates = [f"{dof} of {b.name}" for b in scene.bodies for dof in DOFS]
-    for what in ("impulse", "work"):
-        for row in force_names(scene):
-            yield from (f"{what} of {row} on {name}" for name in coordinates)
-    for name in fender_names(scene):
-        yield from (f"tally {k + 1} of {name}" for k in range(tally.SIZE))
-
-
-def slow_names(scene: Scene) -> list[str]:
-    """Names of the states of slow places in waves."""
-    return [f"{what} of {body.name}" for body in slow_bodies(scene) for what in SLOW_NAMES]
-
-
-def draught_names(scene: Scene, model: Model) -> list[str]:
-    """Names of the filters of slow draughts."""
-    owners = [scene.bodies[b].name for b in model.family.body]
-    return [f"slow heave filter {k} of {name}" for name in owners for k in (1, 2)]
-
-
-def moving_names(scene: Scene, model: Model) -> dict[str, list[str]]:
-    """Names of the first entries of y, coordinates, rates and radiation, and of the coordinates
-    that each belongs to."""
-    coordinates = coordinate_names(scene)
-    return {
-        **{name: [name] for name in coordinates},
-        **{f"rate of {name}": [name] for name in coordinates},
-        **_radiation_names(scene, model),
-    }
-
-
 def memory_names(scene: Scene, model: Model) -> list[str]:
     """Names of the coordinates whose velocities a convolution remembers."""
-    return [_coordinate(scene, model, dof) for dof in np.unique(model.convolution.column)]
+    return [coordinate_of(scene, model, dof).name for dof in np.unique(model.convolution.column)]
 
 
-def _radiation_names(scene: Scene, model: Model) -> dict[str, list[str]]:
-    states, family, bodies = model.states, model.family, [body.name for body in scene.bodies]
-    members = zip(family.owner, family.draught, strict=True)
-    bodies += [f"{scene.bodies[b].name} at {draught:g} m" for b, draught in members]
-    # the model may repeat the last DOF of a group
-    groups = [[*dict.fromkeys(states.dof[a:b].tolist())] for a, b in pairwise(states.member)]
-    return {
-        f"radiation {k + 1} of {dofs_of(dofs, bodies)}": [
-            _coordinate(scene, model, dof) for dof in dofs
-        ]
-        for dofs, count in zip(groups, np.diff(states.state), strict=True)
-        for k in range(count)
-    }
-
-
-def _coordinate(scene: Scene, model: Model, dof: int) -> str:
+def coordinate_of(scene: Scene, model: Model, dof: int) -> Coordinate:
     """Of a body, or of the one that a member of a family is for."""
     body = dof // 6 - len(scene.bodies)
     owner = dof // 6 if body < 0 else model.family.owner[body]
-    return f"{DOFS[dof % 6]} of {scene.bodies[owner].name}"
+    return Coordinate(DOFS[dof % 6], scene.bodies[owner].name)

@@ -1,0 +1,52 @@
+"""A method of time integration, and what it answers about itself.
+
+Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hydrosim.integrate.runge_kutta import Tableau
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """A method by its ``name`` and ``tableau``. ``why_any_step`` says why no step is too large for
+    it; empty of methods with a limit."""
+
+    name: str
+    tableau: Tableau
+    why_any_step: str = ""
+
+    @property
+    def order(self) -> int:
+        """Order of the error in the step."""
+        return self.tableau.order
+
+    @property
+    def adapts(self) -> bool:
+        """Whether it chooses its own steps, by an embedded error."""
+        return bool(self.tableau.error.any())
+
+    @property
+    def any_step(self) -> bool:
+        """Whether no step is too large for it to be stable."""
+        return bool(self.why_any_step)
+
+    def stability(self, z: np.ndarray) -> np.ndarray:
+        """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
+        z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
+        numerator, denominator = self._stability
+        return np.asarray(np.polyval(numerator[::-1], z) / np.polyval(denominator[::-1], z))
+
+    @cached_property
+    def _stability(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients of both determinants, constants first."""
+        a, b = self.tableau.a, self.tableau.b
+        numerator = np.poly(a - np.outer(np.ones(b.size), b))
+        denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
+        return numerator, denominator

@@ -1,0 +1,36 @@
+"""What methods answer about themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrosim import scene
+from hydrosim.integrate import METHODS, Method, method_named
+from hydrosim.linear.stability import ray_limits
+
+
+def test_every_name_in_a_scene_has_a_method() -> None:
+    assert [*METHODS] == [str(name) for name in scene.Method]
+
+
+@pytest.mark.parametrize("name", scene.Method)
+def test_scene_and_tableau_agree_on_who_chooses_steps(name: scene.Method) -> None:
+    assert method_named(name).adapts == name.adapts
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=str)
+def test_only_methods_that_choose_their_steps_or_are_stable_everywhere_have_no_limit(
+    method: Method,
+) -> None:
+    left = np.linspace(0.5 * np.pi, np.pi, 20)
+    stable = bool(np.isinf(ray_limits(method, left)).all())
+    assert method.any_step == (method.adapts or stable)
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=str)
+def test_the_stability_function_is_the_exponential_to_the_order(method: Method) -> None:
+    """R(z) - exp(z) = C z^(p + 1) + ..."""
+    z = np.array([0.2, 0.1]) * np.exp(2.0j)
+    far, near = np.abs(method.stability(z) - np.exp(z))
+    assert np.log2(far / near) == pytest.approx(method.order + 1, abs=0.15)
