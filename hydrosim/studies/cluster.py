@@ -36,6 +36,7 @@ from hydrosim.studies.shared import Work, pack, unpack
 
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
 DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
+LOOKS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
 LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
 MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
 Run = tuple[Future[Outcome], Scene]
@@ -189,11 +190,14 @@ class Cluster:
         """See that there are workers, or say that there are none; a scheduler that is gone has
         none."""
         seen = monotonic()
+        looks = 0
         while not self._closed.wait(ASKED):
+            looks += 1
             with suppress(Exception):
                 if self._client.scheduler_info(n_workers=-1)["workers"]:
                     seen = monotonic()
-            if monotonic() - seen > DESERTED:
+                    looks = 0
+            if looks >= LOOKS and monotonic() - seen > DESERTED:
                 self._give_up()
                 return
 

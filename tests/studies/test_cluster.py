@@ -168,7 +168,7 @@ def test_nobody_is_waited_for_where_no_worker_is_left(
     sweep: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The only one dies: what it has made is kept, and the rest is made here."""
-    monkeypatch.setattr("hydrosim.studies.cluster.DESERTED", 2.0)
+    monkeypatch.setattr("hydrosim.studies.cluster.DESERTED", 10.0)
     monkeypatch.setattr("hydrosim.studies.cluster.ASKED", 0.2)
     kept = Path("runs.nc.partial") / "runs"
     with running(tmp_path, 1) as (address, workers):
@@ -177,7 +177,7 @@ def test_nobody_is_waited_for_where_no_worker_is_left(
         result = sweep("study.yaml", "-o", "runs.nc", "--scheduler", address)
         killer.join()
     assert result.code == 2
-    assert "no worker has been there for 2 s" in result.err
+    assert "no worker has been there for 10 s" in result.err
     assert kept.stat().st_size > 5000
     assert sweep("study.yaml", "-o", "runs.nc", "--resume").code == 0
 
