@@ -8,6 +8,8 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 MIRROR_SIGN = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """+1 where a mirror image in y = 0 keeps the sign of a load or motion: surge, heave, pitch."""
+SMALL = 1e-6
+"""Of what is there by symmetry: less than this is left of a zero in tables of six digits."""
 
 
 def about_z(heading: float) -> np.ndarray:

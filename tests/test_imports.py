@@ -12,12 +12,13 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
-errors cache dofs interrupts
+errors cache dofs modes interrupts
 locks
 outputs
 leftovers
 jit documents scene
 rigid integrate waves radiation recordings
+tanks
 database forces
 case stepping
 linear results

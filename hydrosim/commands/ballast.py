@@ -47,10 +47,10 @@ def ballast(
     """Print and draw the loading condition of bodies with tanks; plan their pumps."""
     from hydrosim.case import load_case
     from hydrosim.compiling.compile import compile_in_calm
-    from hydrosim.forces.ballast.events import triggered_pumps
     from hydrosim.plot.loading import draw_loading
     from hydrosim.studies.ballasting import plan
     from hydrosim.studies.loading import conditions
+    from hydrosim.tanks.events import triggered_pumps
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"
     page = placed(

@@ -11,12 +11,13 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.contact.geometry import touch
-from hydrosim.forces.modes import MODE, OPEN
+from hydrosim.forces.contact.modes import OPEN
 from hydrosim.linear.equilibrium import ENOUGH, equilibrium
+from hydrosim.modes import MODE
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.names import coordinate_names, fender_names
+from hydrosim.stepping.names import contact_names, coordinate_names
 from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"
@@ -53,7 +54,7 @@ def _nearest(scene: Scene, model: Model, state: State) -> str:
     gaps = {
         name: -touch(point, model.bodies, motion).compression
         for name, point, mode in zip(
-            fender_names(scene), fenders.points, state.modes[fenders.mode :], strict=False
+            contact_names(scene), fenders.points, state.modes[fenders.mode :], strict=False
         )
         if mode[MODE] == OPEN
     }

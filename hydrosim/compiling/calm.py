@@ -19,7 +19,7 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Elements
+from hydrosim.forces.kind import Parts
 from hydrosim.scene import Kinematics, Place, Scene
 from hydrosim.waves import (
     Components,
@@ -33,9 +33,9 @@ from hydrosim.waves import (
 )
 
 
-def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = None) -> Compiled:
-    """An `opened` scene in calm water, with its databases ``wet`` and its elements, if they are
-    ``known``.
+def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
+    """An `opened` scene in calm water, with its databases ``wet`` and its elements and tanks,
+    if they are ``known``.
 
     Raises InputError where the scene cannot be compiled, or started.
     """

@@ -10,9 +10,9 @@ import numpy as np
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.database.build.barge import Hydrostatics
 from hydrosim.database.hull import areas, immersed, integrals
+from hydrosim.dofs import SMALL
 from hydrosim.forces.displacement import MOMENTS, Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
-from hydrosim.forces.mirroring import SMALL
 from hydrosim.rigid import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 

@@ -14,8 +14,8 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, MIRROR_SIGN
-from hydrosim.forces.mirroring import LATERAL, SMALL
+from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
+from hydrosim.forces.mirroring import LATERAL
 from hydrosim.scene import ForceElement
 
 COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"

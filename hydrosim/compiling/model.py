@@ -18,10 +18,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
-from hydrosim.forces import Elements
-from hydrosim.forces.ballast.events import triggered_pumps
-from hydrosim.forces.ballast.tanks import tank_names
-from hydrosim.forces.contact import tally
+from hydrosim.forces.kind import Parts
 from hydrosim.forces.layout import Layout, Resonance, carried, row_names
 from hydrosim.radiation import StateSpace
 from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
@@ -32,12 +29,15 @@ from hydrosim.scene import (
 )
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
+from hydrosim.tanks.contents import Tanks, tank_names
+from hydrosim.tanks.events import triggered_pumps
 from hydrosim.waves import following_model, slow_bodies, wave_loads_model
 from hydrosim.waves.following import STATES
 
 
-def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = None) -> Model:
-    """The model of a scene in calm water; its elements are compiled unless they are ``known``.
+def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Model:
+    """The model of a scene in calm water; its elements and tanks are compiled unless they are
+    ``known``.
 
     Raises InputError where radiation or an element does not fit the scene.
     """
@@ -50,15 +50,13 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
     radiating = 2 * bodies.active.size
     own = radiating + states.decay.size
     if known is None:
-        elements = forces.compile_elements(scene.forces, _layout(scene, alone), own)
-    else:
-        elements = forces.placed(known, own)
-    slow = own + forces.state_count(elements)
+        tanks = tanks_of(scene)
+        elements = forces.compile_elements(scene.forces, _layout(scene, alone, tanks))
+        known = forces.Placed(elements, tanks)
+    slow = own + forces.state_count(known, scene)
     draught = slow + STATES * len(slow_bodies(scene))
     energy = draught + blending.STATES * family.body.size
-    booking = ("guides", "triggers")  # they book losses as they happen
-    changed = {name: getattr(elements, name)._replace(losses=energy) for name in booking}
-    elements = elements._replace(**changed)
+    parts = forces.placed(known, scene, own, energy)
     rows = row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
@@ -78,7 +76,8 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
         family=family,
-        elements=elements,
+        elements=parts.elements,
+        tanks=parts.tanks,
         weights=weights_of(scene, alone, rows),
         rows=len(rows),
         radiation=radiating,
@@ -87,13 +86,13 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Elements | None = Non
         draught=draught,
         energy=energy,
         impulse=impulse,
-        size=impulse + (_impulses(len(rows), bodies, elements) if scene.output_impulses else 0),
+        size=impulse + (_impulses(len(rows), bodies, parts) if scene.output_impulses else 0),
     )
 
 
-def _impulses(rows: int, bodies: Bodies, elements: Elements) -> int:
-    """Number of integrals of impulses: of forces and their works, and of what contacts do."""
-    return 2 * rows * 6 * bodies.each.size + tally.SIZE * int(elements.fenders.points.size)
+def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
+    """Number of integrals of impulses: of forces and their works, and of what units do."""
+    return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
 
 def _bodies(scene: Scene) -> Bodies:
@@ -184,7 +183,7 @@ def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
+def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> Resonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
@@ -195,7 +194,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase]) -> Layout:
         of_body,
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,
-        tanks_of(scene),
+        tanks.row,
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
         carried(scene),

@@ -8,9 +8,10 @@ from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, is_known, signals_of
 from hydrosim.forces.contact.laws import COULOMB
+from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
-from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.forces.spring import stretch
+from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Kinematics, Scene

@@ -18,12 +18,10 @@ import xarray as xr
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import events, new_modes, own_modes, spring, trigger
-from hydrosim.forces.ballast import tanks
-from hydrosim.forces.ballast.tanks import flow_names
-from hydrosim.forces.contact import fender, group, guide, loop
+from hydrosim.forces import KINDS, events, kinds_of, new_modes, own_modes
 from hydrosim.forces.events import settle
-from hydrosim.forces.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
+from hydrosim.forces.kind import Kind, Modes, Renewing
+from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.output import read
@@ -32,15 +30,10 @@ from hydrosim.scene import Body, Place, Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import (
     Coordinate,
-    fender_names,
-    group_names,
-    guide_names,
     memory_names,
-    spring_names,
-    trigger_names,
 )
 from hydrosim.stepping.state import State
-from hydrosim.stepping.state_layout import MOVING, Kind, state_layout
+from hydrosim.stepping.state_layout import MOVING, StateKind, state_layout
 from hydrosim.waves import slow_bodies
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
@@ -99,7 +92,7 @@ def knows_slow_places(scene: Scene) -> bool:
     if scene.initial is None:
         return False
     run = _run(scene)
-    there = {*run.state_owner.values[run.state_kind.values == Kind.SLOW_PLACE]}
+    there = {*run.state_owner.values[run.state_kind.values == StateKind.SLOW_PLACE]}
     return {body.name for body in slow_bodies(scene)} <= there
 
 
@@ -141,16 +134,16 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
     layout = state_layout(scene, model)
-    y = np.array([there.get(name, 0.0) for name in layout.names()])
-    for block in layout.blocks:
-        for i, entry in enumerate(block.entries, start=block.offset):
-            if entry.name in there:
-                continue
-            if block.kind == Kind.TANK:  # as at a start from rest
-                y[i] = fresh.y[i]
-            if block.kind == Kind.SLOW_DRAUGHT:  # as deep as the body is
-                y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
-    return State(y, _modes(scene, model, run, y), _history(scene, model, run, fresh.history))
+    names = layout.names()
+    known = np.array([name in there for name in names])
+    y = np.array([there.get(name, 0.0) for name in names])
+    contents = slice(model.tanks.state, model.tanks.state + model.tanks.each.size)
+    y[contents] = np.where(known, y, fresh.y)[contents]  # as at a start from rest
+    for i, entry in enumerate(layout.of(StateKind.SLOW_DRAUGHT), model.draught):
+        if not known[i]:  # as deep as the body is
+            y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
+    modes = _modes(scene, model, run, y, known)
+    return State(y, modes, _history(scene, model, run, fresh.history))
 
 
 def _run(scene: Scene) -> xr.Dataset:
@@ -227,118 +220,69 @@ def _same_fit(scene: Scene, model: Model, run: xr.Dataset) -> bool:
     return np.abs(missed).max(initial=0.0) <= SAME_FIT * np.abs(here).max(initial=0.0)
 
 
-def _modes(scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray) -> np.ndarray:
-    """Modes (nf + ns, 3) of contacts and springs: those stored where they can be, else those of a
-    start from ``y``."""
-    elements, motion, time = model.elements, new_work(model).motion, begin(scene)
-    points, lines = elements.fenders.points, elements.springs.lines
-    fender.forget(elements.fenders, y)
+def _modes(
+    scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray, known: np.ndarray
+) -> np.ndarray:
+    """Modes (rows, 3) of all units: those stored where they can be, else those of a start from
+    ``y``, of whose states those are ``known`` (ny,) that were in the run."""
+    motion, time = new_work(model).motion, begin(scene)
+    renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
+    for each in renewing:
+        each.forget(each.of(model), y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    settled, anew = new_modes(elements), y.copy()
-    settle(time, anew, settled, motion, model.bodies, elements)
+    settled = new_modes(model)
+    anew = y.copy()
+    settle(time, anew, settled, motion, model.bodies, model.elements, model.tanks)
     stored = settled.copy()
-    _restore(
-        "fender",
-        fender_names(scene),
-        points,
-        time,
-        run,
-        own_modes(fender, elements.fenders, stored),
-    )
-    _restore(
-        "spring", spring_names(scene), lines, time, run, own_modes(spring, elements.springs, stored)
-    )
-    p = elements.tanks
-    _restore("pump", flow_names(scene), p.flows, time, run, own_modes(tanks, p, stored))
-    pins, of_pins = elements.guides.pins, own_modes(guide, elements.guides, stored)
-    _restore("guide", guide_names(scene), pins, time, run, of_pins)
-    _restore_triggers(scene, model, run, stored)
+    at = run.sel(time=time, state_time=time)
+    for kind, p in kinds_of(model):
+        _restore(kind, kind.modes(p), kind.unit_names(scene), at, own_modes(kind, p, stored))
     possible = _possible(time, y, stored, motion, model)
-    _set_anew(model.elements.fenders, y, anew, [*map(bool, possible)], run, fender_names(scene))
-    _begin_groups(scene, model, y, anew, run)
+    for each in renewing:
+        p = each.of(model)
+        each.renew(p, y, anew, own_modes(each, p, possible[:, None])[:, 0], known)
     return np.where(possible[:, None], stored, settled)
 
 
-def _set_anew(
-    fenders: fender.Params,
-    y: np.ndarray,
-    anew: np.ndarray,
-    possible: Sequence[bool],
-    run: xr.Dataset,
-    names: Sequence[str],
-) -> None:
-    """Stiff lines in y of points that were not in the run, or cannot be pressed as they were."""
-    there = {*map(str, run.fender.values)} if "fender" in run.dims else set()
-    for k, i in enumerate(fender.which_remember(fenders)):
-        if not possible[fenders.mode + i] or names[i] not in there:
-            found = fender.memories(fenders, anew)[k, loop.SET]
-            fender.memories(fenders, y)[k, loop.SET] = found
-
-
-def _begin_groups(
-    scene: Scene, model: Model, y: np.ndarray, anew: np.ndarray, run: xr.Dataset
-) -> None:
-    """Groups of contacts that did not remember their stages in the run begin to."""
-    fenders, there = model.elements.fenders, {*map(str, run.state.values)}
-    for name, first in zip(group_names(scene, model), fenders.groups["first"], strict=True):
-        if f"{group.STATE_NAMES[0]} of group {name}" not in there:
-            own = slice(fenders.state + first, fenders.state + first + group.STATES)
-            y[own] = anew[own]
-
-
-def _restore_triggers(scene: Scene, model: Model, run: xr.Dataset, modes: np.ndarray) -> None:
-    """The stored stages of those triggers that are in ``run`` by name."""
-    if "trigger" not in run.dims:
-        return
-    own = own_modes(trigger, model.elements.triggers, modes)
-    at, there = run.sel(time=begin(scene), state_time=begin(scene)), list(run.trigger.values)
-    for i, name in enumerate(trigger_names(scene)):
-        if name in there:
-            own[i, MODE] = int(at.trigger_stage[there.index(name)])
-            own[i, RISING] = int(at.trigger_waits[there.index(name)])
-
-
 def _restore(
-    kind: str, names: list[str], each: np.ndarray, time: float, run: xr.Dataset, modes: np.ndarray
+    kind: Kind, rows: Modes, names: Sequence[str], at: xr.Dataset, modes: np.ndarray
 ) -> None:
-    """The stored modes of those of ``each`` fender or spring that are in ``run`` by name."""
-    if kind not in run.dims:
-        return
-    at, there = run.sel(time=time, state_time=time), list(run[kind].values)
-    last = np.maximum(each["last"], each["line"]) if kind == "fender" else each["last"]
+    """The stored modes of those units that are in a run by name, ``at`` the time of the start."""
+    there = [*at[kind.unit].values] if kind.unit in at.dims else []
     for i, name in enumerate(names):
-        if name in there:
-            k = there.index(name)
-            segment = each["first"][i] + int(at[f"{kind}_segment"][k])
-            modes[i, MODE] = int(at[f"{kind}_mode"][k])
-            modes[i, SEGMENT] = min(segment, last[i])
-            if kind == "fender":
-                modes[i, RISING] = int(at.fender_rising[k])
+        if name not in there:
+            continue
+        stored = at.isel({kind.unit: there.index(name)})
+        modes[i, MODE] = int(stored[f"{kind.unit}_{rows.mode}"])
+        if rows.first is not None and rows.last is not None:
+            segment = rows.first[i] + int(stored[f"{kind.unit}_segment"])
+            modes[i, SEGMENT] = min(segment, rows.last[i])
+        if rows.rising:
+            modes[i, RISING] = int(stored[f"{kind.unit}_{rows.rising}"])
 
 
 def _possible(
     time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
 ) -> np.ndarray:
-    """Which points and springs (nf + ns,) are in contact or not, and on their curve, as their mode
-    says."""
-    fenders, springs = model.elements.fenders, model.elements.springs
-    guides, triggers = model.elements.guides, model.elements.triggers
-    out = np.zeros((len(modes), MARGINS))
-    nothing = np.zeros((len(modes), 2))  # headings and reactions do not matter to them
-    flat, bodies, every = out.reshape(-1), model.bodies, np.ones(len(modes), dtype=np.int64)
-    each = model.elements
-    events.find_margins(time, y, modes, motion, bodies, each, nothing, nothing, every, flat)
-    steepest = np.zeros(len(modes))
-    steepest[fenders.mode :][: fenders.points.size] = fenders.points["steepest"]
-    steepest[springs.mode :][: springs.lines.size] = springs.lines["steepest"]
-    flowing = np.zeros(len(modes), dtype=bool)
-    own_modes(tanks, each.tanks, flowing[:, None, None])[:] = True
-    touching = out[:, CONTACT_MARGIN] >= -NEAR * steepest
-    possible = touching & (out[:, SEGMENT_MARGIN] >= -NEAR)
-    for kind, each in ((guides, guides.pins), (triggers, triggers.each)):
-        possible[kind.mode :][: len(each)] = True
-    return flowing | possible
+    """Which units (rows,) are in contact or not, and on their curve, as their mode says."""
+    count = len(modes)
+    out = np.zeros((count, MARGINS))
+    unused = np.zeros((count, 2))  # headings and reactions do not matter to them
+    every = np.ones(count, dtype=np.int64)
+    elements, tanks, bodies = model.elements, model.tanks, model.bodies
+    events.find_margins(
+        time, y, modes, motion, bodies, elements, tanks, unused, unused, every, out.reshape(-1)
+    )
+    possible = np.ones(count, dtype=bool)
+    for kind, p in kinds_of(model):
+        steepest = kind.modes(p).steepest
+        if steepest is not None:
+            margins = own_modes(kind, p, out)
+            touching = margins[:, CONTACT_MARGIN] >= -NEAR * steepest
+            own = own_modes(kind, p, possible[:, None])
+            own[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -NEAR)
+    return possible
 
 
 def _history(

@@ -25,19 +25,19 @@ def first_state(scene: Scene, model: Model) -> State:
     bodies, n = model.bodies, model.bodies.active.size
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
-    tanks = model.elements.tanks
+    tanks = model.tanks
     y[tanks.state : tanks.state + tanks.each.size] = tanks.each["first_volume"]
-    modes, motion = new_modes(model.elements), new_work(model).motion
+    modes, motion = new_modes(model), new_work(model).motion
     y[model.draught : model.energy] = settled(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    settle(0.0, y, modes, motion, bodies, model.elements)
+    settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     state = State(y, modes, _history(scene, model))
     if scene.at_rest:
         y[:] = states_at_rest(scene, model, state)
         place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-        settle(0.0, y, modes, motion, bodies, model.elements)
+        settle(0.0, y, modes, motion, bodies, model.elements, tanks)
     return state
 
 

@@ -31,10 +31,9 @@ from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.database import HydroDatabase
-from hydrosim.dofs import DOFS, MIRROR_SIGN
-from hydrosim.forces import CATALOGUE
-from hydrosim.forces.ballast.mirror import without_image as without_image_in
-from hydrosim.forces.mirroring import LATERAL, SMALL
+from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
+from hydrosim.forces import is_mirrored
+from hydrosim.forces.mirroring import LATERAL
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
@@ -42,6 +41,7 @@ from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import Coordinate, coordinates
 from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import state_layout
+from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.waves import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -68,7 +68,7 @@ def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
         return replace(calm, notes=replace(calm.notes, symmetry=said))
     plane = _in_plane(scene, {name for name in aside if aside[name]})
-    reduced = compile_calm(plane, calm.wet, calm.model.elements)
+    reduced = compile_calm(plane, calm.wet, calm.model)
     said = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
     notes = replace(calm.notes, symmetry=said, zero=zero)
     return replace(reduced, notes=notes, whole=calm)
@@ -202,12 +202,7 @@ def _remembers(state: State) -> bool:
 
 def _mirrored(model: Model, state: State) -> bool:
     """Whether the states and modes of all elements are their own mirror image."""
-    pairs = zip(CATALOGUE, model.elements, strict=True)
-    return all(
-        kind.is_mirrored(p, state.y, state.modes)
-        for kind, p in pairs
-        if hasattr(kind, "is_mirrored")
-    )
+    return is_mirrored(model, state.y, state.modes)
 
 
 def _growth(calm: Compiled, aside: np.ndarray) -> float:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces.ballast.events import unforeseen_tanks
-from hydrosim.forces.ballast.loading import at_start, body_without, least_moment, loaded
-from hydrosim.forces.ballast.shapes import height
-from hydrosim.forces.ballast.tanks import Tanks, changing, flow_keys, tank_names
-from hydrosim.forces.ballast.timeline import follow
 from hydrosim.scene import Body, LevelReached, Pump, Scene, Tank, Weight
+from hydrosim.tanks.contents import Tanks, changing, flow_keys, tank_names
+from hydrosim.tanks.events import unforeseen_tanks
+from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded
+from hydrosim.tanks.shapes import height
+from hydrosim.tanks.timeline import follow
 
 SAME = 1e-9  # of a density
 

@@ -8,21 +8,21 @@ from math import cos, inf, sin
 import numpy as np
 
 from hydrosim.compiling.tank_checks import check_flow, check_tanks
-from hydrosim.forces.ballast.events import is_triggered, unforeseen_tanks
-from hydrosim.forces.ballast.loading import symmetric
-from hydrosim.forces.ballast.mirror import images
-from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE, at
-from hydrosim.forces.ballast.pumping import FLOW, RATE, SEA
-from hydrosim.forces.ballast.shapes import capacity, pieces, volume_at
-from hydrosim.forces.ballast.tanks import (
+from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
+from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank
+from hydrosim.tanks.contents import (
     REST,
     TANK,
     Tanks,
     changing,
     no_tanks,
 )
-from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
-from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank
+from hydrosim.tanks.events import is_triggered, unforeseen_tanks
+from hydrosim.tanks.loading import symmetric
+from hydrosim.tanks.mirror import images
+from hydrosim.tanks.pieces import FIRST, SECOND, SURFACE, at
+from hydrosim.tanks.pumping import FLOW, RATE, SEA
+from hydrosim.tanks.shapes import capacity, pieces, volume_at
 
 
 def tanks_of(scene: Scene) -> Tanks:

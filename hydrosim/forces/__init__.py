@@ -7,10 +7,10 @@ An element is one file with
     compile_elements              all of them in a scene as constants, `Params` or an array
     add_force                     into its row of forces, and its work or dissipation
     add_energy                    if it stores any
+    KIND                          what else it is: states, modes, variables (`hydrosim.forces.kind`)
 
-and in `CATALOGUE` and the sums below one line each. A kind whose units have modes, which end at
-events, says so with ``units``, and stands in `hydrosim.forces.events`; one that has states in y
-says how many with ``state_count``.
+and in `Elements`, `KINDS` and the sums below one line each. A kind whose units have modes, which
+end at events, stands in `hydrosim.forces.events`, too.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from hydrosim.forces import (
     quadratic_damping,
     spring,
     stream_load,
+    tanks,
     trigger,
 )
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.ballast import flows, tanks
 from hydrosim.forces.contact import fender, guide
+from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Contact, Fender, Normal, Plane
 from hydrosim.forces.contact.friction_slope import FrictionSlope
@@ -40,16 +41,19 @@ from hydrosim.forces.contact.guide import Wall
 from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
+from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
-from hydrosim.forces.modes import COLUMNS
+from hydrosim.forces.postures import PosingKind
 from hydrosim.forces.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.scene import ForceElement
+from hydrosim.modes import COLUMNS
+from hydrosim.scene import ForceElement, Scene
+from hydrosim.tanks.contents import Tanks
 
 
 class Elements(NamedTuple):
@@ -62,24 +66,23 @@ class Elements(NamedTuple):
     linear_dampings: Any
     quadratic_dampings: Any
     stream_loads: Any
-    tanks: Any
     guides: Any
     triggers: Any
 
 
-CATALOGUE = Elements(
-    linear_moorings=linear_mooring,
-    applied_forces=applied_force,
-    fenders=fender,
-    springs=spring,
-    linear_dampings=linear_damping,
-    quadratic_dampings=quadratic_damping,
-    stream_loads=stream_load,
-    tanks=tanks,
-    guides=guide,
-    triggers=trigger,
+KINDS: tuple[Kind, ...] = (
+    linear_mooring.KIND,
+    applied_force.KIND,
+    contact_points.KIND,
+    spring.KIND,
+    linear_damping.KIND,
+    quadratic_damping.KIND,
+    stream_load.KIND,
+    tanks.KIND,
+    guide.KIND,
+    trigger.KIND,
 )
-"""The files of all kinds."""
+"""All kinds, in the order of their states in y and of their rows of modes."""
 
 
 @kernel
@@ -99,13 +102,19 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         )
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
-    if e.tanks.each.size > 0:
-        flows.add_force(t, y, modes, motion, bodies, e.tanks, wrench, rate, dy)
     if e.guides.pins.size > 0:
         guide.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.triggers.each.size > 0:
         trigger.silence(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
+
+
+@kernel
+def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
+    """Forces that depend on time alone, each into its row of ``wrench``; ``work`` is scratch."""
+    p = elements.applied_forces
+    if p.each.size > 0:
+        applied_force.add_force(t, y, modes, motion, bodies, p, wrench, work.rate, work.total)
 
 
 @kernel
@@ -121,62 +130,115 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         trigger.forget_stored(modes, e.triggers, stored)
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout, state: int) -> Elements:
-    """Constants of all ``elements``; their states in y begin at ``state``."""
-    each = Elements(*(kind.compile_elements(elements, layout) for kind in CATALOGUE))
-    return placed(each, state)
+def kinds_of(parts: Parts) -> Iterator[tuple[Kind, Any]]:
+    """The kinds that have units with modes, and their constants."""
+    every = ((kind, kind.of(parts)) for kind in KINDS)
+    return ((kind, p) for kind, p in every if kind.modes(p).size)
 
 
-def placed(elements: Elements, state: int) -> Elements:
-    """The same with states in y from ``state`` on, kind by kind, and rows of modes alike."""
-    found, mode = [], 0
-    for kind, p in zip(CATALOGUE, elements, strict=True):
-        count = len(kind.units(p)) if hasattr(kind, "units") else 0
-        own = {"mode": mode} if hasattr(kind, "units") else {}
-        if hasattr(kind, "state_count"):
-            own["state"] = state
-            state += _states(kind, p)
-        found.append(p._replace(**own) if own else p)
-        mode += count
-    return Elements(*found)
+def kinds_posing(parts: Parts) -> list[tuple[PosingKind, Any]]:
+    """The kinds whose units have several postures, and their constants."""
+    return [(kind, kind.of(parts)) for kind in KINDS if isinstance(kind, PosingKind)]
 
 
-def state_count(elements: Elements) -> int:
-    """Number of states in y of all elements."""
-    pairs = zip(CATALOGUE, elements, strict=True)
-    return sum(_states(kind, p) for kind, p in pairs if hasattr(kind, "STATE_NAMES"))
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
+    """Constants of all ``elements``; `placed` puts their states and modes in their places."""
+    own = [kind for kind in KINDS if isinstance(kind, ElementKind)]
+    return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
 
 
-def _states(kind: Any, p: Any) -> int:
-    """Number of states of a kind: as many for each of its units, or what it says."""
-    own = getattr(kind, "state_count", None)
-    return int(own(p)) if own else len(kind.STATE_NAMES) * len(kind.units(p))
+class Placed(NamedTuple):
+    """Constants of all kinds whose states and modes have their places."""
+
+    elements: Elements
+    tanks: Tanks
 
 
-def dynamic_states(elements: Elements) -> np.ndarray:
+def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
+    """The same constants with states in y from ``state`` on, kind by kind, rows of modes alike, and
+    the integrals of losses, row by row, from ``losses`` on. Constants that say where these begin
+    have fields ``state``, ``mode`` and ``losses``."""
+    found = {}
+    mode = 0
+    for kind in KINDS:
+        p = kind.of(parts)
+        places = {"state": state, "mode": mode, "losses": losses}
+        own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
+        found[kind] = p._replace(**own) if own else p
+        state += _state_count(kind, p, scene)
+        mode += kind.modes(p).size
+    own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
+    return Placed(Elements(**own), found[tanks.KIND])
+
+
+def state_count(parts: Parts, scene: Scene) -> int:
+    """Number of states in y of all kinds."""
+    return sum(_state_count(kind, kind.of(parts), scene) for kind in KINDS)
+
+
+def _state_count(kind: Kind, p: Any, scene: Scene) -> int:
+    return sum(len(own.owners) * len(own.components) for own in kind.states(p, scene))
+
+
+def tally_count(parts: Parts) -> int:
+    """Number of the integrals of units, where impulses are asked for."""
+    return sum(len(k.tallied) * k.modes(k.of(parts)).size for k in KINDS if isinstance(k, Tallying))
+
+
+def felt_states(parts: Parts) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on others."""
-    pairs = zip(CATALOGUE, elements, strict=True)
-    each = [kind.dynamic_states(p) for kind, p in pairs if hasattr(kind, "dynamic_states")]
-    return np.concatenate([np.zeros(0, np.int64), *each]).astype(np.int64)
+    return np.concatenate([kind.felt_states(kind.of(parts)) for kind in KINDS])
 
 
-def new_modes(elements: Elements) -> np.ndarray:
-    """Modes (rows, 3) of the units of all elements, for `events.settle`."""
-    pairs = zip(CATALOGUE, elements, strict=True)
-    rows = sum(len(kind.units(p)) for kind, p in pairs if hasattr(kind, "units"))
+def new_modes(parts: Parts) -> np.ndarray:
+    """Modes (rows, 3) of the units of all kinds, for `events.settle`."""
+    rows = sum(kind.modes(kind.of(parts)).size for kind in KINDS)
     return np.zeros((rows, COLUMNS), dtype=np.int64)
 
 
-def is_known(element: ForceElement) -> bool:
-    """Whether a kind of the catalogue has this element."""
-    homes = (vars(kind).values() for kind in CATALOGUE)
-    classes = {x for home in homes for x in home if isinstance(x, type)} - {ForceElement}
-    return any(issubclass(x, ForceElement) and isinstance(element, x) for x in classes)
-
-
-def own_modes(kind: Any, p: Any, modes: np.ndarray) -> np.ndarray:
+def own_modes(kind: Kind, p: Any, modes: np.ndarray) -> np.ndarray:
     """The rows of ``modes`` (..., rows, 3) of one kind with the constants ``p``."""
-    return modes[..., p.mode : p.mode + len(kind.units(p)), :]
+    first = getattr(p, "mode", 0)
+    return modes[..., first : first + kind.modes(p).size, :]
+
+
+def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.ndarray]:
+    """Energy lost (nt,) [J] by row of forces, besides what rows book, of what was ``observed`` of
+    the units of each kind."""
+    found: dict[int, np.ndarray] = {}
+    for kind in KINDS:
+        if isinstance(kind, Losing):
+            found |= kind.losses(kind.of(parts), observed[kind.unit])
+    return found
+
+
+def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
+    """Whether the states and modes of all kinds are their own mirror image in y = 0."""
+    own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
+    return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+
+
+def resistances(parts: Parts) -> Iterator[Resistance]:
+    """The linear damping of all kinds."""
+    for kind in KINDS:
+        if isinstance(kind, Resisting):
+            yield from kind.resistances(kind.of(parts))
+
+
+def is_known(element: ForceElement) -> bool:
+    """Whether a kind has this element."""
+    own = [kind.classes for kind in KINDS if isinstance(kind, ElementKind)]
+    return any(isinstance(element, classes) for classes in own)
+
+
+def given_rows(elements: Elements) -> np.ndarray:
+    """Rows (n,) of forces that depend on time alone."""
+    return np.asarray(elements.applied_forces.each["row"], dtype=np.int64)
+
+
+def given_frequencies(elements: Elements) -> np.ndarray:
+    """Frequencies (n,) [rad/s] of forces that depend on time alone; 0 of what is no harmonic."""
+    return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
 def without_friction(elements: Elements) -> Elements:

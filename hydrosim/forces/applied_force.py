@@ -16,6 +16,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import LATERAL, turned
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scaled, value
@@ -121,3 +122,6 @@ def along(axis, size):
 @kernel
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """An applied force stores nothing."""
+
+
+KIND = ElementKind("applied_forces", (AppliedForce,), compile_elements)

@@ -18,13 +18,13 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
-from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import ForceElement
+from hydrosim.tanks import contents
 
 POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LEVEL = range(7)
 KINDS = {
@@ -89,7 +89,7 @@ def unit_ranges(
 
 
 @kernel
-def channel_value(channel, t, y, modes, motion, bodies, elements):
+def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     """What a channel is now."""
     k, fenders, springs = channel.first, elements.fenders, elements.springs
     if channel.kind == POSITION:
@@ -104,7 +104,7 @@ def channel_value(channel, t, y, modes, motion, bodies, elements):
     if channel.kind == COMPRESSION:
         return geometry.touch(fenders.points[k], bodies, motion).compression
     if channel.kind == LEVEL:
-        return tanks.level(k, y, elements.tanks) if elements.tanks.each.size > 0 else 0.0
+        return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0
     for i in range(k, channel.end):
         contact = geometry.touch(fenders.points[i], bodies, motion)

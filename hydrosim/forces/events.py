@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hydrosim.forces import spring, trigger
-from hydrosim.forces.ballast import pumping
 from hydrosim.forces.contact import fender, group, guide, loop, transitions
 from hydrosim.forces.contact.laws import COULOMB
+from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.tanks import pumping
 
 if TYPE_CHECKING:
     from hydrosim.forces import Elements
@@ -22,11 +23,11 @@ FELT = 2  # parts of y that margins of a row look at
 
 
 def observed(elements: Elements) -> dict[str, tuple[int, int]]:
-    """Shapes of what `observe` writes, in its order, by kind."""
+    """Shapes of what `observe` writes, in its order, by the unit of kinds."""
     return {
-        "fenders": (elements.fenders.points.size, fender.OBSERVED),
-        "springs": (elements.springs.lines.size, spring.OBSERVED),
-        "guides": (elements.guides.pins.size, guide.OBSERVED),
+        "fender": (elements.fenders.points.size, fender.OBSERVED),
+        "spring": (elements.springs.lines.size, spring.OBSERVED),
+        "guide": (elements.guides.pins.size, guide.OBSERVED),
     }
 
 
@@ -43,32 +44,32 @@ def observe(t, y, modes, motion, bodies, elements, reactions, out):
 
 
 @root
-def settle(t, y, modes, motion, bodies, elements):
+def settle(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
     transitions.settle(t, y, modes, motion, bodies, elements.fenders)
     spring.settle(modes, motion, bodies, elements.springs)
-    if elements.tanks.flows.size > 0:
-        pumping.settle(t, modes, elements.tanks)
+    if tanks.flows.size > 0:
+        pumping.settle(t, modes, tanks)
     if elements.guides.pins.size > 0:
         guide.settle(modes, motion, bodies, elements)
     if elements.triggers.each.size > 0:
-        trigger.settle(t, y, modes, motion, bodies, elements)
+        trigger.settle(t, y, modes, motion, bodies, elements, tanks)
     group.begin(t, y, modes, elements.fenders)
 
 
 @kernel
-def find_margins(t, y, modes, motion, bodies, elements, headings, reactions, watched, out):
+def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactions, watched, out):
     """Margins of all rows of modes into ``out``; of contact points those that are ``watched``."""
     fenders, springs = elements.fenders, elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
         spring.margins(modes, motion, bodies, springs, out)
-    if elements.tanks.flows.size > 0:
-        pumping.margins(t, y, modes, elements.tanks, out)
+    if tanks.flows.size > 0:
+        pumping.margins(t, y, modes, tanks, out)
     if elements.guides.pins.size > 0:
         guide.margins(modes, motion, bodies, elements, out)
     if elements.triggers.each.size > 0:
-        trigger.margins(t, y, modes, motion, bodies, elements, out)
+        trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
 
 
 @kernel
@@ -78,19 +79,19 @@ def find_headings(t, y, modes, motion, bodies, elements, out):
 
 
 @kernel
-def switch(row, which, size, step, t, y, modes, motion, bodies, elements, reactions):
+def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions):
     """Put a row of modes into that which follows when margin ``which``, of this ``size`` before or
     after, has reached zero; what relaxes in few steps of length ``step`` is settled only later."""
     fenders, springs, triggers = elements.fenders, elements.springs, elements.triggers
     if is_trigger(row, elements):
-        trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements)
+        trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
         guide.switch(i, which, y, modes, motion, bodies, elements)
         return
-    if row >= elements.tanks.mode and elements.tanks.flows.size > 0:
-        pumping.switch(row - elements.tanks.mode, which, t, modes, elements.tanks)
+    if row >= tanks.mode and tanks.flows.size > 0:
+        pumping.switch(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
         spring.switch(row - springs.mode, which, modes, motion, bodies, springs)
@@ -115,10 +116,10 @@ def book(row, sign, y, stored, elements):
 
 
 @kernel
-def felt(row, part, elements):
+def felt(row, part, elements, tanks):
     """Entries of y, beyond coordinates and rates, that margins of a row look at: from, to; so many
     times as there are `FELT` parts."""
-    fenders, tanks = elements.fenders, elements.tanks
+    fenders = elements.fenders
     if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
         return tanks.state, tanks.state + tanks.each.size
     if tanks.flows.size > 0 and is_trigger(row, elements):
@@ -133,6 +134,23 @@ def felt(row, part, elements):
         return 0, 0
     k = fender.memory(point, fenders) + loop.SET
     return k, k + 1
+
+
+def held_points(elements: Elements) -> int:
+    """Number of the points with directions of slip, or reactions of rigid friction."""
+    return int(elements.fenders.points.size)
+
+
+@kernel
+def tally(t, y, modes, motion, bodies, elements, reactions, rates):
+    """Rates of the integrals of units, where impulses are asked for."""
+    add_tallies(t, y, modes, motion, bodies, elements.fenders, reactions, rates)
+
+
+@kernel
+def remembers(elements):
+    """Whether anything keeps what only single steps know."""
+    return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel

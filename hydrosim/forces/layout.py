@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.scene import Active, Scene, Weight
+from hydrosim.scene import Scene, Weight
+from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -55,14 +56,6 @@ class Resistance(NamedTuple):
     b: np.ndarray
 
 
-class TriggeredPump(NamedTuple):
-    """A ``flow`` that begins and ends by events, and the ``key`` of its pump in a case."""
-
-    flow: int
-    key: str
-    active: Active
-
-
 @dataclass(frozen=True)
 class Layout:
     """Indices of bodies by name, rows of forces by element name.
@@ -70,8 +63,8 @@ class Layout:
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
     hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
-    steps, which cannot follow what is faster; 0 of others. ``tanks`` are those that change, as
-    compiled, with their names, and the ``pumps`` that begin or end by events.
+    steps, which cannot follow what is faster; 0 of others. ``tank_names`` are those of tanks that
+    change, ``flow`` is the row of what flows, ``pumps`` are those that begin or end by events.
     ``carried`` [N] is the weight of those bodies without water that carry their own.
     """
 
@@ -82,7 +75,7 @@ class Layout:
     resonance: Callable[[int, np.ndarray], Resonance]
     weight: tuple[float, ...] = ()
     step: float = 0.0
-    tanks: Any = None
+    flow: int = 0
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)

@@ -24,6 +24,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.jit.kernels import kernel
@@ -106,12 +107,6 @@ def _damping(
     return np.diag(element.damping_ratio * critical)
 
 
-def resistances(p: np.ndarray) -> Iterator[Resistance]:
-    """What the damping takes."""
-    for e in p:
-        yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
-
-
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
@@ -133,3 +128,13 @@ def _resist(e, v, wrench):
         wrench[k + i] -= resistance
         lost += v[k + i] * resistance
     return lost
+
+
+class _Kind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
+        """What the damping takes."""
+        for e in p:
+            yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
+
+
+KIND = _Kind("linear_dampings", (LinearDamping,), compile_elements)

@@ -17,6 +17,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
@@ -107,12 +108,6 @@ def _damping(
     return np.diag(element.damping_ratio * critical)
 
 
-def resistances(p: np.ndarray) -> Iterator[Resistance]:
-    """What the dampers take."""
-    for mooring in p:
-        yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
-
-
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
@@ -135,3 +130,13 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for mooring in p:
         k = 6 * mooring.body
         stored[mooring.row] += spring_energy(k, motion.coordinates, mooring.stiffness)
+
+
+class _Kind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
+        """What the dampers take."""
+        for mooring in p:
+            yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
+
+
+KIND = _Kind("linear_moorings", (LinearMooring,), compile_elements)

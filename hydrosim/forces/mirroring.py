@@ -8,8 +8,6 @@ import numpy as np
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 
-SMALL = 1e-6
-"""Of what is there by symmetry: less than this is left of a zero in tables of six digits."""
 LATERAL = tuple(dof for dof, sign in zip(DOFS, MIRROR_SIGN, strict=True) if sign < 0.0)
 
 Vector = Sequence[float] | np.ndarray

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.jit.kernels import kernel
@@ -72,3 +73,6 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             abs(u[5]) * u[5],
         )
         rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
+
+
+KIND = ElementKind("quadratic_dampings", (QuadraticDamping,), compile_elements)

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.search import piece_of
 from hydrosim.jit.kernels import kernel
+from hydrosim.jit.search import piece_of
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,28 @@ of the two ends are opposite to the first order of the displacement.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
-from hydrosim.forces.modes import (
+from hydrosim.forces.postures import (
+    PRESSED,
+    PosingKind,
+    Posture,
+    rest_at_first,
+    steepest,
+    with_one,
+)
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import (
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
@@ -37,10 +47,9 @@ from hydrosim.forces.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, GONE = range(3)
 TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
@@ -129,11 +138,6 @@ def _segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x, f = np.asarray(spring.extension, float), np.asarray(spring.tension, float)
     return curve.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
-
-
-def units(p: Params) -> np.ndarray:
-    """The lines: each has a row of modes."""
-    return p.lines
 
 
 @kernel
@@ -256,3 +260,70 @@ def settle_line(i, modes, motion, bodies, p):
 def take_out(i, modes, p):
     """Spring ``i`` is not there any more."""
     modes[p.mode + i, MODE], modes[p.mode + i, SEGMENT] = GONE, p.lines[i].first
+
+
+def _taut(p: Params) -> np.ndarray:
+    """Modes with all lines taut on their steepest pieces."""
+    modes = rest_at_first(p.lines["first"], TAUT)
+    pieces = [steepest(p.segments, line["first"], line["last"]) for line in p.lines]
+    modes[:, SEGMENT] = pieces
+    return modes
+
+
+class _Kind(PosingKind):
+    unit = "spring"
+    variables: ClassVar = {
+        "spring_tension": Variable("tension", "N", "from the point to the anchor"),
+        "spring_length": Variable("distance from the point to the anchor", "m"),
+        "spring_mode": Variable("slack (no tension) or taut", "1", flags="slack taut absent"),
+        "spring_segment": Variable("piece of the curve, 0 if slack", "1"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        lines = p.lines
+        return Modes(
+            lines.size, first=lines["first"], last=lines["last"], steepest=lines["steepest"]
+        )
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        if not p.lines.size:
+            return []
+        slack = rest_at_first(p.lines["first"], SLACK)
+        return [Posture("springs slack", slack), Posture("springs taut", _taut(p))]
+
+    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+        slack = rest_at_first(p.lines["first"], SLACK)
+        for i in which if p.lines.size > 1 else ():
+            yield Posture(f"{names[i]} alone taut", with_one(slack, _taut(p), i))
+
+    def alike(self, p: Params) -> Sequence[Hashable]:
+        """None is like another: each pulls in a direction of its own."""
+        return range(p.lines.size)
+
+    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the lines."""
+        each = [stretch(line, bodies, motion).rate for line in p.lines]
+        return np.reshape(each, (-1, 1))
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """With each line as long as its piece wants."""
+        lines = p.lines.copy()
+        for line, (mode, segment, _) in zip(lines, modes, strict=True):
+            if mode == TAUT:
+                extension = p.segments[segment]["start"] + PRESSED
+                line["length"] = stretch(line, bodies, motion).length - extension
+        return p._replace(lines=lines)
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        return super().coordinates(scene) | capacity_of(self, scene)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", "spring")
+        return {
+            "spring_tension": (each, kept.observed[:, :, TENSION]),
+            "spring_length": (each, kept.observed[:, :, LENGTH]),
+            "spring_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+KIND = _Kind("springs", (Spring,), compile_elements)

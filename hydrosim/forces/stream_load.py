@@ -26,6 +26,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
 from hydrosim.jit.kernels import kernel
@@ -157,3 +158,6 @@ def coefficients(angle, first, last, pieces):
         a[0, 1] + x * (a[1, 1] + x * (a[2, 1] + x * a[3, 1])),
         a[0, 2] + x * (a[1, 2] + x * (a[2, 2] + x * a[3, 2])),
     )
+
+
+KIND = ElementKind("stream_loads", (StreamLoad,), compile_elements)

@@ -12,25 +12,29 @@ ends is lost.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
-from hydrosim.forces.ballast import pumping
 from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
+from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.scene import Active, ForceElement, When
+from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
+from hydrosim.scene import Active, ForceElement, Scene, When
+from hydrosim.tanks import pumping
+from hydrosim.tanks.contents import flow_names
+from hydrosim.tanks.events import triggered_pumps
 
-STATE_NAMES = ("since",)
+STATE_NAMES = ("time last met",)
 """Of each trigger: the time at which its channel has last come to where it is waited for [s]."""
 BEFORE, DURING, AFTER = range(3)
 """Modes of a trigger; the column `RISING` is 1 while its channel is where it is waited for."""
@@ -73,7 +77,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE))
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.tanks.row, *ends, 0, 0, 0, 0, pump.flow))
+        rows.append((layout.flow, *ends, 0, 0, 0, 0, pump.flow))
     return Params(np.array(rows, dtype=TRIGGER), 0, 0, 0)
 
 
@@ -97,27 +101,17 @@ def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout)
     return 0.0, True, channel, 1.0 if above else -1.0, value, when.lasting
 
 
-def units(p: Params) -> np.ndarray:
-    """The triggers: each has a state and a row of modes."""
-    return p.each
-
-
-def state_count(p: Params) -> int:
-    """Number of states in y."""
-    return len(STATE_NAMES) * len(p.each)
-
-
 @kernel
-def beyond(condition, t, y, modes, motion, bodies, elements):
+def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
     """How far a condition is beyond its time or value."""
     if not condition.watches:
         return t - condition.time
-    found = channel_value(condition.channel, t, y, modes, motion, bodies, elements)
+    found = channel_value(condition.channel, t, y, modes, motion, bodies, elements, tanks)
     return condition.sign * (found - condition.value)
 
 
 @kernel
-def margins(t, y, modes, motion, bodies, elements, out):
+def margins(t, y, modes, motion, bodies, elements, tanks, out):
     """Margins of all triggers into ``out``: how far they are from what they wait for, or, if they
     are there, from leaving it, and the time that it has to last."""
     p = elements.triggers
@@ -130,14 +124,14 @@ def margins(t, y, modes, motion, bodies, elements, out):
         condition = p.each[j].start if mode[MODE] == BEFORE else p.each[j].end
         if not condition.watches and condition.time == inf:
             continue
-        ahead = beyond(condition, t, y, modes, motion, bodies, elements)
+        ahead = beyond(condition, t, y, modes, motion, bodies, elements, tanks)
         out[m + CONTACT_MARGIN] = ahead if mode[RISING] == 1 else -ahead
         if mode[RISING] == 1:
             out[m + FRICTION_MARGIN] = y[p.state + j] + condition.lasting - t
 
 
 @root
-def switch(j, which, t, y, modes, motion, bodies, elements):
+def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
     """A margin of trigger ``j`` has reached zero."""
     p = elements.triggers
     mode, trigger = modes[p.mode + j], p.each[j]
@@ -148,17 +142,17 @@ def switch(j, which, t, y, modes, motion, bodies, elements):
         mode[RISING], y[p.state + j] = 1, t
     else:
         mode[MODE], mode[RISING] = mode[MODE] + 1, 0
-        act(j, t, y, modes, motion, bodies, elements)
+        act(j, t, y, modes, motion, bodies, elements, tanks)
 
 
 @kernel
-def act(j, t, y, modes, motion, bodies, elements):
+def act(j, t, y, modes, motion, bodies, elements, tanks):
     """Bring the contacts and lines of trigger ``j`` in, or take them out; turn its flow."""
     trigger, fenders, springs = elements.triggers.each[j], elements.fenders, elements.springs
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
     if trigger.flow != NONE:
-        pumping.turn(trigger.flow, stage, y, modes, elements.tanks)
+        pumping.turn(trigger.flow, stage, y, modes, tanks)
     for i in range(trigger.point, trigger.point + trigger.points):
         if now:
             transitions.come(i, t, y, modes, motion, bodies, fenders)
@@ -185,7 +179,7 @@ def _has(point, trigger):
 
 
 @root
-def settle(t, y, modes, motion, bodies, elements):
+def settle(t, y, modes, motion, bodies, elements, tanks):
     """Modes of all triggers for a start; contacts and lines that are not there are taken out."""
     p = elements.triggers
     for j in range(p.each.size):
@@ -193,7 +187,7 @@ def settle(t, y, modes, motion, bodies, elements):
         mode[MODE], mode[RISING] = BEFORE, 0
         for stage in range(AFTER):
             condition = p.each[j].start if stage == BEFORE else p.each[j].end
-            there = beyond(condition, t, y, modes, motion, bodies, elements) >= 0.0
+            there = beyond(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
             if mode[MODE] == stage and there and condition.lasting == 0.0:
                 mode[MODE] = stage + 1
             elif mode[MODE] == stage and there:
@@ -202,7 +196,7 @@ def settle(t, y, modes, motion, bodies, elements):
             for i in range(elements.guides.pins.size):
                 if _has(elements.guides.pins[i].point, p.each[j]):
                     guide.take_out(i, modes, elements.guides)
-            act(j, t, y, modes, motion, bodies, elements)
+            act(j, t, y, modes, motion, bodies, elements, tanks)
             for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
                 transitions.forgive(i, y, elements.fenders)
 
@@ -229,3 +223,38 @@ def forget_stored(modes, p, stored):
         trigger = p.each[j]
         if not is_on(j, modes, p) and trigger.points + trigger.lines == 0:
             stored[trigger.row] = 0.0
+
+
+class _Kind(PosingKind):
+    unit = "trigger"
+    variables: ClassVar = {
+        "trigger_stage": Variable(
+            "before, during or after the time in which an element acts",
+            "1",
+            flags="before during after",
+        ),
+        "trigger_waits": Variable("1 while what is waited for lasts", "1"),
+    }
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        """Names of the elements that are active for a time only, and of pumps that wait for
+        events."""
+        named = [name for name, element in scene.forces.items() if element.active is not None]
+        flows = flow_names(scene)
+        return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene))]
+
+    def modes(self, p: Params) -> Modes:
+        return Modes(p.each.size, "stage", "waits")
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        yield States("trigger", self.unit_names(scene), STATE_NAMES)
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        """All that may act does."""
+        return [Posture("", rest_at_first(np.zeros(p.each.size), DURING))]
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        return {"trigger_stage": (("time", "trigger"), kept.modes[:, :, MODE].astype(np.int8))}
+
+
+KIND = _Kind("triggers", (), compile_elements)

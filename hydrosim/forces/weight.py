@@ -23,6 +23,7 @@ import numpy as np
 
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.rigid.kinematics import upright
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 
 
@@ -62,13 +63,6 @@ def add_weight_energy(motion, bodies, p, contents, stored):
         levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
         stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
         stored[HYDROSTATIC] -= p.buoyancy[i] * heave
-
-
-@kernel
-def upright(b, motion, bodies):
-    """n of body ``b``; (-pitch, roll, 1) in linear kinematics."""
-    R = motion.rotation[b]
-    return (R[2, 0], R[2, 1], R[2, 2] if bodies.exact else 1.0)
 
 
 @kernel

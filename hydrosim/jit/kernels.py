@@ -20,7 +20,17 @@ import numba
 from hydrosim.jit.linking import Part, Summing, Whole
 
 PACKAGE = Path(__file__).parents[1]
-SOURCES = {"jit", "rigid", "integrate", "forces", "waves", "radiation", "stepping"}
+SOURCES = {
+    "jit",
+    "modes.py",
+    "rigid",
+    "integrate",
+    "tanks",
+    "forces",
+    "waves",
+    "radiation",
+    "stepping",
+}
 
 
 @lru_cache

@@ -34,11 +34,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from hydrosim.forces.modes import MODE, OPEN, SEGMENT
+from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
 from hydrosim.linear.modes import TINY, shares
 from hydrosim.linear.stability import Combination, what_moves
+from hydrosim.modes import MODE, SEGMENT
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.state_layout import StateLayout
 
 WRONG = 2.0  # error of a vibration that is out of phase
 FINER = 2.0**0.125  # ratio of steps that are looked at
@@ -140,7 +142,7 @@ def vibrations(
     found: Sequence[Combination],
     method: Method,
     model: Model,
-    names: list[str],
+    layout: StateLayout,
     duration: float,
     step: float,
     error: float,
@@ -165,7 +167,7 @@ def vibrations(
             memory = np.linalg.solve(linear.inertia, remembered(model, values[k].imag) @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
-                what = what_moves(linear, share[:, k], model, names)
+                what = what_moves(linear, share[:, k], layout)
                 amplitude = 2.0 * np.abs(right[:n, k])
                 yield Vibration(contact, modes, value, what, amplitude, felt / (felt @ rate))
 

@@ -16,7 +16,8 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
-from hydrosim.forces.modes import MODE, OPEN, STICK
+from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.modes import MODE
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
 

@@ -89,7 +89,7 @@ class _Loads:
         model, state, work = self.model, self.state, self.work
         y, load = _at(q, state, model), np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
-        settle(self.time, y, state.modes, work.motion, model.bodies, model.elements)
+        settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
         look_inside(y, model, work)
         add_forces(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
         total_force(work.wrench if self.rows is None else work.wrench[[*self.rows]], work.total)
@@ -160,7 +160,7 @@ def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     y, coordinates = np.zeros_like(state.y), model.bodies.locked.copy()
     y[: q.size] = coordinates[model.bodies.active] = q
     y[model.draught : model.energy] = settled(model.family, coordinates)
-    tanks = model.elements.tanks
+    tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]
     return y

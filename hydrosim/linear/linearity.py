@@ -41,7 +41,7 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         yield "radiation by convolution"
     for b in model.following.body:
         yield f"waves follow {scene.bodies[b].name}"
-    for b in model.elements.tanks.rests["body"]:
+    for b in model.tanks.rests["body"]:
         yield f"what is in the tanks of {scene.bodies[b].name} changes"
     for b in model.hulls.body:
         yield f"buoyancy of the hull of {scene.bodies[b].name}"

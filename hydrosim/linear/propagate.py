@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
-from hydrosim.forces import CATALOGUE
+from hydrosim.forces import given_frequencies, given_rows, resistances
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.exponential import (
     POINTS,
@@ -185,7 +185,7 @@ def node_spacing(clock: Clock, model: Model) -> float:
     """Largest distance of nodes [s]: half a step, as the stages of rk4, or less where the waves'
     tables are finer, and whole parts of that where a frequency needs them."""
     own = min([clock.solver_step / 2.0, *model.waves.step])
-    applied = model.elements.applied_forces.parts["signal"]["frequency"]
+    applied = given_frequencies(model.elements)
     highest = max([0.0, *model.waves.omega, *np.abs(applied)])
     return float(own / max(ceil(highest * own / PHASE), 1))
 
@@ -214,7 +214,7 @@ def _equation(calm: _Rest) -> Equation:
     linear = linearise(model, state, step=1.0)
     n, m, J = linear.active.size, linear.states.size, linear.jacobian
     waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
-    rows = np.array([*waves, *model.elements.applied_forces.each["row"]], dtype=np.int64)
+    rows = np.array([*waves, *given_rows(model.elements)], dtype=np.int64)
     loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
     rhs(0.0, state.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
@@ -232,13 +232,13 @@ def _resistances(model: Model) -> Resistances:
     size, active, damping = 6 * model.bodies.each.size, model.bodies.active, model.damping
     B, b, rows = [np.zeros((size, size))], [np.zeros(size)], [RADIATION]
     B[0][damping.row, damping.column] = damping.B
-    for kind, p in zip(CATALOGUE, model.elements, strict=True):
-        for each in kind.resistances(p) if hasattr(kind, "resistances") else ():
-            own = slice(6 * each.body, 6 * each.body + 6)
-            B.append(np.zeros((size, size)))
-            b.append(np.zeros(size))
-            B[-1][own, own], b[-1][own] = each.B, each.b
-            rows.append(each.row)
+    for each in resistances(model):
+        own = slice(6 * each.body, 6 * each.body + 6)
+        B.append(np.zeros((size, size)))
+        b.append(np.zeros(size))
+        B[-1][own, own] = each.B
+        b[-1][own] = each.b
+        rows.append(each.row)
     matrices, steady = np.array(B)[:, active[:, None], active], np.array(b)[:, active]
     return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
 

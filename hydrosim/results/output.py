@@ -19,6 +19,7 @@ from importlib.metadata import version
 from math import prod
 from pathlib import Path
 from platform import python_version
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,25 +27,14 @@ import xarray as xr
 from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces import Contact, Spring, own_modes, spring, trigger
-from hydrosim.forces.ballast import tanks
-from hydrosim.forces.contact import fender, guide, loop
-from hydrosim.forces.contact.fender import (
-    COMPRESSION,
-    DAMPED,
-    FRICTION,
-    LOST,
-    NODE,
-    NORMAL_FORCE,
-    SLIP_DAMPED,
-    SLIP_DISTANCE,
-    STATES,
-)
-from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
-from hydrosim.forces.spring import LENGTH, TENSION
+from hydrosim.forces import KINDS, kinds_of, losses, own_modes
+from hydrosim.forces.contact.group import remembered_groups
+from hydrosim.forces.contact.kind import group_of_points
+from hydrosim.forces.kind import Columns, Kept, Kind, Modes, Tallying
+from hydrosim.modes import RISING, SEGMENT
 from hydrosim.outputs import Output, as_output, content
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import ballast, impulses, memory, points
+from hydrosim.results import impulses, memory, points
 from hydrosim.results.assembled import assembled
 from hydrosim.results.ledger import guard
 from hydrosim.results.phases import group_phases
@@ -54,26 +44,18 @@ from hydrosim.scene import Scene
 from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import (
-    capacities,
-    contact_groups,
-    fender_names,
     force_names,
-    guide_names,
     loses,
-    spring_names,
     stores,
     supplies,
-    trigger_names,
 )
 from hydrosim.stepping.record import channels
 from hydrosim.stepping.state import Record
-from hydrosim.stepping.state_layout import Kind, state_layout
+from hydrosim.stepping.state_layout import StateKind, state_layout
 from hydrosim.waves import Components, elevations
 
-MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
+MOTION = ("time", "body", "dof")
 NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
-Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
-"""Of variables by name the dimensions and the values."""
 FORMAT, LATEST = "hydrosim run", 2
 """Files of runs say "hydrosim run 2"; those of the first format say nothing."""
 REMEDY = "expected the result of `hydrosim run`, such as run.nc"
@@ -104,15 +86,10 @@ def to_dataset(
     for row, name in enumerate(force_names(scene)):
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     data.update(_draughts(model, values["y"]))
-    points, modes = _contact_states(model, values["y"]), record.modes[:count]
-    own = own_modes(fender, model.elements.fenders, modes)
-    data.update(_fenders(time, values["fenders"], own, points, contact_groups(scene)))
-    data.update(_closings(model.elements.fenders, values["y"]))
-    data.update(_springs(values["springs"], own_modes(spring, model.elements.springs, modes)))
-    data.update(ballast.recorded(model, values["y"], modes))
-    data.update(_guides(values["guides"], own_modes(guide, model.elements.guides, modes)))
-    acting = own_modes(trigger, model.elements.triggers, modes)[:, :, MODE].astype(np.int8)
-    data.update({"trigger_stage": (("time", "trigger"), acting)} if acting.shape[1] else {})
+    modes = record.modes[:count]
+    for kind, p in kinds_of(model):
+        data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
+    data.update(_phases(scene, time, data))
     data.update(impulses.recorded(scene, model, values))
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
@@ -122,7 +99,7 @@ def to_dataset(
     coords = {**_coordinates(scene, time), **of_states, **of_memory}
     dataset = assembled({**data, **states, **memories}, coords)
     describe(dataset)
-    dataset = staged(dataset, model.elements.fenders, values["y"])
+    dataset = staged(dataset, remembered_groups(model.elements, values["y"]))
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset
@@ -204,7 +181,7 @@ def _states(
     """What a run can start from, at the end or at every output time, and its coordinates."""
     kept = slice(None) if scene.output_states else slice(-1, None)
     layout = state_layout(scene, model)
-    of_memory = (q for entry in layout.of(Kind.RADIATION) for q in entry.coordinates)
+    of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
@@ -220,57 +197,45 @@ def _states(
         "state_value": (("state_time", "state"), values["y"][kept]),
         "state_input": (("state",), rates),
     }
-    points, lines = model.elements.fenders.points, model.elements.springs.lines
-    of_fenders = own_modes(fender, model.elements.fenders, modes[kept])
-    of_springs = own_modes(spring, model.elements.springs, modes[kept])
-    of_flows = own_modes(tanks, model.elements.tanks, modes[kept])
-    of_guides = own_modes(guide, model.elements.guides, modes[kept])
-    flows, pins = model.elements.tanks.flows, model.elements.guides.pins
-    kinds = (("fender", points, of_fenders), ("spring", lines, of_springs))
-    for kind, each, of in (*kinds, ("pump", flows, of_flows), ("guide", pins, of_guides)):
-        if each.size:
-            segments = (of[:, :, SEGMENT] - each["first"]).astype(np.int16)
-            states[f"{kind}_segment"] = (("state_time", kind), segments)
-    if model.elements.triggers.each.size:
-        waits = own_modes(trigger, model.elements.triggers, modes[kept])[:, :, RISING]
-        states["trigger_waits"] = (("state_time", "trigger"), waits.astype(np.int8))
-    if points.size:
-        rising = of_fenders[:, :, RISING].astype(np.int8)
-        states["fender_rising"] = (("state_time", "fender"), rising)
+    for kind, p in kinds_of(model):
+        states |= _of_modes(kind.unit, kind.modes(p), own_modes(kind, p, modes[kept]))
     return states, coords
 
 
-def _contact_states(model: Model, y: np.ndarray) -> np.ndarray:
-    """States (nt, fenders, `STATES`) of the contact points."""
-    p = model.elements.fenders
-    return y[:, p.state : p.state + STATES * p.points.size].reshape(len(y), -1, STATES)
+def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
+    """What a run starts from besides the states, of the ``modes`` (nt, n, 3) of units."""
+    found: Columns = {}
+    if rows.size and rows.first is not None:
+        segments = (modes[:, :, SEGMENT] - rows.first).astype(np.int16)
+        found[f"{unit}_segment"] = (("state_time", unit), segments)
+    if rows.size and rows.rising:
+        rising = modes[:, :, RISING].astype(np.int8)
+        found[f"{unit}_{rows.rising}"] = (("state_time", unit), rising)
+    return found
 
 
-def _fenders(
-    time: np.ndarray,
-    contact: np.ndarray,
-    modes: np.ndarray,
-    points: np.ndarray,
-    groups: Sequence[str],
-) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    if modes.shape[1] == 0:
+def _kept(
+    kind: Kind, p: Any, model: Model, values: Mapping[str, np.ndarray], modes: np.ndarray
+) -> Kept:
+    """What is kept of the units of a kind."""
+    y = values["y"]
+    rows = kind.modes(p).size
+    observed = values.get(kind.unit, np.zeros((len(y), rows, 0)))
+    tallied = isinstance(kind, Tallying) and model.impulse < model.size
+    tallies = impulses.tallies(model, y, rows) if tallied else np.zeros((len(y), rows, 0))
+    return Kept(values["time"], y, own_modes(kind, p, modes), observed, tallies)
+
+
+def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
+    """Phases of the operation by its contacts."""
+    if "fender_mode" not in data:
         return {}
-    open_ = modes[:, :, MODE] == OPEN
-    return {
-        "fender_compression": (POINT[:2], contact[:, :, COMPRESSION]),
-        "fender_normal_force": (POINT[:2], np.where(open_, 0.0, contact[:, :, NORMAL_FORCE])),
-        "fender_mode": (POINT[:2], modes[:, :, MODE].astype(np.int8)),
-        "contact_phase": (("time", "contact_group"), group_phases(time, modes[:, :, MODE], groups)),
-        "fender_friction": (POINT, contact[:, :, FRICTION:NODE]),
-        "fender_node": (POINT, contact[:, :, NODE:LOST]),
-        "fender_slip_distance": (POINT[:2], points[:, :, SLIP_DISTANCE]),
-        "fender_dissipated": (POINT[:2], contact[:, :, LOST]),
-        "fender_dissipated_damping": (POINT[:2], points[:, :, DAMPED]),
-        "fender_dissipated_slip_damping": (POINT[:2], points[:, :, SLIP_DAMPED]),
-    }
+    _, modes = data["fender_mode"]
+    phases = group_phases(time, modes, group_of_points(scene))
+    return {"contact_phase": (("time", "contact_group"), phases)}
 
 
-def _draughts(model: Model, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+def _draughts(model: Model, y: np.ndarray) -> Columns:
     """Slow draughts (nt, nb) of bodies with a family of databases, not a number of others."""
     family = model.family
     if family.body.size == 0:
@@ -281,44 +246,7 @@ def _draughts(model: Model, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], n
     return {"slow_draught": (MOTION[:2], found)}
 
 
-def _guides(walls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    if modes.shape[1] == 0:
-        return {}
-    each = ("time", "guide")
-    return {
-        "guide_force": (each, walls[:, :, guide.FORCE]),
-        "guide_clearance": (each, walls[:, :, guide.CLEARANCE]),
-        "guide_mode": (each, modes[:, :, MODE].astype(np.int8)),
-    }
-
-
-def _closings(p: fender.Params, y: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    """What contacts remember of how they closed; not a number of those that do not."""
-    if p.remembering == 0:
-        return {}
-    known = np.full((len(y), p.points.size, loop.STATES), np.nan)
-    known[:, fender.which_remember(p)] = fender.memories(p, y)
-    return {
-        "fender_closings": (POINT[:2], known[:, :, loop.CLOSINGS]),
-        "fender_closing_speed": (POINT[:2], known[:, :, loop.SPEED]),
-        "fender_largest_force": (POINT[:2], known[:, :, loop.LARGEST]),
-    }
-
-
-def _springs(pulls: np.ndarray, modes: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    if modes.shape[1] == 0:
-        return {}
-    each = ("time", "spring")
-    return {
-        "spring_tension": (each, pulls[:, :, TENSION]),
-        "spring_length": (each, pulls[:, :, LENGTH]),
-        "spring_mode": (each, modes[:, :, MODE].astype(np.int8)),
-    }
-
-
-def _probes(
-    scene: Scene, sea: Sequence[Components], time: np.ndarray
-) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+def _probes(scene: Scene, sea: Sequence[Components], time: np.ndarray) -> Columns:
     """Elevation at the probes: a sum over the components, for nothing in a run depends on it."""
     if not scene.wave_probes:
         return {}
@@ -327,11 +255,9 @@ def _probes(
     return {"wave_elevation_at_probe": (("time", "probe"), found)}
 
 
-def _points(
-    scene: Scene, model: Model, coordinates: np.ndarray
-) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
     """Named points and clearances."""
-    found: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
+    found: Columns = {}
     if not (points.point_names(scene) or scene.clearances):
         return found
     frames = points.frames_of(model, coordinates)
@@ -345,7 +271,7 @@ def _points(
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][:, model.energy :]
-    friction = friction_losses(scene, model, values["fenders"])
+    besides = losses(model, values)
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
@@ -356,22 +282,12 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
             ledger[f"energy_work_{name}"] = integrals[:, row]
             total -= integrals[:, row]
         elif loses(scene, row):
-            lost = integrals[:, row] + friction.get(name, 0.0)
+            lost = integrals[:, row] + besides.get(row, 0.0)
             ledger[f"energy_dissipated_{name}"] = lost
             total += lost
     ledger["energy_wave_absolute"] = integrals[:, model.rows]
     ledger["energy_residual"] = total - total[0] if total.size else total
     return ledger
-
-
-def friction_losses(scene: Scene, model: Model, contact: np.ndarray) -> dict[str, np.ndarray]:
-    """Energy lost in friction (nt,) by fender element."""
-    rows = model.elements.fenders.points["row"]
-    return {
-        name: contact[:, rows == row, LOST].sum(axis=1)
-        for row, name in enumerate(force_names(scene))
-        if np.any(rows == row)
-    }
 
 
 def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
@@ -386,13 +302,8 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
-        **_fender_coordinates(scene),
-        **({"spring": ("spring", names)} if (names := spring_names(scene)) else {}),
-        **_capacities(scene),
-        **ballast.coordinates(scene),
+        **{name: of for kind in KINDS for name, of in kind.coordinates(scene).items()},
         **impulses.coordinates(scene),
-        **({"guide": ("guide", names)} if (names := guide_names(scene)) else {}),
-        **({"trigger": ("trigger", names)} if (names := trigger_names(scene)) else {}),
         **(_probe_places(scene) if scene.wave_probes else {}),
         **({"point": ("point", names)} if (names := points.point_names(scene)) else {}),
         **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),
@@ -407,24 +318,3 @@ def _probe_places(scene: Scene) -> dict[str, object]:
         "probe_x": ("probe", x, place),
         "probe_y": ("probe", y, place),
     }
-
-
-def _fender_coordinates(scene: Scene) -> dict[str, object]:
-    """Names of contact points, the element that each belongs to, and those elements."""
-    groups = contact_groups(scene)
-    if not groups:
-        return {}
-    said = {"long_name": "element of contact points, whose phases are told together"}
-    return {
-        "fender": ("fender", fender_names(scene)),
-        "fender_group": ("fender", groups, said),
-        "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
-    }
-
-
-def _capacities(scene: Scene) -> dict[str, object]:
-    """Capacities of contact points and of springs, if any are said."""
-    said = {"long_name": "capacity: what the unit may carry", "units": "N"}
-    each = {dim: capacities(scene, kind) for dim, kind in (("fender", Contact), ("spring", Spring))}
-    known = {dim: values for dim, values in each.items() if np.isfinite(values).any()}
-    return {f"{dim}_capacity": (dim, values, said) for dim, values in known.items()}

@@ -19,7 +19,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from hydrosim.forces.modes import OPEN, STICK
+from hydrosim.forces.contact.modes import OPEN, STICK
 
 WINDOW = 100.0  # s
 SHARE = 0.8

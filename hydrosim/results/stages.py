@@ -24,9 +24,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.forces.contact import fender, group
-from hydrosim.forces.contact.group import CARRIES, NEVER
-from hydrosim.forces.modes import OPEN
+from hydrosim.forces.contact import group
+from hydrosim.forces.contact.group import CARRIES, NEVER, Remembered
+from hydrosim.forces.contact.modes import OPEN
 
 Share = Callable[[np.ndarray], np.ndarray]
 
@@ -85,11 +85,10 @@ class Group(NamedTuple):
         return [_reaches(level, time, share(time), share) for level in levels]
 
 
-def staged(run: xr.Dataset, p: fender.Params, y: np.ndarray) -> xr.Dataset:
+def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
-    `FIGURES`; not a number of groups that do not remember. ``p`` are their constants, ``y``
-    (nt, ny) is the state."""
-    if p.groups.size == 0 or len(y) == 0:
+    `FIGURES`; not a number of groups that are not among the ``groups`` that remember."""
+    if not groups or run.sizes["time"] == 0:
         return run
     load = run.fender_normal_force.groupby("fender_group").sum()
     load = load.rename(fender_group="contact_group").sel(contact_group=run.contact_group)
@@ -97,10 +96,11 @@ def staged(run: xr.Dataset, p: fender.Params, y: np.ndarray) -> xr.Dataset:
     count = run.sizes["contact_group"]
     weight, impulse = np.full(count, np.nan), np.full(load.shape, np.nan)
     times, figures = np.full((count, len(STAGES)), np.nan), np.full((count, len(FIGURES)), np.nan)
-    for each in p.groups:
-        k, own = each["index"], y[:, p.state + each["first"] :][:, : group.STATES]
+    for each in groups:
+        k = each.group
+        own = each.y
         impulse[:, k] = own[:, group.IMPULSE]
-        weight[k] = each["weight"] or np.nan
+        weight[k] = each.weight or np.nan
         parts = Group(run.time.values, impulse[:, k], load.values[:, k], weight[k]).transferred()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
         times[k] = _times(own[-1], parts, bool(np.all(here.fender_mode == OPEN)))

@@ -159,6 +159,13 @@ def _rate_map_bias(angles, rate):
 
 
 @kernel
+def upright(b, motion, bodies):
+    """The vertical n in the frame of body ``b``; (-pitch, roll, 1) in linear kinematics."""
+    R = motion.rotation[b]
+    return (R[2, 0], R[2, 1], R[2, 2] if bodies.exact else 1.0)
+
+
+@kernel
 def attachment(b, r, bodies, motion):
     """Place in the earth frame of point ``r`` of body ``b``, and its lever arm."""
     arm = matvec(motion.rotation[b], r)

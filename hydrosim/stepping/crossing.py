@@ -11,11 +11,11 @@ from __future__ import annotations
 from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
-from hydrosim.forces.ballast.flows import add_momentum
-from hydrosim.forces.modes import MARGINS, MODE, SLIP
+from hydrosim.forces.contact.modes import SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root
+from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import kick, still
 from hydrosim.stepping.state import (
@@ -41,6 +41,7 @@ from hydrosim.stepping.state import (
     TRIAL,
 )
 from hydrosim.stepping.stepper import slope, step
+from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
@@ -88,9 +89,10 @@ def _measure(t, y, run, watched, out):
     else:
         _place(y, run)
     run.counters[LOOKS] += 1
+    motion, bodies, elements = work.motion, model.bodies, model.elements
+    headings, reactions = run.scratch.headings, work.holds.reaction
     events.find_margins(
-        *(t, y, modes, work.motion, model.bodies, model.elements),
-        *(run.scratch.headings, work.holds.reaction, watched, out),
+        t, y, modes, motion, bodies, elements, model.tanks, headings, reactions, watched, out
     )
 
 
@@ -211,7 +213,7 @@ def _on_cubic(x, t, h, run, watched, out):
         for i in range(watched.size):
             if watched[i] != 0:
                 for part in range(events.FELT):
-                    first, last = events.felt(i, part, model.elements)
+                    first, last = events.felt(i, part, model.elements, model.tanks)
                     if last > first:
                         _interpolate(x, h, first, last, run)
     _measure(t + x * h, stage, run, watched, out)
@@ -333,7 +335,7 @@ def switch_modes(t, run):
 def _add_momentum(sign, run):
     """Momentum of flows between tanks: taken before modes switch, given back after, so that what
     bodies and fluid have of it together stays."""
-    p, model, state, push = run.model.elements.tanks, run.model, run.state, run.work.push
+    p, model, state, push = run.model.tanks, run.model, run.state, run.work.push
     if p.flows.size == 0:
         return
     if sign < 0.0:
@@ -349,10 +351,9 @@ def _switch(i, which, size, t, run):
     state, model = run.state, run.model
     step = run.clock.step if run.clock.events else 0.0
     _book_stored(i, 1.0, t, run)
-    events.switch(
-        *(i, which, size, step, t, state.y, state.modes),
-        *(run.work.motion, model.bodies, model.elements, run.work.holds.reaction),
-    )
+    y, modes, motion, bodies = state.y, state.modes, run.work.motion, model.bodies
+    elements, tanks, reactions = model.elements, model.tanks, run.work.holds.reaction
+    events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
     _book_stored(i, -1.0, t, run)
 
 

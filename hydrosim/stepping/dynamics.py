@@ -7,7 +7,7 @@
 q: free coordinates of all bodies; v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic =
 omega x (R I R^T omega). (Cummins 1962; Ogilvie 1964.) Where what a body holds changes
-(`forces.ballast`), M is about the body's origin, with m [c x] of a centre of gravity that has moved
+(`tanks`), M is about the body's origin, with m [c x] of a centre of gravity that has moved
 by c from there, F_gyroscopic has m omega x (omega x c), and F what flow does. A and the retardation
 functions are constant in axes that turn with the yaw of each body (`rigid.heading`); F_turning is
 what comes of it (`rigid.added_mass`). What is held, as by rigid friction, adds J q'' = c, with
@@ -27,8 +27,6 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
-from hydrosim.forces.ballast import tanks
-from hydrosim.forces.contact import tally
 from hydrosim.forces.contact.coulomb import Holds, new_holds
 from hydrosim.forces.displacement import Hulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
@@ -92,6 +90,8 @@ from hydrosim.stepping.blending import (
     new_blend,
     spread,
 )
+from hydrosim.tanks import contents, flows
+from hydrosim.tanks.contents import Tanks
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, wave_loads
 from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
@@ -118,6 +118,7 @@ class Model(NamedTuple):
     following: FollowingLoads
     family: Family
     elements: Elements
+    tanks: Tanks
     weights: Weights
     rows: int
     radiation: int
@@ -165,7 +166,7 @@ def new_work(model: Model) -> Work:
         np.zeros((n, n)),
         new_turning(model.inertia),
         new_constraints(rows, n),
-        new_holds(model.elements.fenders.points.size, rows),
+        new_holds(events.held_points(model.elements), rows),
         new_sums(model.following),
         new_block(model.following),
         new_blend(model.family, model.bodies.each.size),
@@ -177,7 +178,7 @@ def new_work(model: Model) -> Work:
 def dynamic_states(model: Model) -> np.ndarray:
     """Entries (m,) of y that act on others: all but slip distances, headings and energies."""
     motion = np.arange(model.own)
-    return np.concatenate([motion, forces.dynamic_states(model.elements)]).astype(np.int64)
+    return np.concatenate([motion, forces.felt_states(model)]).astype(np.int64)
 
 
 def radiation_filters(model: Model) -> Filters:
@@ -214,7 +215,7 @@ def rhs(t, y, modes, history, model, work, dy):
     subtract_gyroscopic(model.bodies, work.contents, motion, work.total)
     if model.headings.turning.size > 0:
         add_turning(model.headings, A, motion, work.hulls, work.total)
-    steady = model.headings.steady and not blends and model.elements.tanks.each.size == 0
+    steady = model.headings.steady and not blends and model.tanks.each.size == 0
     if work.constraints.force.size > 0 or not steady:
         accelerate(modes, model, A, work, acceleration)
     elif model.headings.turned.size > 0:
@@ -231,16 +232,14 @@ def rhs(t, y, modes, history, model, work, dy):
 def add_impulses(t, y, modes, model, work, rates):
     """The force of every row, reactions included, its power by coordinate, and what contacts do
     into ``rates``."""
-    wrench, v, points = work.wrench, work.motion.velocity, model.elements.fenders
+    wrench, v = work.wrench, work.motion.velocity
     count = model.rows * v.size
     for row in range(model.rows):
         for i in range(v.size):
             rates[row * v.size + i] = wrench[row, i]
             rates[count + row * v.size + i] = wrench[row, i] * v[i]
-    tally.add_tallies(
-        *(t, y, modes, work.motion, model.bodies, points),
-        *(work.holds.reaction, rates[2 * count :]),
-    )
+    reactions, tallies = work.holds.reaction, rates[2 * count :]
+    events.tally(t, y, modes, work.motion, model.bodies, model.elements, reactions, tallies)
 
 
 @root
@@ -284,8 +283,8 @@ def solve_held(inertia, constraints, x):
 @kernel
 def look_inside(y, model, work):
     """What is in tanks into ``work.contents``."""
-    if model.elements.tanks.each.size > 0:
-        tanks.fill(y, model.elements.tanks, work.contents)
+    if model.tanks.each.size > 0:
+        contents.fill(y, model.tanks, work.contents)
 
 
 @kernel
@@ -307,7 +306,7 @@ def kick(y, modes, model, work):
     change, drive = work.jump[0], work.jump[1]
     if model.impulse < model.size:
         for i in range(push.size):
-            y[model.impulse + model.elements.tanks.row * push.size + i] += push[i]
+            y[model.impulse + model.tanks.row * push.size + i] += push[i]
     generalised_force(model.bodies, work.motion, push, change)
     assign(drive, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
@@ -315,7 +314,7 @@ def kick(y, modes, model, work):
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
     for i in range(n):
-        y[model.energy + model.elements.tanks.row] += drive[i] * (y[n + i] + 0.5 * change[i])
+        y[model.energy + model.tanks.row] += drive[i] * (y[n + i] + 0.5 * change[i])
         y[n + i] += change[i]
 
 
@@ -376,6 +375,8 @@ def add_forces(t, y, modes, history, model, work, dy):
         add_water(t, y, u, history, model, work, wrench[RADIATION], first, second, dy)
     all_to_earth(model.headings, motion, wrench[RADIATION])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
+    if model.tanks.each.size > 0:
+        flows.add_force(t, y, modes, motion, model.bodies, model.tanks, wrench, rate, dy)
     if model.weights.body.size > 0:
         add_weight(motion, model.bodies, model.weights, work.contents, wrench)
 

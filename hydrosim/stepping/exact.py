@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import applied_force
+from hydrosim.forces import add_given_forces
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
 from hydrosim.stepping.dynamics import power
@@ -36,11 +36,7 @@ def sample_loads(start, step, rows, model, state, work, loads):
         for r in range(rows.size):
             clear(wrench[rows[r]])
         wave_loads(t, model.waves, wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER])
-        if elements.applied_forces.each.size > 0:
-            applied_force.add_force(
-                *(t, state.y, state.modes, work.motion, bodies),
-                *(elements.applied_forces, wrench, work.rate, work.total),
-            )
+        add_given_forces(t, state.y, state.modes, work.motion, bodies, elements, wrench, work)
         for r in range(rows.size):
             for j in range(bodies.active.size):
                 loads[k, r, j] = wrench[rows[r], bodies.active[j]]

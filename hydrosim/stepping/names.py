@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Contact, Spring
-from hydrosim.forces.ballast.events import triggered_pumps
-from hydrosim.forces.ballast.tanks import flow_names
-from hydrosim.forces.contact import fender
+from hydrosim.forces import spring
+from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.layout import (
     BALLAST,
     RADIATION,
@@ -88,63 +86,14 @@ def coordinate_names(scene: Scene) -> list[str]:
     return [coordinate.name for coordinate in coordinates(scene)]
 
 
-def fender_names(scene: Scene) -> list[str]:
+def contact_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
-    return _units(scene, Contact)
-
-
-def remembering_names(scene: Scene, model: Model) -> list[str]:
-    """Names of the contact points that remember how they were pressed."""
-    names = fender_names(scene)
-    return [names[i] for i in fender.which_remember(model.elements.fenders)]
-
-
-def contact_groups(scene: Scene) -> list[str]:
-    """Name of the group of each contact point: that of its element if it does not say another."""
-    return [
-        element.group or name
-        for name, element in scene.forces.items()
-        if isinstance(element, Contact)
-        for _ in element.unit_names(name)
-    ]
-
-
-def group_names(scene: Scene, model: Model) -> list[str]:
-    """Names of the groups of contacts that remember their stages."""
-    names = [*dict.fromkeys(contact_groups(scene))]
-    return [names[k] for k in model.elements.fenders.groups["index"]]
+    return contact_points.KIND.unit_names(scene)
 
 
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
-    return _units(scene, Spring)
-
-
-def capacities(scene: Scene, kind: type[ForceElement]) -> np.ndarray:
-    """What each unit of a kind of elements may carry [N]; NaN where that is not said."""
-    each = [
-        (e.capacity, len(e.unit_names(n))) for n, e in scene.forces.items() if isinstance(e, kind)
-    ]
-    known = [np.nan if capacity is None else capacity for capacity, _ in each]
-    return np.repeat(np.array(known, float), [count for _, count in each])
-
-
-def guide_names(scene: Scene) -> list[str]:
-    """Names of the contact points that a wall holds sideways."""
-    walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
-    return [unit for name, e in walled for unit in e.unit_names(name)]
-
-
-def trigger_names(scene: Scene) -> list[str]:
-    """Names of the elements that are active for a time only, and of pumps that wait for events."""
-    named = [name for name, element in scene.forces.items() if element.active is not None]
-    flows = flow_names(scene)
-    return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene))]
-
-
-def _units(scene: Scene, kind: type[ForceElement]) -> list[str]:
-    each = ((name, e) for name, e in scene.forces.items() if isinstance(e, kind))
-    return [unit for name, e in each for unit in e.unit_names(name)]
+    return spring.KIND.unit_names(scene)
 
 
 def memory_names(scene: Scene, model: Model) -> list[str]:

@@ -35,7 +35,7 @@ def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Recor
     """Room for all output times, the first included, with or without ``accelerations``."""
     nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
     width = sum(prod(shape) for shape in channels(model).values())
-    modes = new_modes(model.elements)
+    modes = new_modes(model)
     rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
     return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
 

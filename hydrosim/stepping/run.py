@@ -156,8 +156,7 @@ def _cross(goal, enough, run):
 def _note(t, run):
     """Keep what the record would miss between output times."""
     y, model, motion = run.state.y, run.model, run.work.motion
-    fenders = model.elements.fenders
-    if fenders.remembering > 0 or fenders.groups.size > 0:
+    if events.remembers(model.elements):
         n = model.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
         events.note(t, y, run.state.modes, motion, model.bodies, model.elements)

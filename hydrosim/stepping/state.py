@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import new_modes
-from hydrosim.forces.modes import MARGINS
+from hydrosim.forces import events, new_modes
 from hydrosim.integrate import Control, Newton, Tableau, new_newton
+from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
@@ -110,7 +110,7 @@ class Run(NamedTuple):
 
 def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
-    ny, rows = model.size, len(new_modes(model.elements))
+    ny, rows = model.size, len(new_modes(model))
     implicit = bool(np.diag(method.a).any())
     newton = new_newton(np.zeros(0, dtype=np.int64), ny)
     if implicit:
@@ -126,7 +126,7 @@ def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
         watched,
         np.array([step, 1.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
-        np.zeros((model.elements.fenders.points.size, 2)),
+        np.zeros((events.held_points(model.elements), 2)),
         newton,
     )
 

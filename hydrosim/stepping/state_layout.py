@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.ballast.tanks import tank_names
-from hydrosim.forces.contact import fender, group, loop, tally
+from hydrosim.forces import KINDS
+from hydrosim.forces.kind import Tallying
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import (
@@ -26,28 +26,20 @@ from hydrosim.stepping.names import (
     coordinate_of,
     coordinates,
     dofs_of,
-    fender_names,
     force_names,
-    group_names,
-    remembering_names,
     supplies,
-    trigger_names,
 )
 from hydrosim.waves import slow_bodies
 from hydrosim.waves.slow import NAMES as SLOW_NAMES
 
 
-class Kind(StrEnum):
-    """What a block of states is."""
+class StateKind(StrEnum):
+    """What a block of states is, but for those of units, which say it themselves
+    (`hydrosim.forces.kind`)."""
 
     COORDINATE = "coordinate"
     RATE = "rate"
     RADIATION = "radiation"
-    CONTACT = "contact point"
-    CLOSINGS = "closings"
-    GROUP = "contact group"
-    TANK = "tank"
-    TRIGGER = "trigger"
     SLOW_PLACE = "slow place"
     SLOW_DRAUGHT = "slow draught"
     ENERGY = "energy"
@@ -55,7 +47,7 @@ class Kind(StrEnum):
     TALLY = "tally"
 
 
-MOVING = (Kind.COORDINATE, Kind.RATE, Kind.RADIATION)
+MOVING = (StateKind.COORDINATE, StateKind.RATE, StateKind.RADIATION)
 """States of the motion itself, which a restart must have."""
 DRAUGHT_FILTERS = ("slow heave filter 1", "slow heave filter 2")
 
@@ -73,7 +65,7 @@ class Entry(NamedTuple):
 class Block(NamedTuple):
     """States of one kind, from ``offset`` on in y."""
 
-    kind: Kind
+    kind: str
     offset: int
     entries: tuple[Entry, ...]
 
@@ -104,16 +96,16 @@ class StateLayout:
         """The coordinates, rates and radiation states."""
         return [entry for kind, entry in self._all() if kind in MOVING]
 
-    def of(self, kind: Kind) -> tuple[Entry, ...]:
+    def of(self, kind: str) -> tuple[Entry, ...]:
         """The entries of a kind."""
         return next((block.entries for block in self.blocks if block.kind == kind), ())
 
-    def at(self, index: int) -> tuple[Kind, Entry]:
+    def at(self, index: int) -> tuple[str, Entry]:
         """Kind and entry of place ``index`` in y."""
         block = next(b for b in reversed(self.blocks) if b.offset <= index and b.entries)
         return block.kind, block.entries[index - block.offset]
 
-    def _all(self) -> Iterator[tuple[Kind, Entry]]:
+    def _all(self) -> Iterator[tuple[str, Entry]]:
         return ((block.kind, entry) for block in self.blocks for entry in block.entries)
 
 
@@ -128,26 +120,26 @@ def state_layout(scene: Scene, model: Model) -> StateLayout:
     return StateLayout(tuple(blocks))
 
 
-def _blocks(scene: Scene, model: Model) -> Iterator[tuple[Kind, Iterable[Entry]]]:
+def _blocks(scene: Scene, model: Model) -> Iterator[tuple[str, Iterable[Entry]]]:
     """All blocks in the order of y."""
     free = coordinates(scene)
-    yield Kind.COORDINATE, (Entry(q.dof, q.body, q.name, (q,)) for q in free)
-    yield Kind.RATE, (Entry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
-    yield Kind.RADIATION, _radiation(scene, model)
-    yield Kind.CONTACT, _each(fender_names(scene), fender.STATE_NAMES)
-    yield Kind.CLOSINGS, _each(remembering_names(scene, model), loop.STATE_NAMES)
-    yield Kind.GROUP, _each(group_names(scene, model), group.STATE_NAMES, "group ")
-    yield Kind.TANK, _each(tank_names(scene), ("volume",))
-    yield Kind.TRIGGER, (_trigger(name) for name in trigger_names(scene))
-    yield Kind.SLOW_PLACE, _each([body.name for body in slow_bodies(scene)], SLOW_NAMES)
+    yield StateKind.COORDINATE, (Entry(q.dof, q.body, q.name, (q,)) for q in free)
+    yield StateKind.RATE, (Entry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
+    yield StateKind.RADIATION, _radiation(scene, model)
+    for kind in KINDS:
+        for own in kind.states(kind.of(model), scene):
+            yield own.kind, _each(own.owners, own.components, own.prefix)
+    yield StateKind.SLOW_PLACE, _each([body.name for body in slow_bodies(scene)], SLOW_NAMES)
     yield (
-        Kind.SLOW_DRAUGHT,
-        _each(_families(scene, model), ("slow heave filter 1", "slow heave filter 2")),
+        StateKind.SLOW_DRAUGHT,
+        _each(_families(scene, model), DRAUGHT_FILTERS),
     )
-    yield Kind.ENERGY, _energies(scene)
+    yield StateKind.ENERGY, _energies(scene)
     if scene.output_impulses:
-        yield Kind.IMPULSE, _impulses(scene)
-        yield Kind.TALLY, _each(fender_names(scene), [f"tally {k + 1}" for k in range(tally.SIZE)])
+        yield StateKind.IMPULSE, _impulses(scene)
+        for kind in KINDS:
+            if isinstance(kind, Tallying):
+                yield StateKind.TALLY, _each(kind.unit_names(scene), kind.tallied)
 
 
 def _each(owners: Iterable[str], components: Iterable[str], kind: str = "") -> Iterator[Entry]:
@@ -172,10 +164,6 @@ def _radiation(scene: Scene, model: Model) -> Iterator[Entry]:
             Entry(f"radiation {k + 1}", owner, f"radiation {k + 1} of {owner}", moved)
             for k in range(count)
         )
-
-
-def _trigger(name: str) -> Entry:
-    return Entry("time since", name, f"time since {name} may act or end")
 
 
 def _families(scene: Scene, model: Model) -> list[str]:

@@ -20,10 +20,10 @@ import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
-from hydrosim.forces.ballast.pieces import FIRST
-from hydrosim.forces.ballast.tanks import Tanks, flow_names, quantity, tank_names
 from hydrosim.scene import Pump
 from hydrosim.studies.loading import Afloat, afloat, volumes_at
+from hydrosim.tanks.contents import Tanks, flow_names, quantity, tank_names
+from hydrosim.tanks.pieces import FIRST
 
 LEVEL, NEAR = 1e-8, 1e-7  # rad; m: the plan is met
 ROUNDS = 20
@@ -81,7 +81,7 @@ class _Program:
     def __init__(self, compiled: Compiled, body: str, within: float) -> None:
         scene, self.compiled, self.within = compiled.scene, compiled, within
         self.body = [each.name for each in scene.bodies].index(body)
-        self.p: Tanks = compiled.model.elements.tanks
+        self.p: Tanks = compiled.model.tanks
         own = scene.bodies[self.body].pumps
         self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in own]
         if not self.pumps:

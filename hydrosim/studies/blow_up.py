@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.dofs import DOFS
+from hydrosim.forces import losses
 from hydrosim.forces.layout import RADIATION
-from hydrosim.results.output import friction_losses, unpack
+from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import element_of, force_names, supplies
@@ -33,15 +34,15 @@ def blown_up(scene: Scene, model: Model, record: Record, first: int, count: int)
     works = slice(model.energy, model.energy + model.rows)
     since = values["y"][:, works] - start["y"][:, works]
     given = np.zeros(count - first)
-    rubbed_before = friction_losses(scene, model, start["fenders"])
-    rubbed = friction_losses(scene, model, values["fenders"])
-    for row, name in enumerate(force_names(scene)):
+    lost_before = losses(model, start)
+    lost_besides = losses(model, values)
+    for row in range(model.rows):
         if supplies(scene, row):
             given += np.maximum(since[:, row], 0.0)
         elif _may_give(scene, row):
             lost = since[:, row]
-            if name in rubbed:
-                lost = lost + rubbed[name] - rubbed_before[name]
+            if row in lost_besides:
+                lost = lost + lost_besides[row] - lost_before[row]
             given += np.maximum(-lost, 0.0)
     least = LEAST * sum(body.mass for body in scene.bodies)
     had = abs(start["kinetic"][0] + start["stored"][0].sum())

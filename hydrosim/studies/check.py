@@ -77,7 +77,7 @@ def survey(
         yield f"warning: {line}"
     whole = linearisable(own.whole) if own.whole else compiled
     yield from _linear(compiled, whole, "at the start of the run", watch)
-    end = [compiled.begin + scene.duration] if model.elements.tanks.each.size else []
+    end = [compiled.begin + scene.duration] if model.tanks.each.size else []
     for time in sorted({*times, *end}):
         yield from _linear(as_at(compiled, time), as_at(whole, time), f"at {time:g} s", watch, time)
 

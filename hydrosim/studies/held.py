@@ -11,12 +11,12 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.forces.contact.fender import pressure
 from hydrosim.forces.contact.geometry import EARTH, Touch, touch
 from hydrosim.forces.contact.laws import FRICTIONLESS, friction
-from hydrosim.forces.modes import STICK
+from hydrosim.forces.contact.modes import STICK
 from hydrosim.linear.contacts import Contacts, pressed
 from hydrosim.linear.equilibrium import Rest
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import new_work
-from hydrosim.stepping.names import fender_names
+from hydrosim.stepping.names import contact_names
 from hydrosim.studies.response import Responder
 
 LARGEST = 3.7  # standard deviations: the most probable largest of a thousand waves
@@ -37,7 +37,7 @@ def contact_remarks(
     compiled: Compiled, rest: Rest, about: Responder, contacts: Contacts
 ) -> Iterator[str]:
     """What contacts are taken to do, and whether they would in the waves of the scene."""
-    names, found = fender_names(compiled.scene), pressed(rest.model, rest.state)
+    names, found = contact_names(compiled.scene), pressed(rest.model, rest.state)
     if not found.size:
         return
     which = _listed([names[i] for i in found])

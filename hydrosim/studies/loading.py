@@ -17,11 +17,6 @@ import numpy as np
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.forces.ballast.loading import Loading, at_start, body_without, loaded
-from hydrosim.forces.ballast.pieces import LEVEL, at
-from hydrosim.forces.ballast.shapes import capacity, pieces
-from hydrosim.forces.ballast.tanks import changing
-from hydrosim.forces.ballast.timeline import follow
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
 from hydrosim.linear.equilibrium import equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
@@ -29,6 +24,11 @@ from hydrosim.linear.modes import STATIC
 from hydrosim.scene import Body, Tank
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import State
+from hydrosim.tanks.contents import changing
+from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
+from hydrosim.tanks.pieces import LEVEL, at
+from hydrosim.tanks.shapes import capacity, pieces
+from hydrosim.tanks.timeline import follow
 from hydrosim.waves import following_model, wave_loads_model
 
 
@@ -68,13 +68,13 @@ class Afloat(NamedTuple):
 
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     """Volumes (nt,) [m^3] in the tanks that change, at a time [s], before any of them runs over."""
-    p = compiled.model.elements.tanks
+    p = compiled.model.tanks
     return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
 
 
 def pumped(compiled: Compiled, time: float) -> State:
     """The state of the start with what is in the tanks at a time [s]."""
-    state, p = compiled.first_state(), compiled.model.elements.tanks
+    state, p = compiled.first_state(), compiled.model.tanks
     state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
     return state
 
@@ -106,7 +106,7 @@ def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
     """The bodies at rest with so much in their tanks. Raises InputError if they are at rest
     nowhere."""
     model, state, scene = _still(compiled.model), compiled.first_state(), compiled.scene
-    p, n = model.elements.tanks, model.bodies.active.size
+    p, n = model.tanks, model.bodies.active.size
     state.y[p.state : p.state + p.each.size] = volume
     state.y[n : 2 * n] = 0.0
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
@@ -122,10 +122,10 @@ def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
 
 def _still(model: Model) -> Model:
     """The model with nothing flowing."""
-    p = model.elements.tanks
+    p = model.tanks
     rates = p.rates.copy()
     rates["rate"] = 0.0
-    return model._replace(elements=model.elements._replace(tanks=p._replace(rates=rates)))
+    return model._replace(tanks=p._replace(rates=rates))
 
 
 def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:

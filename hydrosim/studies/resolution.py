@@ -14,8 +14,8 @@ from hydrosim.linear.stability import Combination, Watch, combinations, unwatche
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
 from hydrosim.scene import Scene
-from hydrosim.stepping.names import coordinate_names, fender_names, spring_names
 from hydrosim.stepping.state import Record
+from hydrosim.stepping.state_layout import state_layout
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
 FADED, ROOM = 0.1, 8.0
@@ -38,13 +38,7 @@ def scene_combinations(
     compiled: Compiled, each_alone: bool = False, watch: Watch = unwatched
 ) -> list[Combination]:
     """The combinations of contacts that a scene is linearised with, see `stability`."""
-    names = linear_names(compiled.scene)
-    return combinations(compiled.model, compiled.state, names, each_alone, watch)
-
-
-def linear_names(scene: Scene) -> list[str]:
-    """Names of what is linearised: the free coordinates, then contact points, then springs."""
-    return coordinate_names(scene) + fender_names(scene) + spring_names(scene)
+    return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
 
 
 @one_thread
@@ -54,9 +48,9 @@ def scene_vibrations(
     """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
     the step of the scene, see `accuracy`."""
     scene = compiled.scene
-    names = linear_names(scene)
+    layout = state_layout(scene, compiled.model)
     of = (scene.duration, scene.solver.step, error)
-    return tuple(vibrations(found, compiled.method, compiled.model, names, *of))
+    return tuple(vibrations(found, compiled.method, compiled.model, layout, *of))
 
 
 def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:

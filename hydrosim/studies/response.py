@@ -31,7 +31,7 @@ from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.radiation import TOLERANCE
 from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.names import fender_names
+from hydrosim.stepping.names import contact_names
 from hydrosim.stepping.state import State
 from hydrosim.studies.loading import pumped
 from hydrosim.waves import Components, WaveBody, first_order
@@ -125,7 +125,7 @@ def responder(
     if state is not None:
         about = _of_model(model, state, about)
     if contacts is not None:
-        model, about = with_contacts(model, about, contacts, fender_names(scene))
+        model, about = with_contacts(model, about, contacts, contact_names(scene))
     linear, n = linearise(model, about, time=time), model.bodies.active.size
     met = wave_bodies(replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet)
     place = model.bodies.locked.copy()
@@ -156,7 +156,7 @@ def compile_for_linear(
 def _of_model(model: Model, state: State, start: State) -> State:
     """The place and contacts of a state at rest, for a model with other memory, with what is in the
     tanks at the ``start``."""
-    y, n, tanks = np.zeros(model.size), model.bodies.active.size, model.elements.tanks
+    y, n, tanks = np.zeros(model.size), model.bodies.active.size, model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[:n], y[held] = state.y[:n], start.y[held]
     return state._replace(y=y)

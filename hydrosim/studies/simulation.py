@@ -51,14 +51,13 @@ from hydrosim.stepping.state import (
     State,
     new_run,
 )
-from hydrosim.stepping.state_layout import Kind, state_layout
+from hydrosim.stepping.state_layout import StateKind, state_layout
 from hydrosim.studies.aftermath import noticed
 from hydrosim.studies.blow_up import blown_up, holder
 from hydrosim.studies.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.loading import as_at
 from hydrosim.studies.resolution import (
     fitting_step,
-    linear_names,
     scene_combinations,
     scene_vibrations,
     unresolved,
@@ -93,12 +92,11 @@ REMEDIES = {
 """Where another one is better than `REMEDY`."""
 
 NAMED = {
-    Kind.CONTACT: "the contact node of {entry.owner}",
-    Kind.SLOW_PLACE: "the slow place in waves, {entry.name}",
-    Kind.SLOW_DRAUGHT: "{entry.name}",
-    Kind.RADIATION: "a radiation state",
-    Kind.ENERGY: "an energy",
-    Kind.IMPULSE: "an impulse",
+    StateKind.SLOW_PLACE: "the slow place in waves, {entry.name}",
+    StateKind.SLOW_DRAUGHT: "the {entry.name}",
+    StateKind.RADIATION: "a radiation state",
+    StateKind.ENERGY: "an energy",
+    StateKind.IMPULSE: "an impulse",
 }
 """How a state that is not finite is told, but for coordinates and their rates."""
 
@@ -192,7 +190,7 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     looked_at = scene_combinations(compiled)
     limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
     found = [limit.describe(step) for limit in limits if limit.step < step]
-    if limits and not found and compiled.model.elements.tanks.each.size:
+    if limits and not found and compiled.model.tanks.each.size:
         end = compiled.begin + scene.duration
         limits = scene_step_limits(as_at(compiled, end))
         now = f", with tanks as at the end, {end:g} s"
@@ -221,9 +219,8 @@ def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> 
     """What limits the step of a scene with its method, of the combinations of contacts ``found``,
     see `stability.step_limits`."""
     found = found or scene_combinations(compiled)
-    names = linear_names(compiled.scene)
-    step = compiled.scene.solver.step
-    return step_limits(found, compiled.method, compiled.model, names, step)
+    layout = state_layout(compiled.scene, compiled.model)
+    return step_limits(found, compiled.method, layout, compiled.scene.solver.step)
 
 
 def _chunks(run: Run) -> Iterator[float]:
@@ -287,10 +284,10 @@ def _where(scene: Scene, model: Model, state: State) -> str:
         steepest = np.argmax(np.abs(y[:n]) * judged)
         return scene.bodies[model.bodies.active[steepest] // 6].name
     kind, entry = state_layout(scene, model).at(first)
-    if kind in (Kind.COORDINATE, Kind.RATE):
+    if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in NAMED:
-        return NAMED[kind].format(entry=entry)
+        return NAMED[StateKind(kind)].format(entry=entry)
     return f"the {kind} of {entry.owner}"
 
 

@@ -9,9 +9,11 @@ import pytest
 from examples import KINDS, LAWS, built
 from test_elements import ELEMENTS
 
-from hydrosim.forces import CATALOGUE, ForceElement
+from hydrosim.forces import KINDS as KINDS_OF_UNITS
+from hydrosim.forces import ForceElement
 from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
+from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resonance
 
 LAYOUT = Layout(
@@ -42,16 +44,16 @@ def test_every_element_and_law_can_be_asked_for() -> None:
 def test_every_example_is_in_the_schema_and_compiled_by_one_kind(kind: Any) -> None:
     assert kind.model_json_schema()["examples"] == [kind.example]
     element = built(kind.example)
-    homes = [p for p in CATALOGUE if _count(p, element) > _count(p, None)]
-    ancestors = {cls.__module__ for cls in type(element).__mro__}
-    walls = [guide] if getattr(element, "wall", None) else []  # a kind of their own
+    kinds = [kind for kind in KINDS_OF_UNITS if isinstance(kind, ElementKind)]
+    homes = [kind for kind in kinds if _count(kind, element) > _count(kind, None)]
+    walls = [guide.KIND] if getattr(element, "wall", None) else []  # a kind of their own
     assert homes[1:] == walls
-    assert homes[0].__name__ in ancestors - {ForceElement.__module__}
+    assert isinstance(element, homes[0].classes)
 
 
-def _count(kind: Any, element: ForceElement | None) -> int:
+def _count(kind: ElementKind, element: ForceElement | None) -> int:
     """Number of the elements of a kind among one or none."""
-    p = kind.compile_elements({} if element is None else {"it": element}, LAYOUT)
+    p = kind.compile({} if element is None else {"it": element}, LAYOUT)
     return len(p if not isinstance(p, tuple) else p[0])
 
 

@@ -33,8 +33,8 @@ from hydrosim.forces import (
     WindLoad,
 )
 from hydrosim.forces.contact.fender import DISSIPATED, STATES
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.layout import HYDROSTATIC, ROWS
-from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.rigid import Motion
 from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream
 from hydrosim.stepping.dynamics import Model, new_work, rhs, stored_energies

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.modes import STICK
+from hydrosim.forces.contact.modes import STICK
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import NaturalMode
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain

@@ -115,7 +115,7 @@ def test_what_has_translations_and_rotations_says_the_unit_of_each(base_run: xr.
 
 def test_every_unit_is_one_that_others_know() -> None:
     """Those of variables, of stages and of channels that follow, by pint, which refuses others."""
-    units = {unit for _, units, _ in VARIABLES.values() for unit in units.split(" or ")} - {MIXED}
+    units = {unit for v in VARIABLES.values() for unit in v.units.split(" or ")} - {MIXED}
     units |= {unit for _, unit in stages.FIGURES.values()} | {kind.unit for kind in KINDS.values()}
     known = pint.UnitRegistry()
     assert {"m", "rad/s", "N m", "m/s^2", "kg/s"} <= units

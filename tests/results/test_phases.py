@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases
 
 

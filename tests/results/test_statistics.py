@@ -12,7 +12,7 @@ from random_records import KINDS
 
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
-from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.results.extremes import Basis
 from hydrosim.results.gumbel import fit_maxima
 from hydrosim.results.phases import contact_phases

@@ -10,7 +10,7 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.scene import Scene, Start
-from hydrosim.stepping.state_layout import Kind, state_layout
+from hydrosim.stepping.state_layout import StateKind, state_layout
 
 CASES = Path(__file__).parents[2] / "cases"
 IRREGULAR = CASES / "sphere" / "irregular.yaml"
@@ -23,7 +23,7 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
     layout = state_layout(scene, model)
     names = layout.names()
     assert len(names) == len(set(names)) == model.size
-    first = [entry for entry in layout.of(Kind.RADIATION) if entry.component == "radiation 1"]
+    first = [entry for entry in layout.of(StateKind.RADIATION) if entry.component == "radiation 1"]
     groups = ("surge, pitch", "sway, roll", "heave")
     assert sorted(entry.owner for entry in first) == sorted(f"{g} of sphere" for g in groups)
     (pair,) = (entry for entry in first if entry.owner == "surge, pitch of sphere")
@@ -46,15 +46,15 @@ def test_blocks_lie_where_the_model_has_them(name: str, changes: dict[str, objec
     layout = state_layout(scene, model)
     at = {block.kind: block.offset for block in layout.blocks}
     p = model.elements
-    assert at[Kind.RATE] == model.bodies.active.size
-    assert at[Kind.RADIATION] == model.radiation
-    assert at[Kind.CONTACT] == model.own == p.fenders.state
-    assert at[Kind.TANK] == p.tanks.state
-    assert at[Kind.TRIGGER] == p.triggers.state
-    assert at[Kind.SLOW_PLACE] == model.slow
-    assert at[Kind.SLOW_DRAUGHT] == model.draught
-    assert at[Kind.ENERGY] == model.energy
-    assert at.get(Kind.IMPULSE, model.size) == model.impulse
+    assert at[StateKind.RATE] == model.bodies.active.size
+    assert at[StateKind.RADIATION] == model.radiation
+    assert at["contact node"] == model.own == p.fenders.state
+    assert at["tank"] == model.tanks.state
+    assert at["trigger"] == p.triggers.state
+    assert at[StateKind.SLOW_PLACE] == model.slow
+    assert at[StateKind.SLOW_DRAUGHT] == model.draught
+    assert at[StateKind.ENERGY] == model.energy
+    assert at.get(StateKind.IMPULSE, model.size) == model.impulse
     assert len(layout.names()) == model.size
     for index in (0, model.size - 1, model.energy):
         kind, entry = layout.at(index)

@@ -10,8 +10,8 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.database import needed
 from hydrosim.dofs import DOFS
 from hydrosim.forces import AppliedForce, Harmonic, Signal
-from hydrosim.forces.ballast.loading import at_start, body_without, least_moment
 from hydrosim.scene import Weight
+from hydrosim.tanks.loading import at_start, body_without, least_moment
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 HOPELESS = 10.0  # times heavier or lighter than what is displaced: nothing holds that

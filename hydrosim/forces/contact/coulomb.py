@@ -22,7 +22,7 @@ import numpy as np
 
 from hydrosim.forces.contact.geometry import press, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
-from hydrosim.forces.modes import SLIP, STICK
+from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid import generalised_force
 from hydrosim.rigid.vectors import length

@@ -24,19 +24,19 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import MIRROR_SIGN
+from hydrosim.dofs import MIRROR_SIGN, SMALL
 from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.law import Pressed
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
+from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
 from hydrosim.forces.contact.normal import FLAT, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.curve import SEGMENT as PIECE
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import SMALL, foot, turned
-from hydrosim.forces.modes import MODE, OPEN, PASSED, RISING, SEGMENT, STICK
+from hydrosim.forces.mirroring import foot, turned
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -47,6 +47,7 @@ from hydrosim.forces.signal import (
     value,
 )
 from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import MODE, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
 STATE_NAMES = (  # of each point
@@ -267,19 +268,9 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     return (body, plane.point, n, *geometry.tangents(n))
 
 
-def units(p: Params) -> np.ndarray:
-    """The contact points: each has states and a row of modes."""
-    return p.points
-
-
 def which_remember(p: Params) -> np.ndarray:
     """Indices (r,) of the points that remember how they were pressed: each has states for it."""
     return np.flatnonzero(p.points["memory"] != loop.NONE)
-
-
-def state_count(p: Params) -> int:
-    """Number of states in y."""
-    return STATES * p.points.size + loop.STATES * p.remembering + group.STATES * p.groups.size
 
 
 def memories(p: Params, y: np.ndarray) -> np.ndarray:

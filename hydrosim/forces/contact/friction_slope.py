@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction, size_along
-from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 

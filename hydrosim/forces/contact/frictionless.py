@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hydrosim.forces.contact.law import Constants, Friction
-from hydrosim.forces.modes import SLIP
+from hydrosim.forces.contact.modes import SLIP
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 

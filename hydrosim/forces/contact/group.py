@@ -8,14 +8,16 @@ of steps, so that nothing depends on how often a run is recorded; the impulse is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.modes import MODE, OPEN
+from hydrosim.forces.contact.modes import OPEN
 from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import MODE
 
 if TYPE_CHECKING:
+    from hydrosim.forces import Elements
     from hydrosim.forces.contact.fender import Contact
 
 STATE_NAMES = (
@@ -52,6 +54,25 @@ def remembering(
     those = [(k, name) for k, name in enumerate(asked) if asked[name] or weight[name]]
     rows = [(first + STATES * g, k, weight[name]) for g, (k, name) in enumerate(those)]
     return np.array(rows, dtype=GROUP)
+
+
+class Remembered(NamedTuple):
+    """A group that remembers: which ``group`` of all groups of contacts it is, its ``weight`` [N]
+    or 0, and its states ``y`` (nt, `STATES`)."""
+
+    group: int
+    weight: float
+    y: np.ndarray
+
+
+def remembered_groups(elements: Elements, y: np.ndarray) -> list[Remembered]:
+    """All groups that remember, with what they do in y (nt, ny)."""
+    p = elements.fenders
+    starts = p.state + p.groups["first"]
+    return [
+        Remembered(int(each["index"]), float(each["weight"]), y[:, first : first + STATES])
+        for each, first in zip(p.groups, starts, strict=True)
+    ]
 
 
 @kernel

@@ -13,9 +13,9 @@ it. What a wall has stored as it ends is lost.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,18 +23,14 @@ from hydrosim.forces import curve
 from hydrosim.forces.channels import unit_ranges
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.kind import Columns, Kept, Modes, Variable
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.modes import (
-    CONTACT_MARGIN,
-    MARGINS,
-    MODE,
-    RISING_MARGIN,
-    SEGMENT,
-    SEGMENT_MARGIN,
-)
+from hydrosim.forces.postures import PRESSED as COMPRESSED
+from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import length
-from hydrosim.scene import ForceElement
+from hydrosim.scene import ForceElement, Scene
 
 AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
 NAMES = ("away", "free", "pressed", "beside", "inactive")
@@ -86,11 +82,6 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
         rows += [(i, layout.row[name], *own) for i in range(begin, end)]
     return Params(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
-
-
-def units(p: Params) -> np.ndarray:
-    """The pins: each has a row of modes."""
-    return p.pins
 
 
 @kernel
@@ -236,3 +227,51 @@ def settle(modes, motion, bodies, elements):
         e, _ = pressed_by(pin, c)
         mode[MODE] = AWAY if c.compression <= -pin.depth else PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)
+
+
+class _Kind(PosingKind):
+    unit = "guide"
+    variables: ClassVar = {
+        "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
+        "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),
+        "guide_mode": Variable(
+            "whether a pin is in its guide, and pressed to the wall", "1", flags=" ".join(NAMES)
+        ),
+        "guide_segment": Variable("piece of the curve of the wall, counted from 0", "1"),
+    }
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        """Names of the contact points that a wall holds sideways."""
+        walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
+        return [unit for name, e in walled for unit in e.unit_names(name)]
+
+    def modes(self, p: Params) -> Modes:
+        return Modes(p.pins.size, first=p.pins["first"], last=p.pins["last"])
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        if not p.pins.size:
+            return []
+        first = p.pins["first"]
+        free = Posture("pins free", rest_at_first(first, FREE))
+        return [free, Posture("pins at their walls", rest_at_first(first, PRESSED))]
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """With pins that are pressed by the steepest piece of their walls wherever they are."""
+        pins = p.pins.copy()
+        segments = p.segments.copy()
+        for pin in pins:
+            own = segments[pin["first"] : pin["last"] + 1]
+            own["slope"][0] = own["slope"].max()
+            pin["gap"] = pin["slope"] * COMPRESSED
+        return p._replace(pins=pins, segments=segments)
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", "guide")
+        return {
+            "guide_force": (each, kept.observed[:, :, FORCE]),
+            "guide_clearance": (each, kept.observed[:, :, CLEARANCE]),
+            "guide_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+KIND = _Kind("guides", (), compile_elements)

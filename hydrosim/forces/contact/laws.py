@@ -18,8 +18,8 @@ from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.law import Constants
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.contact.stick_slip import StickSlip
-from hydrosim.forces.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 
 LAWS: dict[type, ModuleType] = {

@@ -43,7 +43,7 @@ import numpy as np
 
 from hydrosim.forces.contact import rate_free
 from hydrosim.forces.contact.law import Constants, Friction, size_along
-from hydrosim.forces.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 

@@ -18,8 +18,9 @@ from __future__ import annotations
 from hydrosim.forces.contact import geometry, laws
 from hydrosim.forces.contact.fender import STATES, pressure
 from hydrosim.forces.contact.laws import COULOMB
-from hydrosim.forces.modes import MODE, SLIP, STICK
+from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import MODE
 from hydrosim.rigid.vectors import add, length, scale
 
 MODES = ("open", "stick", "slip")

@@ -32,22 +32,18 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.contact.law import AT_REST
 from hydrosim.forces.contact.laws import COULOMB
-from hydrosim.forces.modes import (
-    ABSENT,
+from hydrosim.forces.contact.modes import ABSENT, OPEN, PASSED, SLIP, STICK
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import (
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
     MODE,
-    OPEN,
-    PASSED,
     RISING,
     RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
-    SLIP,
-    STICK,
 )
-from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import length
 
 REGAINED = 1e3  # of the least prescribed N at which contact ends: then it begins again

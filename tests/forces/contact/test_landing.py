@@ -30,8 +30,8 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.loop import SET, ends, lost_on, start_of_line
+from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.curve import curve_force, find_segment
-from hydrosim.forces.modes import OPEN
 from hydrosim.scene import ForceElement, Method, Scene, Start, Symmetry
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.ballast.mesh import capacity_of_mesh, pieces_of_mesh
-from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at, with_ends
-from hydrosim.forces.ballast.table import level_of_table, pieces_of_table
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
+from hydrosim.tanks.mesh import capacity_of_mesh, pieces_of_mesh
+from hydrosim.tanks.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at, with_ends
+from hydrosim.tanks.table import level_of_table, pieces_of_table
 
 
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.forces.modes import MARGINS, MODE, SEGMENT
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import MARGINS, MODE, SEGMENT
 
 SEA = -1
 WAITING, RUNNING, OVER = range(3)

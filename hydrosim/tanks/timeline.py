@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.ballast.pumping import OVER, RUNNING, SEA, WAITING
-from hydrosim.forces.ballast.tanks import CLOSE, Tanks
+from hydrosim.tanks.contents import CLOSE, Tanks
+from hydrosim.tanks.pumping import OVER, RUNNING, SEA, WAITING
 
 MOST = 10_000  # changes of flows
 

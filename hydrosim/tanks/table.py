@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.ballast.pieces import ALL, LEVEL, PAIRS, PIECE, SECOND, SURFACE, hermite
 from hydrosim.scene import TankTable
+from hydrosim.tanks.pieces import ALL, LEVEL, PAIRS, PIECE, SECOND, SURFACE, hermite
 
 PARTS = 8  # pieces between two rows of a table
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)

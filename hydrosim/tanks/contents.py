@@ -11,20 +11,17 @@ surface does to inertia. Tanks that nothing changes are parts of their bodies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.ballast.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value
-from hydrosim.forces.ballast.pumping import FLOW, RATE
-from hydrosim.forces.layout import Layout
-from hydrosim.forces.modes import MODE
-from hydrosim.forces.search import piece_of
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.scene import Body, ForceElement, Scene, Tank
+from hydrosim.jit.search import piece_of
+from hydrosim.modes import MODE
+from hydrosim.scene import Body, Scene, Tank
+from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value
+from hydrosim.tanks.pumping import FLOW, RATE
 
-STATE_NAMES = ("volume",)
 CLOSE = 1e-9  # of a capacity: volumes as close are the same
 TANK = np.dtype(
     [
@@ -60,11 +57,6 @@ class Tanks(NamedTuple):
     mode: int = 0
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tanks:
-    """Those of the scene, which are no elements."""
-    return layout.tanks if layout.tanks is not None else no_tanks()
-
-
 def no_tanks() -> Tanks:
     """None at all."""
     each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE, REST))
@@ -96,16 +88,6 @@ def flow_names(scene: Scene) -> list[str]:
         for body in scene.bodies
         for kind, name in (key.split(".")[:2] for key in flow_keys(body))
     ]
-
-
-def units(p: Tanks) -> np.ndarray:
-    """The flows: each has a row of modes."""
-    return p.flows
-
-
-def state_count(p: Tanks) -> int:
-    """Number of states."""
-    return int(p.each.size)
 
 
 @kernel
@@ -184,6 +166,29 @@ def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
     at = np.maximum(np.searchsorted(mine["start"], volume, side="right") - 1, 0)
     x = volume - mine["start"][at]
     return np.asarray(np.einsum("nk,nk->n", mine["c"][at, which], x[:, None] ** np.arange(4)))
+
+
+def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:
+    """One of the quantities of `pieces` (nt, tanks) of all tanks at volumes (nt, tanks)."""
+    each = [quantity(p, k, volume[:, k], which) for k in range(p.each.size)]
+    return np.stack(each, axis=1)
+
+
+def mass_and_centre(
+    p: Tanks, mass_at_rest: np.ndarray, volume: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mass (nt, nb) [kg] of bodies of ``mass_at_rest`` (nb,) at volumes (nt, tanks), and centre of
+    gravity (nt, nb, 3) [m] from the origin, in the body frame."""
+    mass = np.tile(mass_at_rest, (len(volume), 1))
+    moment = np.zeros((*mass.shape, 3))
+    for rest in p.rests:
+        mass[:, rest["body"]] = rest["mass"]
+        moment[:, rest["body"]] = rest["moment"]
+    first = np.stack([quantities(p, volume, FIRST + i) for i in range(3)], axis=2)
+    for k, tank in enumerate(p.each):
+        mass[:, tank["body"]] += tank["density"] * volume[:, k]
+        moment[:, tank["body"]] += tank["density"] * first[:, k]
+    return mass, moment / mass[:, :, None]
 
 
 def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:

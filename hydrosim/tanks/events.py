@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
-from hydrosim.forces.ballast.tanks import flow_keys
-from hydrosim.forces.layout import TriggeredPump
 from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, When
+from hydrosim.tanks.contents import flow_keys
+
+
+class TriggeredPump(NamedTuple):
+    """A ``flow`` that begins and ends by events, and the ``key`` of its pump in a case."""
+
+    flow: int
+    key: str
+    active: Active
 
 
 def unforeseen_tanks(body: Body) -> set[str | None]:

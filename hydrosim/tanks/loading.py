@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.ballast.pieces import FIRST, PAIRS, SECOND, SURFACE, at
-from hydrosim.forces.ballast.shapes import pieces, volume_at
 from hydrosim.scene import Body, FreeSurface, Tank
+from hydrosim.tanks.pieces import FIRST, PAIRS, SECOND, SURFACE, at
+from hydrosim.tanks.shapes import pieces, volume_at
 
 
 class Loading(NamedTuple):

@@ -25,12 +25,12 @@ potential, is booked as work.
 
 from __future__ import annotations
 
-from hydrosim.forces.ballast.pieces import FIRST, SECOND, SURFACE, bend, slope
-from hydrosim.forces.ballast.pumping import SEA, rate_of
-from hydrosim.forces.search import piece_of
-from hydrosim.forces.weight import upright
 from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.search import piece_of
+from hydrosim.rigid.kinematics import upright
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
+from hydrosim.tanks.pieces import FIRST, SECOND, SURFACE, bend, slope
+from hydrosim.tanks.pumping import SEA, rate_of
 
 
 @kernel

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrosim.forces.ballast.shapes import capacity, pieces
-from hydrosim.forces.mirroring import SMALL
+from hydrosim.dofs import SMALL
 from hydrosim.scene import (
     Body,
     Box,
@@ -21,6 +20,7 @@ from hydrosim.scene import (
     TankTable,
     When,
 )
+from hydrosim.tanks.shapes import capacity, pieces
 
 
 def images(body: Body) -> tuple[list[int | None], list[int | None]]:

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces.ballast.pieces import ALL, LEVEL, PIECE, SURFACE, hermite
 from hydrosim.scene import TankMesh
+from hydrosim.tanks.pieces import ALL, LEVEL, PIECE, SURFACE, hermite
 
 FEWEST, MOST = 64, 256  # pieces
 SAME = 1e-9  # of its height: what is as near is at one height

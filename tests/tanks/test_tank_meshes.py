@@ -13,11 +13,11 @@ from scipy.spatial import ConvexHull
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.ballast.mesh import pieces_of_mesh
-from hydrosim.forces.ballast.mirror import images
-from hydrosim.forces.ballast.pieces import SURFACE, at
-from hydrosim.forces.ballast.shapes import capacity, height, pieces, volume_at
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
+from hydrosim.tanks.mesh import pieces_of_mesh
+from hydrosim.tanks.mirror import images
+from hydrosim.tanks.pieces import SURFACE, at
+from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
 BOX = Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9)

@@ -17,9 +17,6 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.ballast.pieces import SURFACE
-from hydrosim.forces.ballast.pieces import at as held_at
-from hydrosim.forces.ballast.shapes import pieces
 from hydrosim.linear.linearise import inertia
 from hydrosim.scene import (
     Body,
@@ -35,6 +32,9 @@ from hydrosim.scene import (
     TankTable,
     Weight,
 )
+from hydrosim.tanks.pieces import SURFACE
+from hydrosim.tanks.pieces import at as held_at
+from hydrosim.tanks.shapes import pieces
 
 MASS, DENSITY = 2e4, 1000.0
 LEFT = Tank("left", Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9), 2.0, DENSITY)
@@ -236,7 +236,7 @@ def test_the_matrix_of_box_tanks_is_exact() -> None:
     pump = Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
     body = loaded(pump)
     compiled = hs.compile_scene(weightless(body, 20.0, 0.5))
-    y, p = compiled.state.y.copy(), compiled.model.elements.tanks
+    y, p = compiled.state.y.copy(), compiled.model.tanks
     y[p.state : p.state + 2] = found = np.array([5.0, 7.5])
     expected = np.zeros((6, 6))
     mass, first, second = MASS, np.zeros(3), np.zeros((3, 3))

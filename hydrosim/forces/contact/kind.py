@@ -1,0 +1,213 @@
+"""Contact points as a kind: their states, modes and variables, and what a restart begins anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.forces.contact import group, loop
+from hydrosim.forces.contact.fender import (
+    COMPRESSION,
+    DAMPED,
+    FRICTION,
+    LOST,
+    NODE,
+    NORMAL_FORCE,
+    SLIP_DAMPED,
+    SLIP_DISTANCE,
+    STATE_NAMES,
+    STATES,
+    Contact,
+    Params,
+    compile_elements,
+    dynamic_states,
+    forget,
+    is_mirrored,
+    memories,
+    which_remember,
+)
+from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.postures import ContactPostures
+from hydrosim.forces.contact.tally import EACH, SLIPPING, WIDTH
+from hydrosim.forces.contact.tally import MODES as TALLIED
+from hydrosim.forces.contact.tally import SIZE as TALLIES
+from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of
+from hydrosim.modes import MODE
+from hydrosim.scene import Scene
+
+EARTH, NORMAL = "earth", "normal of the plane"
+POINT = ("time", "fender", "axis")
+
+
+def group_of_points(scene: Scene) -> list[str]:
+    """Name of the group of each contact point: that of its element if it does not say another."""
+    return [
+        element.group or name
+        for name, element in scene.forces.items()
+        if isinstance(element, Contact)
+        for _ in element.unit_names(name)
+    ]
+
+
+class _Kind(ContactPostures):
+    unit = "fender"
+    variables: ClassVar = {
+        "fender_compression": Variable("compression, negative when open", "m", NORMAL),
+        "fender_normal_force": Variable("normal force", "N", NORMAL),
+        "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
+        "fender_friction": Variable("friction force on the body", "N", EARTH),
+        "fender_node": Variable("place of the contact node on the plane", "m", EARTH),
+        "fender_slip_distance": Variable("distance slipped since the start", "m", "plane"),
+        "fender_dissipated": Variable("energy lost in friction and loops since the start", "J"),
+        "fender_dissipated_damping": Variable("of it in the node's damper C2", "J"),
+        "fender_dissipated_slip_damping": Variable("of it in slip damping C3", "J"),
+        "fender_closings": Variable("how often the contact has closed since the start", "1"),
+        "fender_closing_speed": Variable("speed at which it closed last", "m/s", NORMAL),
+        "fender_largest_force": Variable("largest normal force since then", "N", NORMAL),
+        "fender_segment": Variable("piece of the normal curve, counted from 0", "1"),
+        "fender_rising": Variable("1 if the stretch is that of a rising load", "1"),
+        "contact_time": Variable("time in a contact mode", "s"),
+        "contact_impulse": Variable("integral of the normal force in a contact mode", "N s"),
+        "contact_press": Variable(
+            "impulse of the normal force on the body in a contact mode", "N s", EARTH
+        ),
+        "contact_friction": Variable(
+            "impulse of friction on the body in a contact mode", "N s", EARTH
+        ),
+        "contact_moved": Variable(
+            "displacement of the point along the plane in a mode", "m", EARTH
+        ),
+        "contact_friction_work": Variable(
+            "work of friction on the body in a contact mode", "J", EARTH
+        ),
+        "contact_press_work": Variable("work of the normal force in a contact mode", "J"),
+        "slip_direction": Variable("integral of the direction of slip", "s", EARTH),
+        "slip_load": Variable("integral of normal force times direction of slip", "N s", EARTH),
+        "slip_damping": Variable("integral of C3 times the velocity of slip", "N s", EARTH),
+        "slip_moved": Variable("displacement of the contact node in slip", "m", EARTH),
+        "slip_direction_ahead": Variable(
+            "the part of slip_direction towards positive axes", "s", EARTH
+        ),
+        "slip_load_ahead": Variable("the part of slip_load towards positive axes", "N s", EARTH),
+        "slip_moved_ahead": Variable("the part of slip_moved towards positive axes", "m", EARTH),
+    }
+    tallied: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
+
+    def modes(self, p: Params) -> Modes:
+        points = p.points
+        last = np.maximum(points["last"], points["line"])
+        return Modes(points.size, "mode", "rising", points["first"], last, points["steepest"])
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        """Those of all points, of points that remember, and of groups that do."""
+        names = self.unit_names(scene)
+        groups = [*dict.fromkeys(group_of_points(scene))]
+        yield States("contact node", names, STATE_NAMES)
+        yield States("closings", [names[i] for i in which_remember(p)], loop.STATE_NAMES)
+        owners = [groups[k] for k in p.groups["index"]]
+        yield States("contact group", owners, group.STATE_NAMES, "group ")
+
+    def felt_states(self, p: Params) -> np.ndarray:
+        return dynamic_states(p)
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        """With the element that each point belongs to, and those elements."""
+        groups = group_of_points(scene)
+        if not groups:
+            return {}
+        said = {"long_name": "element of contact points, whose phases are told together"}
+        return {
+            "fender": ("fender", self.unit_names(scene)),
+            "fender_group": ("fender", groups, said),
+            "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
+            **capacity_of(self, scene),
+            **(_kinetic(scene) if scene.output_impulses else {}),
+        }
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        seen, is_open = kept.observed, kept.modes[:, :, MODE] == OPEN
+        each = POINT[:2]
+        own = kept.y[:, p.state : p.state + STATES * p.points.size]
+        states = own.reshape(len(own), -1, STATES)
+        return {
+            "fender_compression": (each, seen[:, :, COMPRESSION]),
+            "fender_normal_force": (each, np.where(is_open, 0.0, seen[:, :, NORMAL_FORCE])),
+            "fender_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "fender_friction": (POINT, seen[:, :, FRICTION:NODE]),
+            "fender_node": (POINT, seen[:, :, NODE:LOST]),
+            "fender_slip_distance": (each, states[:, :, SLIP_DISTANCE]),
+            "fender_dissipated": (each, seen[:, :, LOST]),
+            "fender_dissipated_damping": (each, states[:, :, DAMPED]),
+            "fender_dissipated_slip_damping": (each, states[:, :, SLIP_DAMPED]),
+            **_closings(p, kept.y),
+            **(dict(_tallied(kept.tallies)) if kept.tallies.size else {}),
+        }
+
+    def losses(self, p: Params, observed: np.ndarray) -> dict[int, np.ndarray]:
+        """Energy lost in friction."""
+        rows = p.points["row"]
+        return {row: observed[:, rows == row, LOST].sum(axis=1) for row in np.unique(rows)}
+
+    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+        return is_mirrored(p, y, modes)
+
+    def forget(self, p: Params, y: np.ndarray) -> None:
+        forget(p, y)
+
+    def renew(
+        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+    ) -> None:
+        """Stiff lines of points that were not in the run or cannot be pressed as they were, and
+        what groups remember that did not in the run."""
+        for k, i in enumerate(which_remember(p)):
+            if not (possible[i] and known[p.state + STATES * i]):
+                memories(p, y)[k, loop.SET] = memories(p, anew)[k, loop.SET]
+        for first in p.state + p.groups["first"]:
+            if not known[first]:
+                y[first : first + group.STATES] = anew[first : first + group.STATES]
+
+
+KIND = _Kind("fenders", (Contact,), compile_elements)
+
+
+def _kinetic(scene: Scene) -> dict[str, object]:
+    """Contact modes, and mu_k of each contact point."""
+    contacts = [e for e in scene.forces.values() if isinstance(e, Contact)]
+    kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
+    said = {"long_name": "coefficient of kinetic friction", "units": "1"}
+    return {
+        "contact_mode": ("contact_mode", list(TALLIED)),
+        "fender_kinetic": ("fender", kinetic, said),
+    }
+
+
+def _closings(p: Params, y: np.ndarray) -> Columns:
+    """What contacts remember of how they closed; not a number of those that do not."""
+    if p.remembering == 0:
+        return {}
+    known = np.full((len(y), p.points.size, loop.STATES), np.nan)
+    known[:, which_remember(p)] = memories(p, y)
+    return {
+        "fender_closings": (POINT[:2], known[:, :, loop.CLOSINGS]),
+        "fender_closing_speed": (POINT[:2], known[:, :, loop.SPEED]),
+        "fender_largest_force": (POINT[:2], known[:, :, loop.LARGEST]),
+    }
+
+
+def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
+    """What contact points did, of their ``tallies`` (nt, nf, `TALLIES`): `contact_*`
+    (time, fender, mode) and `slip_*` (time, fender, axis)."""
+    dims = ("time", "fender", "contact_mode")
+    end = len(TALLIED) * WIDTH
+    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(TALLIED), WIDTH)
+    at = 0
+    for name, count in EACH:
+        part = modes[..., at : at + count]
+        yield f"contact_{name}", (dims, part[..., 0]) if count == 1 else ((*dims, "axis"), part)
+        at += count
+    at = end
+    for name, count in SLIPPING:
+        yield name, (POINT, tallies[:, :, at : at + count])
+        at += count

@@ -1,0 +1,127 @@
+"""Postures of contact points: open, sticking, slipping; see `hydrosim.forces.postures`.
+
+Points are linearised on the steepest piece of their curve, or pressed as much as is ever
+prescribed, and in steady slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hydrosim.forces.contact.fender import STATES, Params, dynamic_states, memories
+from hydrosim.forces.contact.geometry import touch
+from hydrosim.forces.contact.laws import LAW, sliding, slowest
+from hydrosim.forces.contact.loop import NONE, SET
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.postures import (
+    PRESSED,
+    PosingKind,
+    Posture,
+    rest_at_first,
+    steepest,
+    with_one,
+)
+from hydrosim.forces.signal import crest, value
+from hydrosim.modes import MODE, SEGMENT
+
+CLOSED = {STICK: "sticking", SLIP: "slipping"}
+SLIDING = 0.1  # m/s: the speed at which slip is linearised, or that at which it begins
+
+
+class ContactPostures(PosingKind):
+    """Those of contact points."""
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        text = "all contacts open" if p.points.size else "no contact"
+        rest = Posture(text, rest_at_first(p.points["first"], OPEN))
+        modes = CLOSED if p.points.size else ()
+        return [rest, *(Posture(f"all contacts {CLOSED[m]}", _closed(p, m)) for m in modes)]
+
+    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+        rest = rest_at_first(p.points["first"], OPEN)
+        for mode, text in CLOSED.items() if p.points.size > 1 else ():
+            closed = _closed(p, mode)
+            for i in which:
+                yield Posture(f"{names[i]} alone {text}", with_one(rest, closed, i))
+
+    def alike(self, p: Params) -> Sequence[Hashable]:
+        law = (name for name, _ in LAW)
+        fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *law)
+        return [
+            (*p.segments[_steepest(p, point)].tolist(), *(point[name].item() for name in fields))
+            for point in p.points
+        ]
+
+    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the normal and along both tangents."""
+        touches = [touch(point, bodies, motion) for point in p.points]
+        return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
+
+    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+        """With each plane where it presses its point."""
+        points = p.points.copy()
+        for point, (mode, segment, _) in zip(points, modes, strict=True):
+            if mode != OPEN:
+                start = p.segments[segment]["start"]
+                nearer = start + PRESSED - touch(point, bodies, motion).compression
+                point["plane_point"] += nearer * point["plane_normal"]
+        return p._replace(points=points)
+
+    def time_of_most(self, p: Params) -> float:
+        signals = p.points["signal"][p.points["prescribed"]]
+
+        def total(time: float) -> float:
+            return sum(value(time, signal, p.pieces) for signal in signals)
+
+        return max((crest(signal, p.pieces) for signal in signals), key=total, default=0.0)
+
+    def sliding_speed(self, p: Params, modes: np.ndarray, time: float) -> float:
+        if not np.any(modes[:, MODE] == SLIP):
+            return 0.0
+        return max(SLIDING, *map(slowest, _loads(p, modes, time), p.points))
+
+    def slide(
+        self, p: Params, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
+    ) -> None:
+        """Stiff lines begin where `pressed` has put the planes."""
+        memories(p, y)[:, SET] = 0.0
+        loads = _loads(p, modes, time)
+        for i in np.flatnonzero(modes[:, MODE] == SLIP):
+            point = p.points[i]
+            found = sliding(loads[i], np.array(touch(point, bodies, motion).velocity), point)
+            if found is not None:
+                y[p.state + STATES * i :][:2] = found
+
+    def idle_states(self, p: Params, modes: np.ndarray) -> np.ndarray:
+        """The nodes of open contacts; they are looked at where all contacts are open."""
+        states = dynamic_states(p)
+        is_open = modes[:, MODE] == OPEN
+        return states[is_open[(states - p.state) // STATES] & (not is_open.all())]
+
+
+def _closed(p: Params, mode: int) -> np.ndarray:
+    """Modes with all points in a mode on their steepest pieces."""
+    modes = rest_at_first(p.points["first"], mode)
+    modes[:, SEGMENT] = [_steepest(p, point) for point in p.points]
+    return modes
+
+
+def _steepest(p: Params, point: np.void) -> int:
+    """The steepest piece of the curve of a point: the stiff line, if it has one."""
+    line = int(point["line"])
+    return line if line != NONE else steepest(p.segments, point["first"], point["last"])
+
+
+def _loads(p: Params, modes: np.ndarray, time: float) -> list[float]:
+    """Normal force [N] of every point in its mode, as `ContactPostures.pressed` has it."""
+    return [_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
+
+
+def _load(p: Params, point: np.void, mode: np.ndarray, time: float) -> float:
+    if point["prescribed"]:
+        return float(value(time, point["signal"], p.pieces))
+    piece = p.segments[mode[SEGMENT]]
+    return float(piece["force"] + PRESSED * piece["slope"])

@@ -1,0 +1,81 @@
+"""Kinds answer for themselves: outside `hydrosim.forces` next to nobody names one."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from moored_barge import in_contact
+
+import hydrosim
+import hydrosim as hs
+from hydrosim.forces import KINDS, Elements, own_modes
+from hydrosim.forces.kind import ElementKind, Kind, Mirrored, Renewing, Tallying
+
+PACKAGE = Path(hydrosim.__file__).parent
+NAMING = 8  # files outside `forces` that may name a kind
+MEMBERS = 12
+
+
+def named(source: str) -> Iterator[str]:
+    """The fields of `Elements` that a source names: of any object, as keywords or as strings."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Attribute):
+            name = node.attr
+        elif isinstance(node, ast.keyword):
+            name = str(node.arg)
+        elif isinstance(node, ast.Constant):
+            name = str(node.value)
+        else:
+            continue
+        if name in Elements._fields:
+            yield name
+
+
+def test_few_files_outside_forces_name_a_kind() -> None:
+    outside = (path for path in PACKAGE.rglob("*.py") if PACKAGE / "forces" not in path.parents)
+    naming = {
+        path.relative_to(PACKAGE).as_posix() for path in outside if [*named(path.read_text())]
+    }
+    assert len(naming) <= NAMING, sorted(naming)
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["e = model.elements\nx = e.fenders", "f(springs=x)", "getattr(e, 'guides')", "e['triggers']"],
+)
+def test_a_kind_is_seen_under_any_name(source: str) -> None:
+    assert len([*named(source)]) == 1
+
+
+def test_a_kind_has_few_members() -> None:
+    own = {*vars(ElementKind), *vars(Kind), *ElementKind.__annotations__}
+    assert len([name for name in own if not name.startswith("_")]) <= MEMBERS
+
+
+def test_states_and_modes_are_where_their_kinds_say() -> None:
+    """Each kind has its own rows and states, one after another, and all of both."""
+    compiled = hs.compile_scene(in_contact(20.0))
+    model = compiled.model
+    rows = np.arange(len(compiled.state.modes))
+    seen = [own_modes(kind, kind.of(model), rows[:, None])[:, 0] for kind in KINDS]
+    assert np.concatenate(seen).tolist() == rows.tolist()
+    names = [
+        f"{component} of {block.prefix}{owner}"
+        for kind in KINDS
+        for block in kind.states(kind.of(model), compiled.scene)
+        for owner in block.owners
+        for component in block.components
+    ]
+    assert len(names) == model.slow - model.own
+    felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in KINDS])
+    assert np.all((felt >= model.own) & (felt < model.slow))
+
+
+def test_what_few_kinds_have_is_asked_by_protocols() -> None:
+    """Each protocol has a kind that follows it and one that does not."""
+    for protocol in (Mirrored, Renewing, Tallying):
+        assert {isinstance(kind, protocol) for kind in KINDS} == {True, False}
