@@ -21,6 +21,7 @@ rigid integrate waves radiation recordings
 database forces
 case stepping
 linear results
+statistics
 compiling compare
 studies
 plot report

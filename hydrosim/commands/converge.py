@@ -35,8 +35,8 @@ def converge(
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.results.output import write
     from hydrosim.scene import Method
-    from hydrosim.studies.converge import converge as study_of
-    from hydrosim.studies.converge import to_dataset
+    from hydrosim.studies.run.converge import converge as study_of
+    from hydrosim.studies.run.converge import to_dataset
 
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")

@@ -67,8 +67,8 @@ def linear(
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
     from hydrosim.results.output import write
-    from hydrosim.studies.response import Radiation
-    from hydrosim.studies.seakeeping import Wanted, linear_analysis
+    from hydrosim.studies.linear.response import Radiation
+    from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_linear"
     asked = {

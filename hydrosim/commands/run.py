@@ -100,7 +100,7 @@ def _save(dataset: xr.Dataset, result: Output) -> Path:
     """Write a run; one that did not come to its end stands aside for one that did, and any for
     what has come there meanwhile. Its path."""
     from hydrosim.results.output import status_of, write
-    from hydrosim.studies.checkpoint import checkpoint_of
+    from hydrosim.studies.run.checkpoint import checkpoint_of
 
     status = dataset.attrs["status"]
     better = status != "complete" and status_of(result.path) == "complete"

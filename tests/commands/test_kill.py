@@ -19,7 +19,7 @@ from command_line import heed_signals
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.studies.sweep import load_study, run_study
+from hydrosim.studies.sweep.sweep import load_study, run_study
 
 pytestmark = pytest.mark.slow
 

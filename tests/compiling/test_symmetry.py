@@ -60,7 +60,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.check import survey
+from hydrosim.studies.run.check import survey
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

@@ -14,7 +14,7 @@ from hydrosim.database import HydroDatabase, load
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, Scene
-from hydrosim.studies.response import Radiation, responder
+from hydrosim.studies.linear.response import Radiation, responder
 
 DATA = unpacked("volturnus")
 pytestmark = pytest.mark.validation

@@ -21,11 +21,11 @@ from scipy.optimize import brentq
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import DOFS
 from hydrosim.linear.linearity import nonlinearities
-from hydrosim.results.figures import Figure
 from hydrosim.scene import Scene, SecondOrder
+from hydrosim.statistics.figures import Figure
+from hydrosim.studies.linear.response import Radiation, Responder, compile_for_linear, responder
+from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.operability.seas import Sea, in_sea
-from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
-from hydrosim.studies.rest import at_rest
 from hydrosim.waves import sea as drawn
 
 MOTIONS = {"position": 0, "velocity": 1, "acceleration": 2}

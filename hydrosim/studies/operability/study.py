@@ -13,18 +13,18 @@ import xarray as xr
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.outputs import program_version
-from hydrosim.results.figures import Figure
 from hydrosim.results.output import versions
 from hydrosim.scene import Scene
-from hydrosim.studies.many import prepared
-from hydrosim.studies.operability.file import Operability
+from hydrosim.statistics.figures import Figure
+from hydrosim.studies.many.many import prepared
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
+from hydrosim.studies.operability_file import Operability
 from hydrosim.studies.study_file import StudyFile
-from hydrosim.studies.sweep import read_study, settings_with
-from hydrosim.studies.trial import check_figures, check_units
+from hydrosim.studies.sweep.sweep import read_study, settings_with
+from hydrosim.studies.sweep.trial import check_figures, check_units
 
 ALL = "all"  # stages together
 SEEDS = 50  # where the study says none

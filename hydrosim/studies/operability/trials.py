@@ -9,11 +9,11 @@ from threading import Event
 import numpy as np
 import xarray as xr
 
-from hydrosim.results.figures import Figure, figure_of
 from hydrosim.scene import Scene
-from hydrosim.studies.many import collected_here
-from hydrosim.studies.outcome import outcome_of
-from hydrosim.studies.shared import Shared
+from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.studies.many.many import collected_here
+from hydrosim.studies.many.outcome import outcome_of
+from hydrosim.studies.many.shared import Shared
 
 
 class Trials:
