@@ -6,6 +6,8 @@ the scene has its bodies; contacts begin there with nothing stretched.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.errors import InputError
@@ -13,11 +15,13 @@ from hydrosim.forces import without_friction
 from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.modes import MODE, OPEN
 from hydrosim.linear.equilibrium import ENOUGH, equilibrium
-from hydrosim.rigid import place_bodies
-from hydrosim.scene import Scene
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import coordinate_names, fender_names
-from hydrosim.stepping.state import State
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"
 NEAR = 1e-6  # m

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from hydrosim.compiling.calm import compile_calm, in_waves
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened
 from hydrosim.compiling.symmetry import planar
 from hydrosim.compiling.wet import in_states
 from hydrosim.radiation.threads import one_thread
-from hydrosim.scene import Scene
-from hydrosim.waves import Components, sea
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
 
 
 @one_thread

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import cos, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hulls import with_hulls
 from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
-from hydrosim.database import HydroDatabase
 from hydrosim.database.hull import immersed, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
 from hydrosim.stepping import blending
-from hydrosim.waves import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.waves.components import Components
 
 VOLUME, CENTRE = 0.02, 0.01
 """Of its volume and its length: by how much a database may miss the hull at its draught."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,16 +14,21 @@ from hydrosim.compiling.meetings import (
     said_of_current,
     said_of_waves,
 )
-from hydrosim.compiling.memory_errors import MemoryErrors
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
-from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Recorded, signals_of
+from hydrosim.forces import signals_of
+from hydrosim.forces.signal import Recorded
 from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import dofs_of
-from hydrosim.waves import Components, components, outside, separate_headings
+from hydrosim.waves import components, outside
+from hydrosim.waves.components import Components
+from hydrosim.waves.quadratic import separate_headings
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.memory_errors import MemoryErrors
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.stepping.dynamics import Model
 
 Seas = Sequence[Components]
 OUTSIDE_WARNED = 1e-3  # share of a sea's energy, or of its loads', beyond a database's frequencies

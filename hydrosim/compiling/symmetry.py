@@ -19,18 +19,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from scipy import linalg
 
 from hydrosim.compiling.calm import compile_calm
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
-from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.forces import CATALOGUE
 from hydrosim.forces.ballast.mirror import without_image as without_image_in
@@ -38,13 +37,17 @@ from hydrosim.forces.mirroring import LATERAL, SMALL
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import Coordinate, coordinates
-from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import state_layout
-from hydrosim.waves import Components
+from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 NEAR = 1e-9  # m, rad and per second: a state so far out of the plane is in it
 GROWTH = 1e-4  # 1/s: slower than this is no instability but rounding

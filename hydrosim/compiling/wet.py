@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,11 @@ from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups, judged
 from hydrosim.compiling.hulls import with_hulls
 from hydrosim.compiling.restart import MemoryBefore, before
-from hydrosim.database import HydroDatabase
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
-from hydrosim.radiation import Retardation, StateSpace
 from hydrosim.scene import (
     BY_NAME,
     AutomaticRadiation,
@@ -33,7 +31,12 @@ from hydrosim.scene import (
     StateSpaceRadiation,
 )
 from hydrosim.stepping.names import dofs_of
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.radiation.retardation import Retardation
+    from hydrosim.radiation.state_space import StateSpace
+    from hydrosim.waves.components import Components
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 

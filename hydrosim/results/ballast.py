@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.forces import own_modes
@@ -10,8 +12,10 @@ from hydrosim.forces.ballast.pieces import FIRST, LEVEL
 from hydrosim.forces.ballast.pumping import RUNNING
 from hydrosim.forces.ballast.tanks import Tanks, flow_names, quantity, tank_names
 from hydrosim.forces.modes import MODE, SEGMENT
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
 
 Data = dict[str, tuple[tuple[str, ...], np.ndarray]]
 

@@ -9,14 +9,17 @@ are those of `hydrosim.forces.contact.tally`, `slip_*` (time, fender, axis) what
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.forces import Contact
+from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.tally import EACH, MODES, SIZE, SLIPPING
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import force_names
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
 
 VARIABLES = {
     "contact_time": ("time in a contact mode", "s", "none"),

@@ -14,16 +14,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces.ballast.pieces import FIRST
 from hydrosim.forces.ballast.tanks import Tanks, flow_names, quantity, tank_names
-from hydrosim.scene import Pump
 from hydrosim.studies.ballast.loading import Afloat, afloat, volumes_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Pump
 
 LEVEL, NEAR = 1e-8, 1e-7  # rad; m: the plan is met
 ROUNDS = 20

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.ballast.loading import Loading, at_start, body_without, loaded
@@ -26,10 +25,14 @@ from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
 from hydrosim.linear.equilibrium import equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
-from hydrosim.scene import Body, Tank
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.state import State
-from hydrosim.waves import following_model, wave_loads_model
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.following import following_model
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Body, Tank
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 
 class TankState(NamedTuple):

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.forces.contact.fender import pressure
 from hydrosim.forces.contact.geometry import EARTH, Touch, touch
 from hydrosim.forces.contact.laws import FRICTIONLESS, friction
 from hydrosim.forces.modes import STICK
 from hydrosim.linear.contacts import Contacts, pressed
-from hydrosim.linear.equilibrium import Rest
-from hydrosim.rigid import place_bodies
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import fender_names
-from hydrosim.studies.linear.response import Responder
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.linear.equilibrium import Rest
+    from hydrosim.studies.linear.response import Responder
 
 LARGEST = 3.7  # standard deviations: the most probable largest of a thousand waves
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import linalg
@@ -22,20 +23,24 @@ from scipy import linalg
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise, velocity_map
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.radiation import TOLERANCE
+from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import fender_names
-from hydrosim.stepping.state import State
 from hydrosim.studies.ballast.loading import pumped
-from hydrosim.waves import Components, WaveBody, first_order
+from hydrosim.waves.body import WaveBody
+from hydrosim.waves.build import first_order
+from hydrosim.waves.components import Components
 from hydrosim.waves.dispersion import wavenumber
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 ROUNDING = 1e-12  # of the largest motion: it is none
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +13,14 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
-from hydrosim.stepping.dynamics import Model
 from hydrosim.studies.ballast.loading import pumped
 from hydrosim.studies.linear.response import Radiation, compile_for_linear
-from hydrosim.waves import following_model, sea, wave_loads_model
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.components import sea
+from hydrosim.waves.following import following_model
+
+if TYPE_CHECKING:
+    from hydrosim.stepping.dynamics import Model
 
 
 def at_rest(

@@ -8,24 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import DOFS
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
-from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
-from hydrosim.scene import Scene
 from hydrosim.stepping.names import coordinate_names, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Radiation, Responder, compile_for_linear, responder
 from hydrosim.studies.linear.rest import at_rest
-from hydrosim.waves import Components, sea
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.linear.linearise import Linear
+    from hydrosim.scene import Scene
 
 BINS = 200  # of a response spectrum
 EXPOSURE = 10800.0  # s

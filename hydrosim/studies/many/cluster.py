@@ -23,16 +23,18 @@ from functools import partial
 from math import ceil
 from threading import Event, RLock, Thread
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.many.outcome import Outcome, outcome_of
-from hydrosim.studies.many.pools import Digest
 from hydrosim.studies.many.shared import Work, pack, unpack
 from hydrosim.studies.run.checkpoint import program
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.studies.many.pools import Digest
 
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
 DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks

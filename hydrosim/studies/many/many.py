@@ -29,7 +29,6 @@ from hydrosim.outputs import Output, as_output, unwritable
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.statistics.figures import Figure
 from hydrosim.studies.many.outcome import Outcome, digested
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
@@ -40,6 +39,7 @@ from hydrosim.studies.run.stages import complete
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
+    from hydrosim.statistics.figures import Figure
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 FEWEST = 4  # output times, to have statistics of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from zlib import crc32
 
 import numpy as np
@@ -16,8 +16,10 @@ from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.statistics.explain import explained
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.statistics.statistics import columns, of_contacts
-from hydrosim.studies.many.shared import Work
 from hydrosim.studies.run.simulation import run_compiled
+
+if TYPE_CHECKING:
+    from hydrosim.studies.many.shared import Work
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}

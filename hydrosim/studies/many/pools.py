@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Event
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import xarray as xr
 
 from hydrosim.studies.many.outcome import Outcome, outcome_of
-from hydrosim.studies.many.shared import Work
+
+if TYPE_CHECKING:
+    from hydrosim.studies.many.shared import Work
 
 AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
 Digest = Callable[[xr.Dataset], xr.Dataset]

@@ -12,14 +12,16 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Event
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.interrupts import ENDING
 from hydrosim.studies.many.outcome import Outcome, outcome_of
 from hydrosim.studies.many.pools import AHEAD, Digest
 from hydrosim.studies.many.shared import Work, pack, unpack
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
 
 SPAWN = get_context("spawn")  # a forked process would keep locks that other threads hold
 TRIES = 2  # processes that a run may bring down

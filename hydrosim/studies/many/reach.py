@@ -8,11 +8,12 @@ from dataclasses import replace
 
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
-from hydrosim.database import all_headings
+from hydrosim.database.database import all_headings
 from hydrosim.errors import InputError
 from hydrosim.scene import Question, Scene
 from hydrosim.studies.many.shared import Shared
-from hydrosim.waves import outside, sea
+from hydrosim.waves import outside
+from hydrosim.waves.components import sea
 
 SAID = 1e-3  # share of the energy of the loads that is worth a word
 

@@ -7,22 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from numbers import Number
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.compiling.calm import compile_calm
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.databases import Source, opened
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import opened_start
 from hydrosim.compiling.symmetry import planar, wave_asymmetries
-from hydrosim.compiling.wet import WetGroup
-from hydrosim.database import HydroDatabase
+from hydrosim.database.database import HydroDatabase
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.run.simulation import warned_of_steps
-from hydrosim.waves import Components, sea
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.compiling.wet import WetGroup
 
 PLAIN = (str, Number, Path, type(None))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -16,10 +17,12 @@ import xarray as xr
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.assembled import differing
 from hydrosim.results.output import fixed_coordinates
-from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.studies.many.shared import alike
 from hydrosim.studies.run.simulation import simulate
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
 
 STEPS = 8  # of output, for a trial
 SHOWN = 3  # names of parameters in a message

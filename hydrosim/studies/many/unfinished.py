@@ -6,18 +6,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.leftovers import check_folder
-from hydrosim.outputs import Output
 from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.run.checkpoint import program
 from hydrosim.studies.run.digest import APART, digest
+
+if TYPE_CHECKING:
+    from hydrosim.outputs import Output
 
 
 def folder_of(result: Output) -> Path:

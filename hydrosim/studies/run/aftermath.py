@@ -8,18 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.wet import WetGroup, each_alone
-from hydrosim.database import HydroDatabase
 from hydrosim.dofs import loads_about_z
 from hydrosim.scene import Body, Kinematics, Place, SecondOrder
-from hydrosim.waves import Components, places
+from hydrosim.waves import places
+from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.database.database import HydroDatabase
 
 CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
 PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift

@@ -8,15 +8,19 @@ and dampers that give energy, and steps that make it, are found here, long befor
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces.layout import RADIATION
 from hydrosim.results.output import friction_losses, unpack
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import element_of, force_names, supplies
-from hydrosim.stepping.record import Record
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.record import Record
 
 FAR = 10.0  # times what can be there
 LEAST = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less has no source worth a look

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil
+from typing import TYPE_CHECKING
 
 from rich.console import JustifyMethod, RenderableType
 from rich.markup import escape
@@ -14,7 +15,6 @@ from hydrosim.compiling import sizes
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
@@ -22,10 +22,13 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
-from hydrosim.scene import Scene
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.simulation import scene_step_limits
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 

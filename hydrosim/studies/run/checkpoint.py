@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from difflib import unified_diff
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.leftovers import is_marked
@@ -26,6 +25,9 @@ from hydrosim.outputs import Output, program_version
 from hydrosim.results.output import versions
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
 
 EVERY = 60.0  # s of wall time
 SHARE = 0.01  # of the wall time, at most, goes into checkpoints

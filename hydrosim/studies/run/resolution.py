@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import ceil, isclose
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
-from hydrosim.scene import Scene
 from hydrosim.stepping.names import coordinate_names, fender_names, spring_names
-from hydrosim.stepping.state import Record
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.state import Record
 
 ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
 FADED, ROOM = 0.1, 8.0

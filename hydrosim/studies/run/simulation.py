@@ -27,7 +27,6 @@ from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warn
 from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
 from hydrosim.scene import Scene, Unstable
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance, spent
@@ -69,6 +68,7 @@ from hydrosim.waves import places
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
+    from hydrosim.stepping.dynamics import Model
 
 CHUNK = 0.1  # s of the processor's time between reports of progress
 MESSAGES = {

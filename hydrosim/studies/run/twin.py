@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.jit.refs import Held
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
@@ -29,6 +29,9 @@ from hydrosim.scene import Scene, Solver, Tolerance
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
 
 WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
 STILL = 1e-6  # m, rad: a smaller range is none

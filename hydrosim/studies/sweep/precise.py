@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isnan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -14,7 +15,6 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
 from hydrosim.locks import is_lock
-from hydrosim.outputs import Output
 from hydrosim.results.journal import forget, is_part
 from hydrosim.results.output import write
 from hydrosim.results.runs_file import RUN
@@ -22,8 +22,11 @@ from hydrosim.statistics import effects
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.unfinished import identity, is_whole
 from hydrosim.studies.run.digest import digest
-from hydrosim.studies.study_file import Enough
 from hydrosim.studies.sweep.sweep import Study, seas
+
+if TYPE_CHECKING:
+    from hydrosim.outputs import Output
+    from hydrosim.studies.study_file import Enough
 
 ROUND = r"\d+-[0-9a-f]{16}\.nc"
 """Names of rounds: the number, and what the round is of."""

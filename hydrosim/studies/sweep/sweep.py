@@ -16,7 +16,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -24,19 +24,21 @@ from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
-from hydrosim.documents.units import Scale
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, settings_text
 from hydrosim.results.runs_file import RUN, TEXTS
-from hydrosim.scene import Scene
-from hydrosim.statistics.figures import Figure
 from hydrosim.studies.many.many import Progress, prepared, simulate_many
-from hydrosim.studies.many.pools import Pool
 from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
 from hydrosim.studies.sweep import designs
 from hydrosim.studies.sweep.coordinates import at_key, column
 from hydrosim.studies.sweep.trial import check_figures, check_units
+
+if TYPE_CHECKING:
+    from hydrosim.documents.units import Scale
+    from hydrosim.scene import Scene
+    from hydrosim.statistics.figures import Figure
+    from hydrosim.studies.many.pools import Pool
 
 STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
 DESIGN = "design"  # attribute of a file of runs, see `described`

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.scene import Scene
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.studies.run.simulation import simulate
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
 
 STEPS = 4  # of output
 
