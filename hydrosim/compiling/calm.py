@@ -12,7 +12,7 @@ import numpy as np
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.families import members_of
 from hydrosim.compiling.model import model_of
-from hydrosim.compiling.notes import notes_of_sea
+from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked
 from hydrosim.compiling.questions.doubt import About
 from hydrosim.compiling.refusals import check_start

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import opened
+from hydrosim.compiling.restart import before, opened
 from hydrosim.compiling.symmetry import planar
 from hydrosim.compiling.wet import in_states
 from hydrosim.radiation.threads import one_thread
@@ -43,7 +43,7 @@ def compile_in_calm(
     uses what it needs in the ``seas``."""
     scene = opened(scene)
     check_scene(scene)
-    wet = all_groups(scene, seas)
+    wet = all_groups(scene, seas, before(scene))
     if states is not None:
         scene, wet = in_states(scene, wet, states)
     return compile_calm(scene, wet)

@@ -13,7 +13,6 @@ from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups, judged
 from hydrosim.compiling.hulls import with_hulls
-from hydrosim.compiling.restart import MemoryBefore, before
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS, about_z
@@ -33,6 +32,7 @@ from hydrosim.scene import (
 from hydrosim.stepping.names import dofs_of
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.restart import MemoryBefore
     from hydrosim.database.database import HydroDatabase
     from hydrosim.radiation.retardation import Retardation
     from hydrosim.radiation.state_space import StateSpace
@@ -162,17 +162,21 @@ class WetGroup:
             )
 
 
-def wet_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
+def wet_groups(
+    scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies but those with a family of databases; a database of
     several bodies once for all of them.
 
     Raises InputError where a database cannot be read, does not fit the scene, or cannot be right
-    in what the scene uses of it in the ``seas``.
+    in what the scene uses of it in the ``seas``. ``before`` is the memory of the run to start from.
     """
-    return [group_of(group, scene, seas) for group in groups(scene)]
+    return [group_of(group, scene, seas, before) for group in groups(scene)]
 
 
-def group_of(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
+def group_of(
+    group: Group, scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> WetGroup:
     """The hydrodynamics of bodies of one database."""
     read, bodies = group.database, tuple(group.bodies)
     _check_members(read, bodies)
@@ -195,7 +199,7 @@ def group_of(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup
         memory.added_mass_infinite,
         np.zeros_like(memory.added_mass_infinite),
     )
-    return _with_memory(wet, scene)
+    return _with_memory(wet, before)
 
 
 def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
@@ -208,7 +212,7 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     )
 
 
-def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
+def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
     """The group with what its radiation model needs."""
     match wet.radiation:
         case ConstantRadiation(period):
@@ -224,7 +228,7 @@ def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
             found = radiation.free_groups(wet.memory, wet.free)
             return replace(wet, convolved=tuple(map(Convolved, found)))
         case AutomaticRadiation(tolerance):
-            return _chosen(wet, _fits(wet, tolerance), before(scene))
+            return _chosen(wet, _fits(wet, tolerance), before)
     return wet
 
 

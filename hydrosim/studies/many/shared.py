@@ -15,7 +15,7 @@ from hydrosim.compiling.calm import compile_calm
 from hydrosim.compiling.databases import Source, opened
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import opened_start
+from hydrosim.compiling.restart import before, opened_start
 from hydrosim.compiling.symmetry import planar, wave_asymmetries
 from hydrosim.database.database import HydroDatabase
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
@@ -71,7 +71,7 @@ class Shared:
             check_scene(scene)
             scene = self.opened(scene)
             drawn = sea(scene.environment)
-            self._wet = self._wet or tuple(all_groups(scene, drawn))
+            self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
             aside = self._aside(scene, drawn)
             if self._made is None or self._made[0] != aside:
                 whole = compile_calm(scene, self._wet)

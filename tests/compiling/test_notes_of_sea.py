@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from dry_scenes import block
 
-from hydrosim.compiling.notes import OUTSIDE_WARNED, range_warnings
+from hydrosim.compiling.notes_of_sea import OUTSIDE_WARNED, range_warnings
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, ranges
 from hydrosim.scene import Environment, WaveForces, WaveTrain, WhiteNoise
 from hydrosim.waves import sea
