@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from hydrosim.compiling import symmetry
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened
-from hydrosim.compiling.symmetry import planar
 from hydrosim.compiling.wet import in_states
 from hydrosim.radiation.threads import one_thread
 from hydrosim.waves.components import Components, sea
@@ -32,6 +33,16 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     calm = compile_in_calm(scene, seas=drawn)
     calm = planar(calm, drawn) if in_plane else calm
     return in_waves(calm, calm.scene, drawn)
+
+
+def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
+    """A scene in calm water without what is zero by symmetry, also in the ``seas`` drawn of its
+    waves, see `hydrosim.compiling.symmetry`; else as it is. Its notes say which, and why."""
+    plane, notes = symmetry.in_plane(calm, seas)
+    if plane is None:
+        return replace(calm, notes=notes)
+    reduced = compile_calm(plane, calm.wet, calm.model.elements)
+    return replace(reduced, notes=notes, whole=calm)
 
 
 @one_thread

@@ -27,9 +27,7 @@ VOLUME, CENTRE = 0.02, 0.01
 """Of its volume and its length: by how much a database may miss the hull at its draught."""
 
 
-def all_groups(
-    scene: Scene, seas: Sequence[Components], before: MemoryBefore
-) -> list[WetGroup]:
+def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies, those of families with all their members. Raises
     InputError as `wet_groups` does, and where a family does not fit its hull or the scene."""
     families = [

@@ -162,9 +162,7 @@ class WetGroup:
             )
 
 
-def wet_groups(
-    scene: Scene, seas: Sequence[Components], before: MemoryBefore
-) -> list[WetGroup]:
+def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies but those with a family of databases; a database of
     several bodies once for all of them.
 

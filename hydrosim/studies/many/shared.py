@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.calm import compile_calm
+from hydrosim.compiling.compile import planar
 from hydrosim.compiling.databases import Source, opened
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened_start
-from hydrosim.compiling.symmetry import planar, wave_asymmetries
+from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.run.simulation import warned_of_steps
