@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling import symmetry
@@ -12,12 +13,21 @@ from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened
 from hydrosim.compiling.wet import in_states
+from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
+from hydrosim.scene import RadiationModel
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
+
+
+class Radiation(StrEnum):
+    """Whose added mass and damping: of the scene's radiation model, or of its databases."""
+
+    MODEL = "model"
+    DATABASE = "database"
 
 
 @one_thread
@@ -58,3 +68,15 @@ def compile_in_calm(
     if states is not None:
         scene, wet = in_states(scene, wet, states)
     return compile_calm(scene, wet)
+
+
+def compile_for_linear(
+    scene: Scene, radiation: Radiation = Radiation.MODEL, time: float = 0.0
+) -> Compiled:
+    """The scene from its own start, in calm water, with a radiation that can be made linear: with
+    states, or none where it is that of the databases; long enough for ``time`` [s]."""
+    calm = replace(scene, initial=None, duration=max(scene.duration, time))
+    if radiation == Radiation.MODEL:
+        return compile_in_calm(calm, TOLERANCE)
+    dry = tuple(replace(body, radiation=RadiationModel.NONE) for body in scene.bodies)
+    return compile_in_calm(replace(calm, bodies=dry))

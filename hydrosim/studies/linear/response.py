@@ -14,22 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import linalg
 
 from hydrosim.compiling.calm import wave_bodies
-from hydrosim.compiling.compile import compile_in_calm
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise, velocity_map
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.radiation.state_space import TOLERANCE
-from hydrosim.scene import Body, Environment, Place, RadiationModel, Scene
+from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import fender_names
 from hydrosim.studies.ballast.loading import pumped
 from hydrosim.waves.body import WaveBody
@@ -43,13 +41,6 @@ if TYPE_CHECKING:
     from hydrosim.stepping.state import State
 
 ROUNDING = 1e-12  # of the largest motion: it is none
-
-
-class Radiation(StrEnum):
-    """Whose added mass and damping: of the scene's radiation model, or of its databases."""
-
-    MODEL = "model"
-    DATABASE = "database"
 
 
 @dataclass(frozen=True)
@@ -144,18 +135,6 @@ def responder(
 def _met_at_rest(body: Body) -> Body:
     loads = replace(body.wave_forces, headings=Place.MEAN, position=Place.MEAN)
     return replace(body, wave_forces=loads)
-
-
-def compile_for_linear(
-    scene: Scene, radiation: Radiation = Radiation.MODEL, time: float = 0.0
-) -> Compiled:
-    """The scene from its own start, in calm water, with a radiation that can be made linear: with
-    states, or none where it is that of the databases; long enough for ``time`` [s]."""
-    calm = replace(scene, initial=None, duration=max(scene.duration, time))
-    if radiation == Radiation.MODEL:
-        return compile_in_calm(calm, TOLERANCE)
-    dry = tuple(replace(body, radiation=RadiationModel.NONE) for body in scene.bodies)
-    return compile_in_calm(replace(calm, bodies=dry))
 
 
 def _of_model(model: Model, state: State, start: State) -> State:

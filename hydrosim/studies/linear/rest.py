@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.calm import wave_bodies
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
 from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
 from hydrosim.studies.ballast.loading import pumped
-from hydrosim.studies.linear.response import Radiation, compile_for_linear
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
 from hydrosim.waves.following import following_model

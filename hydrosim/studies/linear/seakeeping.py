@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import ENOUGH, Rest
@@ -21,7 +22,7 @@ from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
 from hydrosim.stepping.names import coordinate_names, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
-from hydrosim.studies.linear.response import Radiation, Responder, compile_for_linear, responder
+from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
 from hydrosim.waves.components import Components, sea
 

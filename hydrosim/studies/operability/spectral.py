@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.linear.linearity import nonlinearities
 from hydrosim.scene import Scene, SecondOrder
-from hydrosim.studies.linear.response import Radiation, Responder, compile_for_linear, responder
+from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.operability.seas import Sea, in_sea
 from hydrosim.waves.components import sea as drawn

@@ -12,9 +12,10 @@ from markers import few
 from moored_barge import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
+from hydrosim.compiling.compile import Radiation
 from hydrosim.dofs import DOFS
 from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.linear.response import Radiation, responder
+from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
 Figure = Callable[[str, float], None]

@@ -14,6 +14,7 @@ from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
 from test_response import eigenvalue
 
 import hydrosim as hs
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.linear.contacts import Contacts
@@ -32,7 +33,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.linear.response import Radiation, compile_for_linear, responder
+from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
