@@ -20,7 +20,7 @@ from hydrosim.compiling.restart import before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
-from hydrosim.studies.run.simulation import warned_of_steps
+from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:

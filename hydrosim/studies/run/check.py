@@ -24,7 +24,7 @@ from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
-from hydrosim.studies.run.simulation import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_step_limits
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
@@ -16,17 +15,14 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.restart import HEADINGS, MET, initial_headings, started_from
 from hydrosim.compiling.wet import each_alone
-from hydrosim.errors import InputError, SimulationError
-from hydrosim.integrate import methods_for_any_step
+from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
 from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
-from hydrosim.linear.stability import Combination, StepLimit, step_limits
 from hydrosim.outputs import program_version
-from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import warn
 from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
-from hydrosim.scene import Scene, Unstable
+from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance, spent
@@ -51,18 +47,14 @@ from hydrosim.stepping.state import (
     new_run,
 )
 from hydrosim.stepping.state_layout import Kind, state_layout
-from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up, holder
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
 from hydrosim.studies.run.resolution import (
-    fitting_step,
-    linear_names,
-    scene_combinations,
-    scene_vibrations,
     unresolved,
 )
 from hydrosim.studies.run.stages import complete
+from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.studies.run.twin import doubted
 from hydrosim.waves import places
 
@@ -179,51 +171,6 @@ def run_compiled(
     if message:
         raise SimulationError(message, dataset)
     return dataset
-
-
-@one_thread
-def warned_of_steps(compiled: Compiled) -> Compiled:
-    """With a warning of a step above the stable limit, and with what the step does not resolve;
-    InputError if a step above the limit is not wanted."""
-    scene = compiled.scene
-    step = scene.solver.step
-    if compiled.method.adapts or propagated(scene, compiled.model):
-        return compiled
-    looked_at = scene_combinations(compiled)
-    limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
-    found = [limit.describe(step) for limit in limits if limit.step < step]
-    if limits and not found and compiled.model.elements.tanks.each.size:
-        end = compiled.begin + scene.duration
-        limits = scene_step_limits(as_at(compiled, end))
-        now = f", with tanks as at the end, {end:g} s"
-        found = [limit.describe(step) + now for limit in limits if limit.step < step]
-    if found and scene.solver.unstable == Unstable.ERROR:
-        raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
-    texts = [f"solver.step {step:g} s: {text}" for text in found]
-    notes, unresolved = compiled.notes.warned(texts), scene_vibrations(compiled, looked_at)
-    return replace(compiled, notes=notes, vibrations=unresolved)
-
-
-def _advice(scene: Scene, limit: StepLimit) -> str:
-    """What to choose instead of a step above its limit: a step of few digits that fits the output,
-    another method."""
-    step = fitting_step(scene, limit.step)
-    others = ", ".join(
-        f"solver.method: {method.name} ({method.why_any_step})" for method in methods_for_any_step()
-    )
-    return (
-        f"Choose solver.step: {step:.10g} s or less, {others},"
-        " or solver.unstable: warn to run it all the same."
-    )
-
-
-def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
-    """What limits the step of a scene with its method, of the combinations of contacts ``found``,
-    see `stability.step_limits`."""
-    found = found or scene_combinations(compiled)
-    names = linear_names(compiled.scene)
-    step = compiled.scene.solver.step
-    return step_limits(found, compiled.method, compiled.model, names, step)
 
 
 def _chunks(run: Run) -> Iterator[float]:
