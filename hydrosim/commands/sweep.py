@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.studies.many.pools import Pool
     from hydrosim.studies.study_file import Enough
-    from hydrosim.studies.sweep.sweep import Study
+    from hydrosim.studies.sweep.study import Study
 
 LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
 MUCH = 60.0  # s: if it is more than that
@@ -55,7 +55,7 @@ def sweep(
 ) -> None:
     """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
     from hydrosim.studies.many.reach import out_of_reach
-    from hydrosim.studies.sweep.sweep import load_study
+    from hydrosim.studies.sweep.study import load_study
 
     study = load_study(study_file)
     for line in out_of_reach(study.scenes):

@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
 from hydrosim.studies.many.outcome import Outcome, outcome_of
-from hydrosim.studies.many.shared import Work, pack, unpack
+from hydrosim.studies.many.work import Work, pack, unpack
 from hydrosim.studies.run.checkpoint import program
 
 if TYPE_CHECKING:

@@ -29,13 +29,13 @@ from hydrosim.outputs import Output, as_output, unwritable
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
+from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import Outcome, digested
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.together import check_together
 from hydrosim.studies.many.unfinished import alone_with, begun, identity, is_whole
-from hydrosim.studies.run.simulation import simulate
-from hydrosim.studies.run.stages import complete
+from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -95,7 +95,7 @@ def simulate_many(
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
     digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
     varied = {name: known[name] for name in along}
-    check_together(scenes, varied, partial(digest, start=0.0))
+    check_together(scenes, varied, partial(digest, start=0.0), simulate)
 
     shared, result = Shared(), None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
@@ -133,14 +133,6 @@ def simulate_many(
             if ended or not len(journal):
                 journal.remove()
     return xr.open_dataset(place.path, engine="netcdf4")
-
-
-def prepared(case: Case | Scene) -> Scene:
-    """The scene of a case, the runs that it needs made."""
-    if isinstance(case, Scene):
-        return case
-    complete(case, lambda stage, _: simulate(stage))
-    return case.scene()
 
 
 def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
@@ -197,23 +189,6 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
     return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
-
-
-@contextmanager
-def collected_here() -> Iterator[None]:
-    """Leaves the collection of garbage to this thread: netCDF knows no threads, and a worker might
-    come upon a file that somebody left open, and close it, while this thread writes. What is there
-    before stays: to look through it again and again would take longer than short runs."""
-    gc.collect()
-    enabled = gc.isenabled()
-    gc.disable()
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()
-        if enabled:
-            gc.enable()
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from hydrosim.statistics.statistics import columns, of_contacts
 from hydrosim.studies.run.simulation import run_compiled
 
 if TYPE_CHECKING:
-    from hydrosim.studies.many.shared import Work
+    from hydrosim.studies.many.work import Work
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}

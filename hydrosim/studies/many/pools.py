@@ -13,7 +13,7 @@ import xarray as xr
 from hydrosim.studies.many.outcome import Outcome, outcome_of
 
 if TYPE_CHECKING:
-    from hydrosim.studies.many.shared import Work
+    from hydrosim.studies.many.work import Work
 
 AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
 Digest = Callable[[xr.Dataset], xr.Dataset]

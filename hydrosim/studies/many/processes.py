@@ -18,7 +18,7 @@ from hydrosim.errors import InputError
 from hydrosim.interrupts import ENDING
 from hydrosim.studies.many.outcome import Outcome, outcome_of
 from hydrosim.studies.many.pools import AHEAD, Digest
-from hydrosim.studies.many.shared import Work, pack, unpack
+from hydrosim.studies.many.work import Work, pack, unpack
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled

@@ -3,11 +3,9 @@ differs from the one before it in its waves alone takes over its compiled model.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
-from numbers import Number
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,33 +18,14 @@ from hydrosim.compiling.restart import before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
+from hydrosim.studies.many.alike import alike
+from hydrosim.studies.many.work import Work
 from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.compiling.wet import WetGroup
-
-PLAIN = (str, Number, Path, type(None))
-
-
-class Work(NamedTuple):
-    """A scene, the sea drawn of its waves, and all else compiled."""
-
-    scene: Scene
-    sea: tuple[Components, ...]
-    calm: Compiled
-
-
-def pack(work: Work) -> Scene:
-    """What another process must be sent of a work, beside its compiled model."""
-    return replace(work.scene, bodies=(), initial=None)
-
-
-def unpack(scene: Scene, calm: Compiled) -> Work:
-    """A work that was packed. Its sea is drawn again from its seeds."""
-    scene = replace(scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
-    return Work(scene, sea(scene.environment), calm)
 
 
 class Shared:
@@ -114,21 +93,3 @@ class Shared:
         if source not in self._databases:
             self._databases[source] = opened(source)
         return self._databases[source]
-
-
-def alike(one: object, other: object) -> bool:
-    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
-    entry, numbers and texts; anything else only if it is the same object."""
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, np.asarray(other))
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)
-    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(alike, one, other))
-    if is_dataclass(one):
-        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-    return isinstance(one, PLAIN) and one == other

@@ -18,8 +18,7 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.assembled import differing
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.stepping.names import force_names
-from hydrosim.studies.many.shared import alike
-from hydrosim.studies.run.simulation import simulate
+from hydrosim.studies.many.alike import alike
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -29,9 +28,13 @@ SHOWN = 3  # names of parameters in a message
 
 Keep = Callable[[xr.Dataset], xr.Dataset]
 """What is kept of a run."""
+Simulate = Callable[["Scene"], xr.Dataset]
+"""Makes a run."""
 
 
-def check_together(scenes: Sequence[Scene], labels: Mapping[str, xr.Variable], keep: Keep) -> None:
+def check_together(
+    scenes: Sequence[Scene], labels: Mapping[str, xr.Variable], keep: Keep, simulate: Simulate
+) -> None:
     """Raises InputError where what one run keeps has other coordinates or variables than what the
     first does; ``labels`` are what is known of the runs."""
     first = scenes[0]
@@ -47,9 +50,9 @@ def check_together(scenes: Sequence[Scene], labels: Mapping[str, xr.Variable], k
         if any(differing(layout, other) is None for other in fitting):
             continue
         fitting.append(layout)
-        kept = kept or _tried(first, keep)
+        kept = kept or _tried(first, keep, simulate)
         try:
-            found = _tried(scene, keep)
+            found = _tried(scene, keep, simulate)
         except InputError as error:  # of what is kept
             raise InputError(f"simulate_many: run {run}{_because(run, labels)}: {error}") from None
         if kept is not None and found is not None and (name := differing(kept, found)):
@@ -72,7 +75,7 @@ def without_waves(scene: Scene) -> Scene:
     return replace(scene, title="", source={}, environment=calm)
 
 
-def _tried(scene: Scene, keep: Keep) -> xr.Dataset | None:
+def _tried(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
     """What is kept of a few steps; None where there is no such run, which its own will tell."""
     short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
     try:

@@ -15,12 +15,12 @@ from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.outputs import program_version
 from hydrosim.results.output import versions
-from hydrosim.studies.many.many import prepared
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
-from hydrosim.studies.sweep.sweep import read_study, settings_with
+from hydrosim.studies.run.simulation import prepared
+from hydrosim.studies.sweep.study import read_study, settings_with
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
 if TYPE_CHECKING:

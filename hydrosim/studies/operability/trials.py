@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.statistics.figures import Figure, figure_of
-from hydrosim.studies.many.many import collected_here
+from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import outcome_of
 from hydrosim.studies.many.shared import Shared
 

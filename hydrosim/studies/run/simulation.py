@@ -117,8 +117,15 @@ def simulate(
         return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
         return simulate(compile_scene(case, in_plane=True), progress, kept)
+    return simulate(prepared(case, progress), progress, kept)
+
+
+def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
+    """The scene of a case, the runs that it needs made."""
+    if isinstance(case, Scene):
+        return case
     complete(case, lambda stage, _: simulate(stage, progress))
-    return simulate(case.scene(), progress, kept)
+    return case.scene()
 
 
 def run_compiled(

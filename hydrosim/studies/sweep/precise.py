@@ -22,7 +22,7 @@ from hydrosim.statistics import effects
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.unfinished import identity, is_whole
 from hydrosim.studies.run.digest import digest
-from hydrosim.studies.sweep.sweep import Study, seas
+from hydrosim.studies.sweep.study import Study, seas
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output

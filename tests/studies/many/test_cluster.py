@@ -24,7 +24,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.studies.many.cluster import Cluster, run_batch
 from hydrosim.studies.many.outcome import Outcome
-from hydrosim.studies.many.shared import Work
+from hydrosim.studies.many.work import Work
 
 pytest.importorskip("distributed")
 import xarray as xr

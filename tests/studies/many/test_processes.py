@@ -20,7 +20,8 @@ from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.studies.many.processes import Processes
-from hydrosim.studies.many.shared import Shared, Work
+from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.work import Work
 
 FATAL, REFUSED = 3, 5  # seeds
 

@@ -15,7 +15,7 @@ from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.output import write
 from hydrosim.studies.sweep.precise import run_until
-from hydrosim.studies.sweep.sweep import Study, load_study, read_study
+from hydrosim.studies.sweep.study import Study, load_study, read_study
 
 TEXT = f"""
 case: {CASES}/base.yaml

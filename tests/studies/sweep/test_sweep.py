@@ -12,7 +12,7 @@ from command_line import Command, command
 from moored_barge import CASES
 
 import hydrosim as hs
-from hydrosim.studies.sweep.sweep import load_study
+from hydrosim.studies.sweep.study import load_study
 
 HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
 
