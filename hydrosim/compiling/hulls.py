@@ -17,7 +17,7 @@ from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 
 if TYPE_CHECKING:
-    from hydrosim.database.build.barge import Hydrostatics
+    from hydrosim.database.hydrostatics import Hydrostatics
 
 UPRIGHT = 1e-12  # of a triangle's area, seen from above
 PARCEL = 16  # triangles at most

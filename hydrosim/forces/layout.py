@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.scene import Active, Scene, Weight
+from hydrosim.scene import Active, ForceElement, Scene, Weight
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -86,3 +86,15 @@ class Layout:
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
+
+
+def unit_ranges(
+    elements: Mapping[str, ForceElement], kind: type[ForceElement]
+) -> dict[str, tuple[int, int]]:
+    """Of each element of a kind its units among all of the kind, from and to before."""
+    found, first = {}, 0
+    for name, element in elements.items():
+        if isinstance(element, kind):
+            end = first + len(element.unit_names(name))
+            found[name], first = (first, end), end
+    return found

@@ -21,10 +21,10 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces import spring
 from hydrosim.forces.ballast import pumping
-from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, unit_ranges
+from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root

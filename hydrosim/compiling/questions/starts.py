@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.forces.contact.fender import Contact, Plane
+from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import GivenComponents
 

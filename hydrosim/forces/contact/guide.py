@@ -20,10 +20,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces import curve
-from hydrosim.forces.channels import unit_ranges
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.modes import (
     CONTACT_MARGIN,
     MARGINS,
