@@ -33,7 +33,7 @@ def converge(
     from hydrosim.case import load_case
     from hydrosim.commands.summary import convergence
     from hydrosim.plot.work_precision import draw_work_precision
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
     from hydrosim.studies.run.converge import to_dataset

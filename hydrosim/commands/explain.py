@@ -50,7 +50,7 @@ def explain(
     from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.output import read, write
+    from hydrosim.results.netcdf import read, write
     from hydrosim.statistics.explain_rows import AXES, explanation
 
     if direction not in AXES:

@@ -67,7 +67,7 @@ def linear(
     from hydrosim.compiling.compile import Radiation
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
     from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_linear"

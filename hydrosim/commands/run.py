@@ -99,7 +99,7 @@ def _planned_pictures(result: Output) -> None:
 def _save(dataset: xr.Dataset, result: Output) -> Path:
     """Write a run; one that did not come to its end stands aside for one that did, and any for
     what has come there meanwhile. Its path."""
-    from hydrosim.results.output import status_of, write
+    from hydrosim.results.netcdf import status_of, write
     from hydrosim.studies.run.checkpoint import checkpoint_of
 
     status = dataset.attrs["status"]

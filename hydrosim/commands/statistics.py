@@ -44,7 +44,7 @@ def statistics(
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.output import read, write
+    from hydrosim.results.netcdf import read, write
     from hydrosim.statistics.sentences import lines
     from hydrosim.statistics.statistics import enough_from
     from hydrosim.statistics.statistics import statistics as of_run

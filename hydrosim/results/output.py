@@ -14,18 +14,12 @@ The whole state y is in `state_value` (state_time, state) by name, for a start f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
-from importlib.metadata import version
 from math import prod
-from pathlib import Path
-from platform import python_version
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.files import no_file
 from hydrosim.dofs import DOFS
-from hydrosim.errors import InputError
 from hydrosim.forces import Contact, Spring, own_modes, spring, trigger
 from hydrosim.forces.ballast import tanks
 from hydrosim.forces.contact import fender, guide, loop
@@ -42,7 +36,6 @@ from hydrosim.forces.contact.fender import (
 )
 from hydrosim.forces.modes import MODE, OPEN, RISING, SEGMENT
 from hydrosim.forces.spring import LENGTH, TENSION
-from hydrosim.outputs import Output, as_output, content
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import ballast, impulses, memory, points
 from hydrosim.results.assembled import assembled
@@ -71,13 +64,8 @@ from hydrosim.stepping.state_layout import Kind, state_layout
 from hydrosim.waves import Components, elevations
 
 MOTION, POINT = ("time", "body", "dof"), ("time", "fender", "axis")
-NEEDED = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
 """Of variables by name the dimensions and the values."""
-FORMAT, LATEST = "hydrosim run", 2
-"""Files of runs say "hydrosim run 2"; those of the first format say nothing."""
-REMEDY = "expected the result of `hydrosim run`, such as run.nc"
-SHOWN = ("limits of ", "comparison of ")  # what is no run, and has a report
 
 
 def to_dataset(
@@ -126,60 +114,6 @@ def to_dataset(
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset
-
-
-def write(dataset: xr.Dataset, target: Path | Output) -> None:
-    """Write netCDF; the file appears under its name only when it is complete. Raises as `Output`
-    does where it may not be written."""
-    output = as_output(target, "result")
-    with output.written() as path:
-        marked = dataset.assign_attrs(output.attributes)
-        marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
-
-
-def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
-    """The dataset of a run in the netCDF file ``path``, in memory; raises InputError if the file
-    is missing, is not netCDF or is not the result of a run; it says what is ``expected``."""
-    if reason := no_file(path):
-        raise InputError(f"{path}: {reason}; {expected}.")
-    try:
-        run = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError) as error:
-        raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
-    missing = [name for name in NEEDED if name not in run]
-    if missing:
-        found = f"is netCDF without {', '.join(missing)}"
-        if (made := content(path) or "").startswith(SHOWN):
-            found = f"holds the {made}, which `hydrosim report` shows"
-        elif "run" in run.dims:
-            found = f"holds {run.sizes['run']} runs without status, which those of a study have"
-        raise InputError(f"{path}: {found}; {expected}.")
-    _require_known(path, str(run.attrs.get("format", "")))
-    return run
-
-
-def _require_known(path: Path, found: str) -> None:
-    """Refuses files of later versions."""
-    number = found.removeprefix(FORMAT).strip()
-    if number.isdecimal() and int(number) > LATEST:
-        expected = f"expected {FORMAT} {LATEST} or older; read it with a later version of hydrosim"
-        raise InputError(f"{path}: has the format {found}; {expected}.")
-
-
-def status_of(path: Path) -> str | None:
-    """How the run in a file has ended; None if there is none."""
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as run:
-            return str(run.attrs.get("status"))
-    except (OSError, ValueError, RuntimeError):
-        return None
-
-
-@lru_cache
-def versions() -> str:
-    """Of what numbers depend on besides this program."""
-    packages = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "llvmlite"))
-    return ", ".join([f"Python {python_version()}", *packages])
 
 
 def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:

@@ -41,7 +41,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -14,7 +14,7 @@ import xarray as xr
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.outputs import program_version
-from hydrosim.results.output import versions
+from hydrosim.results.netcdf import versions
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral

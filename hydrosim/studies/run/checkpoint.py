@@ -22,7 +22,7 @@ from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output, program_version
-from hydrosim.results.output import versions
+from hydrosim.results.netcdf import versions
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
 

@@ -21,7 +21,8 @@ from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.outputs import program_version
 from hydrosim.results.ledger import warn
-from hydrosim.results.output import FORMAT, LATEST, to_dataset, unpack, versions
+from hydrosim.results.netcdf import FORMAT, LATEST, versions
+from hydrosim.results.output import to_dataset, unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record

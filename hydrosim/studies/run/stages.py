@@ -15,7 +15,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, program_version
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.studies.run.checkpoint import checkpoint_of
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from hydrosim.errors import InputError
 from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
 from hydrosim.locks import is_lock
 from hydrosim.results.journal import forget, is_part
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.results.runs_file import RUN
 from hydrosim.statistics import effects
 from hydrosim.studies.many.shared import Shared

@@ -13,7 +13,7 @@ from moored_barge import CASES
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.studies.sweep.precise import run_until
 from hydrosim.studies.sweep.study import Study, load_study, read_study
 
