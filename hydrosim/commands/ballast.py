@@ -45,7 +45,7 @@ def ballast(
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Print and draw the loading condition of bodies with tanks; plan their pumps."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.forces.ballast.events import triggered_pumps
     from hydrosim.plot.loading import draw_loading

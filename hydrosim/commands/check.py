@@ -29,7 +29,7 @@ def check(
     """
     from rich.progress import track
 
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.studies.run.check import survey
     from hydrosim.studies.run.stages import outdated
 

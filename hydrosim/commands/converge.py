@@ -30,7 +30,7 @@ def converge(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.commands.summary import convergence
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.results.netcdf import write

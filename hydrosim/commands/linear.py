@@ -63,7 +63,7 @@ def linear(
     print tables, draw a picture, write netCDF."""
     import numpy as np
 
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import Radiation
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response

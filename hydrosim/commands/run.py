@@ -42,7 +42,7 @@ def run(
     ] = "60 s",
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
 
     case = load_case(case_file, settings)
     result = placed(

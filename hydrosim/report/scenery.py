@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.case import load_case
+from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, ChangedDatabase, Family, Hull, Scene
 from hydrosim.studies.run.repeat import case_of
