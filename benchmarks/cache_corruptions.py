@@ -25,7 +25,7 @@ from hydrosim.cache import DIGEST, stored
 CASE = Path(__file__).parents[1] / "cases" / "sphere" / "decay.yaml"
 PROGRAM = f"""
 import hydrosim as hs
-from hydrosim.studies.digest import digest
+from hydrosim.studies.run.digest import digest
 compiled = hs.compile_scene(hs.load_case("{CASE}").scene())
 print(digest((compiled.model, compiled.state)))
 """

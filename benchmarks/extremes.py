@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.report import Answer, Row
-from hydrosim.results.extremes import LAWS, Basis, extremes
-from hydrosim.results.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.extremes import LAWS, Basis, extremes
+from hydrosim.statistics.gumbel import exceeding, fit_maxima
 from tests.random_records import KINDS, MOST_PROBABLE, Kind
 
 RECORDS = STUDIES = 4000

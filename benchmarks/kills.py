@@ -27,7 +27,7 @@ from hydrosim import simulate
 from hydrosim.compare.exact import differences
 from hydrosim.outputs import Output
 from hydrosim.scene import Solver
-from hydrosim.studies.checkpoint import Checkpoint
+from hydrosim.studies.run.checkpoint import Checkpoint
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 KILLS, REPEATS = 10, 5

@@ -36,7 +36,7 @@ from hydrosim.forces import (
     Table,
 )
 from hydrosim.scene import Body, Method, Scene, Solver
-from hydrosim.studies.simulation import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_step_limits
 
 METHODS = (Method.RK2, Method.RK4)
 RECORDED = 0.8  # s

@@ -40,7 +40,7 @@ from hydrosim.scene import (
     Unstable,
 )
 from hydrosim.stepping.dynamics import dynamic_states
-from hydrosim.studies.simulation import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_step_limits
 
 SCENES, CONVOLVED, STEPS = 40, 5, 200
 NEARBY, GROWN = 1e-9, 100.0  # m: how far runs begin apart; how many times farther they may end

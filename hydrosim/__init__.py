@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from hydrosim.linear.modes import natural_modes
     from hydrosim.plot.load import open_run
     from hydrosim.scene import Scene
-    from hydrosim.studies.many import simulate_many
-    from hydrosim.studies.simulation import simulate
+    from hydrosim.studies.many.many import simulate_many
+    from hydrosim.studies.run.simulation import simulate
 
 _HOME = {
     "Case": "case",
@@ -36,8 +36,8 @@ _HOME = {
     "open_run": "plot.load",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
-    "simulate": "studies.simulation",
-    "simulate_many": "studies.many",
+    "simulate": "studies.run.simulation",
+    "simulate_many": "studies.many.many",
 }
 __all__ = sorted(_HOME)
 _OF_RUNS = {"open_run", "simulate", "simulate_many"}

@@ -71,7 +71,7 @@ class RunAccessor:
         """Means, periods, extremes with confidence from ``start`` [s] on, of motions, contacts and
         lines, and of other ``channels`` by name; InputError where next to nothing is left then."""
         from hydrosim.errors import InputError
-        from hydrosim.results.statistics import enough_from, statistics
+        from hydrosim.statistics.statistics import enough_from, statistics
 
         end = float(self._run.time[-1])
         if not (isinstance(start, int | float) and enough_from(self._run, start)):

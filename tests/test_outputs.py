@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import hydrosim as hs
 from hydrosim.errors import WritingError
 from hydrosim.outputs import Output, content, save_picture
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 
 CASE = "sub/a case (\u00fc).yaml"
 

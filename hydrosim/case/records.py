@@ -14,7 +14,7 @@ from hydrosim.documents.text import Source, require_usual
 from hydrosim.documents.units import same_dimension
 
 if TYPE_CHECKING:
-    from hydrosim.forces import Signal
+    from hydrosim.forces.signal import Signal
 
 
 def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
@@ -34,15 +34,15 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
 def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     """The signal in ``unit`` that is at ``key`` of the case file ``path``; raises as `read_record`
     does."""
-    from hydrosim import forces  # loads numba
+    from hydrosim.forces import signal  # loads numba
 
     match form:
         case Table():
-            return forces.Table(np.array(form.time), np.array(form.force))
+            return signal.Table(np.array(form.time), np.array(form.force))
         case Harmonic():
-            return forces.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
+            return signal.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
     series = read_record(form, key, path, unit)
-    return forces.Recorded(series.time, series.value)
+    return signal.Recorded(series.time, series.value)
 
 
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:

@@ -16,8 +16,8 @@ from hydrosim.commands.terminal import progress_console, show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
-    from hydrosim.studies.ballasting import Plan
-    from hydrosim.studies.loading import Condition
+    from hydrosim.studies.ballast.ballasting import Plan
+    from hydrosim.studies.ballast.loading import Condition
 
 err = progress_console()
 ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -45,11 +45,11 @@ def ballast(
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Print and draw the loading condition of bodies with tanks; plan their pumps."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.loading import draw_loading
-    from hydrosim.studies.ballasting import plan
-    from hydrosim.studies.loading import conditions
+    from hydrosim.studies.ballast.ballasting import plan
+    from hydrosim.studies.ballast.loading import conditions
     from hydrosim.tanks.events import triggered_pumps
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"

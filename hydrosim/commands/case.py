@@ -22,7 +22,7 @@ def case(
     kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
     """
     from hydrosim.compare.exact import read_result
-    from hydrosim.studies.repeat import case_of
+    from hydrosim.studies.run.repeat import case_of
 
     result = read_result(run_file)
     try:

@@ -29,9 +29,9 @@ def check(
     """
     from rich.progress import track
 
-    from hydrosim.case import load_case
-    from hydrosim.studies.check import survey
-    from hydrosim.studies.stages import outdated
+    from hydrosim.case.load import load_case
+    from hydrosim.studies.run.check import survey
+    from hydrosim.studies.run.stages import outdated
 
     times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)

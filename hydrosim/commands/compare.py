@@ -117,7 +117,7 @@ def compare(
     from hydrosim.plot import open_run
     from hydrosim.plot.compare import draw_comparison
     from hydrosim.recordings import read_recording
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
 
     inputs = [path for path in (recorded, mapping) if path]
     result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
@@ -150,7 +150,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output) -> None:
     """Compare two files of many runs; InputError if the other is none."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies, lines
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
     from hydrosim.results.runs_file import open_runs
 
     theirs = open_runs(other)

@@ -30,13 +30,13 @@ def converge(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
     from hydrosim.commands.summary import convergence
     from hydrosim.plot.work_precision import draw_work_precision
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
     from hydrosim.scene import Method
-    from hydrosim.studies.converge import converge as study_of
-    from hydrosim.studies.converge import to_dataset
+    from hydrosim.studies.run.converge import converge as study_of
+    from hydrosim.studies.run.converge import to_dataset
 
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")

@@ -49,9 +49,9 @@ def explain(
     """
     from hydrosim.commands.study import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
-    from hydrosim.results.explain_rows import AXES, explanation
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.output import read, write
+    from hydrosim.results.netcdf import read, write
+    from hydrosim.statistics.explain_rows import AXES, explanation
 
     if direction not in AXES:
         raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
@@ -81,15 +81,15 @@ Parts = dict[str, "xr.Dataset"]
 
 
 def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
-    from hydrosim.results.explain import explained
+    from hydrosim.statistics.explain import explained
 
     found = explained(run, *between)
     return found, {"": found}
 
 
 def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
-    from hydrosim.results.explain import of_runs
     from hydrosim.results.runs_file import COMPLETE
+    from hydrosim.statistics.explain import of_runs
 
     if between != (-inf, inf):
         raise InputError("found a sweep; expected one run, for --from and --to.")
@@ -104,7 +104,7 @@ def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Each combination of the parameters of a study in words, and its runs."""
     import numpy as np
 
-    from hydrosim.results.effects import combinations, plans
+    from hydrosim.statistics.effects import combinations, plans
 
     if "design" not in runs.attrs:
         yield "", np.arange(runs.sizes["run"])

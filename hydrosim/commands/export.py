@@ -45,7 +45,7 @@ def export(
 ) -> None:
     """Write the channels of a run as CF netCDF, CSV, MATLAB or Parquet."""
     from hydrosim.results.export.table import table_of
-    from hydrosim.results.output import read
+    from hydrosim.results.netcdf import read
     from hydrosim.results.runs_file import open_runs
 
     suffix = _suffix(output)

@@ -63,12 +63,12 @@ def linear(
     print tables, draw a picture, write netCDF."""
     import numpy as np
 
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
+    from hydrosim.compiling.compile import Radiation
     from hydrosim.linear.contacts import Contacts
     from hydrosim.plot.response import draw_response
-    from hydrosim.results.output import write
-    from hydrosim.studies.response import Radiation
-    from hydrosim.studies.seakeeping import Wanted, linear_analysis
+    from hydrosim.results.netcdf import write
+    from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_linear"
     asked = {

@@ -36,7 +36,7 @@ def operability(
     It also tells the workability in a scatter diagram and waiting times in a hindcast.
     """
     from hydrosim.plot.operability import draw_limits
-    from hydrosim.results.output import write
+    from hydrosim.results.netcdf import write
     from hydrosim.studies.operability.study import limits_of, load_limits
     from hydrosim.studies.operability.weather import assessed, read_weather, weather_lines
 

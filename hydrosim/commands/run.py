@@ -42,7 +42,7 @@ def run(
     ] = "60 s",
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
-    from hydrosim.case import load_case
+    from hydrosim.case.load import load_case
 
     case = load_case(case_file, settings)
     result = placed(
@@ -99,8 +99,8 @@ def _planned_pictures(result: Output) -> None:
 def _save(dataset: xr.Dataset, result: Output) -> Path:
     """Write a run; one that did not come to its end stands aside for one that did, and any for
     what has come there meanwhile. Its path."""
-    from hydrosim.results.output import status_of, write
-    from hydrosim.studies.checkpoint import checkpoint_of
+    from hydrosim.results.netcdf import status_of, write
+    from hydrosim.studies.run.checkpoint import checkpoint_of
 
     status = dataset.attrs["status"]
     better = status != "complete" and status_of(result.path) == "complete"

@@ -19,7 +19,7 @@ err = progress_console()
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Make the runs that the case needs, and say so."""
-    from hydrosim.studies.stages import complete as made
+    from hydrosim.studies.run.stages import complete as made
 
     made(case, run, lambda text: say(f"first stage: {text}"))
 
@@ -37,8 +37,8 @@ def simulate_with_progress(
     )
 
     from hydrosim.compiling.restart import begin, opened
-    from hydrosim.studies.checkpoint import Checkpoint, checkpoint_of
-    from hydrosim.studies.simulation import simulate
+    from hydrosim.studies.run.checkpoint import Checkpoint, checkpoint_of
+    from hydrosim.studies.run.simulation import simulate
 
     kept = Checkpoint(checkpoint_of(result), every, resume, say)
     scene = opened(case.scene())

@@ -44,10 +44,10 @@ def statistics(
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
-    from hydrosim.results.output import read, write
-    from hydrosim.results.sentences import lines
-    from hydrosim.results.statistics import enough_from
-    from hydrosim.results.statistics import statistics as of_run
+    from hydrosim.results.netcdf import read, write
+    from hydrosim.statistics.sentences import lines
+    from hydrosim.statistics.statistics import enough_from
+    from hydrosim.statistics.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
         show(*so_far(runs), *tables(runs, run_file, output, overwrite))

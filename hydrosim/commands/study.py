@@ -42,7 +42,7 @@ def tables(
     runs: xr.Dataset, file: Path, output: Path | None, overwrite: bool = False
 ) -> Iterator[str]:
     """The tables of a study in lines; they go to a file of comma-separated values too."""
-    from hydrosim.results.effect_lines import as_csv, study_lines
+    from hydrosim.statistics.effect_lines import as_csv, study_lines
 
     table = placed(output, stem_of(file), "table", file, overwrite=overwrite, suffix=".csv")
     yield from study_lines(runs)

@@ -12,7 +12,7 @@ from rich.table import Table
 from hydrosim.forces.trigger import BEFORE
 from hydrosim.results.stages import stage_lines, stages
 from hydrosim.scene import RadiationModel
-from hydrosim.studies.converge import Study
+from hydrosim.studies.run.converge import Study
 
 AUTOMATIC = f"{RadiationModel.AUTOMATIC}: "
 

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
-    from hydrosim.studies.pools import Pool
+    from hydrosim.studies.many.pools import Pool
     from hydrosim.studies.study_file import Enough
-    from hydrosim.studies.sweep import Study
+    from hydrosim.studies.sweep.study import Study
 
 LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
 MUCH = 60.0  # s: if it is more than that
@@ -54,8 +54,8 @@ def sweep(
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
 ) -> None:
     """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
-    from hydrosim.studies.reach import out_of_reach
-    from hydrosim.studies.sweep import load_study
+    from hydrosim.studies.many.reach import out_of_reach
+    from hydrosim.studies.sweep.study import load_study
 
     study = load_study(study_file)
     for line in out_of_reach(study.scenes):
@@ -102,8 +102,8 @@ def _until(
 ) -> None:
     """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
     from hydrosim.results.runs_file import open_runs
-    from hydrosim.studies.precise import run_until
-    from hydrosim.studies.sweep import run_study
+    from hydrosim.studies.sweep.precise import run_until
+    from hydrosim.studies.sweep.sweep import run_study
 
     def run(part: Study, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
@@ -125,10 +125,10 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
     if scheduler is None:
         return None
     if scheduler == LOCAL:
-        from hydrosim.studies.processes import Processes
+        from hydrosim.studies.many.processes import Processes
 
         return Processes(workers or os.cpu_count() or 1)
-    from hydrosim.studies.cluster import Cluster
+    from hydrosim.studies.many.cluster import Cluster
 
     pool = Cluster(scheduler)
     say(f"cluster   {pool.title}")
@@ -147,8 +147,8 @@ def _with_progress(
         TimeRemainingColumn,
     )
 
-    from hydrosim.studies.sweep import run_study
-    from hydrosim.studies.unfinished import folder_of
+    from hydrosim.studies.many.unfinished import folder_of
+    from hydrosim.studies.sweep.sweep import run_study
 
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
@@ -214,7 +214,7 @@ def _lines(runs: xr.Dataset, study: Study) -> list[str]:
 
 def _extremes(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:
     """Of the runs of each combination of parameters, what motions they come to."""
-    from hydrosim.results.sentences import RUNS, lines_of_runs
+    from hydrosim.statistics.sentences import RUNS, lines_of_runs
 
     rows = list(zip(*labels.values(), strict=True)) if labels else [()] * runs.sizes["run"]
     each = list(dict.fromkeys(rows))

@@ -14,7 +14,7 @@ from hydrosim.compare.comparison import Comparison, Result
 from hydrosim.compare.figures import BANDS, Contact
 from hydrosim.compare.studies import LEVEL
 from hydrosim.compare.studies import Comparison as Studies
-from hydrosim.results.gumbel import INTERVAL
+from hydrosim.statistics.gumbel import INTERVAL
 
 OVER_TIME = {
     "ours": "the run",

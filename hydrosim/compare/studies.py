@@ -20,8 +20,8 @@ from scipy import stats
 from hydrosim.compare.circumstances import codes_apart, durations_apart, is_code
 from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
-from hydrosim.results.gumbel import INTERVAL
 from hydrosim.results.runs_file import RUN
+from hydrosim.statistics.gumbel import INTERVAL
 
 LEVEL = 0.05
 FEWEST = 3  # runs that a test needs

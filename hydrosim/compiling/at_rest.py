@@ -6,6 +6,8 @@ the scene has its bodies; contacts begin there with nothing stretched.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.errors import InputError
@@ -14,11 +16,13 @@ from hydrosim.forces.contact.geometry import touch
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.linear.equilibrium import ENOUGH, equilibrium
 from hydrosim.modes import MODE
-from hydrosim.rigid import place_bodies
-from hydrosim.scene import Scene
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import contact_names, coordinate_names
-from hydrosim.stepping.state import State
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.state import State
 
 PROMISE = "found at_rest"
 NEAR = 1e-6  # m

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.families import members_of
 from hydrosim.compiling.model import model_of
-from hydrosim.compiling.notes import notes_of_sea
+from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked
 from hydrosim.compiling.questions.doubt import About
 from hydrosim.compiling.refusals import check_start
@@ -19,18 +20,16 @@ from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
 from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.dofs import DOFS
-from hydrosim.forces.kind import Parts
 from hydrosim.scene import Kinematics, Place, Scene
-from hydrosim.waves import (
-    Components,
-    WaveBody,
-    check_span,
-    following_model,
-    grid_step,
-    places,
-    steps_per_block,
-    wave_loads_model,
-)
+from hydrosim.waves import places
+from hydrosim.waves.body import WaveBody
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.components import Components, check_span
+from hydrosim.waves.following import following_model
+from hydrosim.waves.places import grid_step, steps_per_block
+
+if TYPE_CHECKING:
+    from hydrosim.forces.kind import Parts
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.forces import signals_of
 from hydrosim.forces.contact import fender
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state import Clock
 from hydrosim.waves.following import STATES
 from hydrosim.waves.places import grid_step, slow_bodies, steps_per_block
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
 
 
 def compile_clock(compiled: Compiled) -> Clock:

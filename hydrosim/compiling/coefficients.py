@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.database import HydroDatabase
+from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import InputError
-from hydrosim.radiation import KernelReport, Retardation
-from hydrosim.scene import Body, Coefficients, Environment
+from hydrosim.radiation.retardation import KernelReport, Retardation
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Body, Coefficients, Environment
 
 SOURCE = "coefficients of the case"
 CONSTANT = inf  # s: the period of what is the same at all periods

@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+from typing import TYPE_CHECKING
 
+from hydrosim.compiling import symmetry
 from hydrosim.compiling.calm import compile_calm, in_waves
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
-from hydrosim.compiling.restart import opened
-from hydrosim.compiling.symmetry import planar
+from hydrosim.compiling.restart import before, opened
 from hydrosim.compiling.wet import in_states
+from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
-from hydrosim.scene import Scene
-from hydrosim.waves import Components, sea
+from hydrosim.scene import RadiationModel
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
+
+
+class Radiation(StrEnum):
+    """Whose added mass and damping: of the scene's radiation model, or of its databases."""
+
+    MODEL = "model"
+    DATABASE = "database"
 
 
 @one_thread
@@ -31,6 +45,16 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     return in_waves(calm, calm.scene, drawn)
 
 
+def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
+    """A scene in calm water without what is zero by symmetry, also in the ``seas`` drawn of its
+    waves, see `hydrosim.compiling.symmetry`; else as it is. Its notes say which, and why."""
+    plane, notes = symmetry.in_plane(calm, seas)
+    if plane is None:
+        return replace(calm, notes=notes)
+    reduced = compile_calm(plane, calm.wet, calm.model)
+    return replace(reduced, notes=notes, whole=calm)
+
+
 @one_thread
 def compile_in_calm(
     scene: Scene, states: float | None = None, seas: Sequence[Components] = ()
@@ -40,7 +64,19 @@ def compile_in_calm(
     uses what it needs in the ``seas``."""
     scene = opened(scene)
     check_scene(scene)
-    wet = all_groups(scene, seas)
+    wet = all_groups(scene, seas, before(scene))
     if states is not None:
         scene, wet = in_states(scene, wet, states)
     return compile_calm(scene, wet)
+
+
+def compile_for_linear(
+    scene: Scene, radiation: Radiation = Radiation.MODEL, time: float = 0.0
+) -> Compiled:
+    """The scene from its own start, in calm water, with a radiation that can be made linear: with
+    states, or none where it is that of the databases; long enough for ``time`` [s]."""
+    calm = replace(scene, initial=None, duration=max(scene.duration, time))
+    if radiation == Radiation.MODEL:
+        return compile_in_calm(calm, TOLERANCE)
+    dry = tuple(replace(body, radiation=RadiationModel.NONE) for body in scene.bodies)
+    return compile_in_calm(replace(calm, bodies=dry))

@@ -6,17 +6,20 @@ from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import begin
-from hydrosim.compiling.wet import WetGroup
 from hydrosim.integrate import Method, method_named
-from hydrosim.linear.accuracy import Vibration
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.state import State
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.linear.accuracy import Vibration
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
+    from hydrosim.waves.components import Components
 
 
 @dataclass(frozen=True, eq=False)

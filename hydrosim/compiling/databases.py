@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.compiling.coefficients import CONSTANT, SOURCE, database_of
-from hydrosim.database import HydroDatabase, Part, Use, doubts, in_order
 from hydrosim.database.changes import APART, changed
+from hydrosim.database.checks import Part, Use, doubts, in_order
+from hydrosim.database.database import HydroDatabase
 from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.load import read
 from hydrosim.database.transfer import body_of, velocity_transfer
@@ -28,7 +29,9 @@ from hydrosim.scene import (
     Scene,
     SecondOrder,
 )
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
 
 HARDLY = 0.01  # share of a sea's energy that a database may lack, too
 

@@ -5,33 +5,37 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import cos, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hulls import with_hulls
 from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
-from hydrosim.database import HydroDatabase
 from hydrosim.database.hull import immersed, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
 from hydrosim.stepping import blending
-from hydrosim.waves import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.restart import MemoryBefore
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.waves.components import Components
 
 VOLUME, CENTRE = 0.02, 0.01
 """Of its volume and its length: by how much a database may miss the hull at its draught."""
 
 
-def all_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
+def all_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies, those of families with all their members. Raises
     InputError as `wet_groups` does, and where a family does not fit its hull or the scene."""
     families = [
-        _family(i, body, body.hydrodynamics, scene, seas)
+        _family(i, body, body.hydrodynamics, scene, seas, before)
         for i, body in enumerate(scene.bodies)
         if isinstance(body.hydrodynamics, Family)
     ]
-    return [*wet_groups(scene, seas), *families]
+    return [*wet_groups(scene, seas, before), *families]
 
 
 def members_of(wet: Sequence[WetGroup]) -> list[WetGroup]:
@@ -71,7 +75,12 @@ def _rest(body: Body) -> float:
 
 
 def _family(
-    i: int, body: Body, family: Family, scene: Scene, seas: Sequence[Components]
+    i: int,
+    body: Body,
+    family: Family,
+    scene: Scene,
+    seas: Sequence[Components],
+    before: MemoryBefore,
 ) -> WetGroup:
     """The group of a body: its members, and as its database what they are at the start."""
     _check(body, family, scene)
@@ -87,7 +96,7 @@ def _family(
         )
         (group,) = groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
-        found = group_of(group._replace(places=[i]), scene, seas)
+        found = group_of(group._replace(places=[i]), scene, seas, before)
         members.append(replace(found, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
 

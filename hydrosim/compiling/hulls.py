@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.database import HydroDatabase, needed
-from hydrosim.database.build.barge import Hydrostatics
+from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.database.hull import areas, immersed, integrals
 from hydrosim.dofs import SMALL
 from hydrosim.forces.displacement import MOMENTS, Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
-from hydrosim.rigid import Bodies, Motion, new_motion
+from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
+
+if TYPE_CHECKING:
+    from hydrosim.database.hydrostatics import Hydrostatics
 
 UPRIGHT = 1e-12  # of a triangle's area, seen from above
 PARCEL = 16  # triangles at most

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.compiling.wet import WetGroup, each_alone
-from hydrosim.database import HydroDatabase
-from hydrosim.forces import CurrentLoad
+from hydrosim.forces.stream_load import CurrentLoad
 from hydrosim.scene import Body, Place, Scene
-from hydrosim.stepping.dynamics import Model
-from hydrosim.waves import Components, places
+from hydrosim.waves import places
 from hydrosim.waves.coarse import lost_between_headings
+from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import apart
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.stepping.dynamics import Model
 
 LOST = 0.05  # of the loads between the headings of a database is worth a warning
 AT_NODE = 1e-6  # rad: waves so near to a heading of the database are at it

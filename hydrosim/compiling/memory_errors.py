@@ -5,19 +5,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import about_z
 from hydrosim.linear.impedance import Change, at_frequencies, impedance, largest_change
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import ConstantRadiation, Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import dofs_of
-from hydrosim.stepping.state import State
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 BETWEEN = 3  # places for each frequency of the spectra: resonances are narrower than these
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning

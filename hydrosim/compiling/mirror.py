@@ -11,12 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces.mirroring import LATERAL
-from hydrosim.scene import ForceElement
+
+if TYPE_CHECKING:
+    from hydrosim.scene import ForceElement
 
 COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import cos, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,13 +16,13 @@ from hydrosim.compiling.restart import initial_headings
 from hydrosim.compiling.tanks import steady_surface, tanks_of
 from hydrosim.compiling.weights import weights_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
-from hydrosim.database import HydroDatabase, needed
+from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
-from hydrosim.forces.kind import Parts
 from hydrosim.forces.layout import Layout, Resonance, carried, row_names
-from hydrosim.radiation import StateSpace
-from hydrosim.rigid import BODY, Bodies, Headings, constant_inertia, new_headings
+from hydrosim.rigid.heading import Headings, new_headings
+from hydrosim.rigid.inertia import constant_inertia
+from hydrosim.rigid.kinematics import BODY, Bodies
 from hydrosim.scene import (
     Kinematics,
     Scene,
@@ -31,8 +32,13 @@ from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.tanks.contents import Tanks, tank_names
 from hydrosim.tanks.events import triggered_pumps
-from hydrosim.waves import following_model, slow_bodies, wave_loads_model
-from hydrosim.waves.following import STATES
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.following import STATES, following_model
+from hydrosim.waves.places import slow_bodies
+
+if TYPE_CHECKING:
+    from hydrosim.forces.kind import Parts
+    from hydrosim.radiation.state_space import StateSpace
 
 
 def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Model:

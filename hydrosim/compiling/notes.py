@@ -1,31 +1,13 @@
-"""What compiling a scene found out: what is skipped, what is worth a warning."""
+"""`Notes`: what compiling a scene found out."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from hydrosim.compiling.meetings import (
-    coarse_headings,
-    meetings,
-    said_of_current,
-    said_of_waves,
-)
-from hydrosim.compiling.memory_errors import MemoryErrors
-from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
-from hydrosim.compiling.wet import WetGroup, each_alone, each_database
-from hydrosim.database import HydroDatabase
-from hydrosim.dofs import DOFS
-from hydrosim.forces import Recorded, signals_of
-from hydrosim.scene import Body, RecordedElevation, Scene, SecondOrder
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.names import dofs_of
-from hydrosim.waves import Components, components, outside, separate_headings
-
-Seas = Sequence[Components]
-OUTSIDE_WARNED = 1e-3  # share of a sea's energy, or of its loads', beyond a database's frequencies
+if TYPE_CHECKING:
+    from hydrosim.compiling.memory_errors import MemoryErrors
 
 
 @dataclass(frozen=True)
@@ -53,118 +35,3 @@ class Notes:
     def warned(self, more: Iterable[str]) -> Notes:
         """The notes with ``more`` warnings."""
         return replace(self, warnings=(*self.warnings, *more))
-
-
-def notes_of_sea(
-    scene: Scene, wet: Sequence[WetGroup], model: Model, seas: Seas, notes: Notes
-) -> Notes:
-    """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
-    alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
-    warnings.extend(text for group in wet for text in group.doubts(seas))
-    for body in scene.bodies:
-        if body.name in alone and body.dofs:
-            warnings.extend(range_warnings(seas, body, alone[body.name]))
-            warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    met = list(meetings(scene, wet, seas))
-    warnings.extend(text for each in met for text in coarse_headings(each))
-    said = [text for each in met for text in said_of_waves(each)]
-    return replace(
-        notes,
-        skipped=tuple(_skipped(scene, model, alone, seas, notes.zero)),
-        records=tuple(_records(scene)),
-        meetings=(*said, *said_of_current(scene, model)),
-        warnings=(*warnings, *notes.warnings),
-    )
-
-
-def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
-    """Fits that had to become worse than asked for, to be passive."""
-    for wet in each_database(groups):
-        for fit in wet.fits:
-            if fit.report.frequency_error > fit.report.tolerance:
-                at = f" at {wet.draught:g} m" if wet.draught else ""
-                yield (
-                    f"radiation of {dofs_of(fit.dofs, wet.names)}{at}: no passive fit is within the"
-                    f" tolerance {fit.report.tolerance:g}; the error of the nearest is"
-                    f" {fit.report.frequency_error:.1e}. Look at `hydrosim db check`."
-                )
-
-
-def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """Waves beyond a database's frequencies whose first-order loads would count; of more of them
-    than that is asked, see `questions.ranges`."""
-    if seas and body.wave_forces.first_order:
-        found = outside(db, seas)
-        if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
-            yield f"environment.waves: {said_of_outside(found, body, db)}: no loads there."
-
-
-def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
-    """QTFs without pairs of headings."""
-    second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
-    for waves in seas if second else ():
-        if separate_headings(db, waves):
-            yield (
-                f"{db.source} has QTFs for pairs of waves of one heading only: waves of"
-                f" different headings give {body.name} no second-order load together."
-            )
-
-
-def _records(scene: Scene) -> Iterator[str]:
-    """What is left out of recorded elevations, and how well the splines through recorded forces are
-    determined."""
-    for train in scene.environment.waves:
-        if isinstance(record := train.spectrum, RecordedElevation):
-            energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
-            left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
-            yield (
-                f"environment.waves: {record.time.size} recorded elevations; left out: their mean,"
-                f" {record.elevation.mean():.3g} m, and {left:.1%} of their energy, above"
-                f" {record.highest_frequency:g} rad/s"
-            )
-    for key, signal in signals_of(scene.forces):
-        if isinstance(signal, Recorded):
-            miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
-            yield (
-                f"{key}: cubic spline through {signal.time.size} values; one through every other"
-                f" value misses the rest by up to {miss:.1e} of the range (a sixteenth of that is"
-                " the error of all, if they are smooth)"
-            )
-
-
-def _skipped(
-    scene: Scene,
-    model: Model,
-    wet: Mapping[str, HydroDatabase],
-    seas: Seas,
-    zero: Sequence[str],
-) -> Iterator[str]:
-    for body in scene.bodies:
-        left_out = [dof for dof in DOFS if dof not in body.dofs]
-        symmetric = [dof for dof in left_out if f"{dof} of {body.name}" in zero]
-        locked = [dof for dof in left_out if dof not in symmetric]
-        if symmetric:
-            yield f"{body.name}: {', '.join(symmetric)} zero by symmetry, not in the state"
-        if locked:
-            yield f"{body.name}: {', '.join(locked)} locked, not in the state"
-        if body.name not in wet:
-            yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
-        elif seas and body.wave_forces.first_order:
-            found = outside(wet[body.name], seas)
-            if found.below + found.above > OUTSIDE_WARNED:
-                yield f"{said_of_outside(found, body, wet[body.name])}: no first-order loads there"
-    owner = np.append(np.arange(len(scene.bodies)), model.family.owner)
-    loaded = 6 * owner[model.waves.first_dof // 6] + model.waves.first_dof % 6
-    unloaded = [
-        f"{scene.bodies[i // 6].name} {DOFS[i % 6]}"
-        for i in model.bodies.active
-        if scene.bodies[i // 6].name in wet
-        and i not in loaded
-        and i // 6 not in model.following.body
-    ]
-    if seas and unloaded:
-        yield "no first-order load, not synthesised: " + ", ".join(unloaded)
-    if not seas:
-        yield "no waves: no wave loads"
-    if model.waves.second_dof.size == 0:
-        yield "no second-order loads"

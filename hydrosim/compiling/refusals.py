@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
-from hydrosim.forces import Recorded, is_known, signals_of
+from hydrosim.forces import is_known, signals_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
+from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
-from hydrosim.rigid import place_bodies
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Kinematics, Scene
 from hydrosim.stepping.dynamics import Model, constrain, new_work
 from hydrosim.stepping.names import spring_names
-from hydrosim.stepping.state import State
+
+if TYPE_CHECKING:
+    from hydrosim.stepping.state import State
 
 TOGETHER = 1e-9  # of a spring's length: its ends are at one place
 

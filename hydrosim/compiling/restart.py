@@ -24,7 +24,7 @@ from hydrosim.forces.kind import Kind, Modes, Renewing
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.memory import push_again, take_over
-from hydrosim.results.output import read
+from hydrosim.results.netcdf import read
 from hydrosim.rigid import Motion, place_bodies
 from hydrosim.scene import Body, Place, Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work

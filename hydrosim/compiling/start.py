@@ -3,6 +3,8 @@ before it."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim import radiation
@@ -10,13 +12,15 @@ from hydrosim.compiling import restart
 from hydrosim.compiling.at_rest import states_at_rest
 from hydrosim.forces import new_modes
 from hydrosim.forces.events import settle
-from hydrosim.rigid import Bodies, Motion, place_bodies
-from hydrosim.scene import Scene
+from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
 from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 from hydrosim.waves.places import grid_step
 from hydrosim.waves.slow import first_states
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
 
 
 def first_state(scene: Scene, model: Model) -> State:

@@ -2,8 +2,8 @@
 
 Where hulls, masses, force elements, waves and streams of a scene are symmetric about the vertical
 plane y = const through its bodies, and its state at the start is, no load leads out of that plane
-ever: sway, roll and yaw are zero. `planar` takes them out of a compiled scene before it is run, as
-if it had been written without them.
+ever: sway, roll and yaw are zero. `in_plane` takes them out of a scene before it is run, as if it
+had been written without them.
 
 Matrices and wave loads count as symmetric where what leads out of the plane is below `SMALL` (1e-6)
 of what stays in it. Only waves along the plane are symmetric, to 0 or 180 deg: of a sea with waves
@@ -19,46 +19,49 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from scipy import linalg
 
-from hydrosim.compiling.calm import compile_calm
-from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database
-from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import Coordinate, coordinates
-from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import state_layout
 from hydrosim.tanks.mirror import without_image as without_image_in
-from hydrosim.waves import Components
+from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.compiling.notes import Notes
+    from hydrosim.database import HydroDatabase
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
 
 NEAR = 1e-9  # m, rad and per second: a state so far out of the plane is in it
 GROWTH = 1e-4  # 1/s: slower than this is no instability but rounding
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
 
-def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
-    """A scene in calm water without sway, roll and yaw if it is symmetric, also in the ``sea`` that
-    is drawn of its waves; else as it is. Its notes say which, and why."""
+def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, Notes]:
+    """The scene without sway, roll and yaw if it is symmetric, also in the ``sea`` that is drawn of
+    its waves, else None; and notes that say which, and why."""
     scene = calm.scene
     free = coordinates(scene)
     zero = tuple(coordinate.name for coordinate in free if _leads_aside([coordinate]))
     if not 0 < len(zero) < len(free):
-        return calm
+        return None, calm.notes
     ignored = scene.solver.symmetry == Symmetry.IGNORE
     reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(calm, sea))
     moving = state_layout(scene, calm.model).moving()
@@ -66,12 +69,10 @@ def planar(calm: Compiled, sea: Sequence[Components]) -> Compiled:
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:
         said = f"in all degrees of freedom: {'; '.join(reasons)}"
-        return replace(calm, notes=replace(calm.notes, symmetry=said))
-    plane = _in_plane(scene, {name for name in aside if aside[name]})
-    reduced = compile_calm(plane, calm.wet, calm.model)
+        return None, replace(calm.notes, symmetry=said)
+    plane = _without(scene, {name for name in aside if aside[name]})
     said = f"in the plane y = {_plane(scene.bodies[0]):g} m, which it is symmetric about"
-    notes = replace(calm.notes, symmetry=said, zero=zero)
-    return replace(reduced, notes=notes, whole=calm)
+    return plane, replace(calm.notes, symmetry=said, zero=zero)
 
 
 def wave_asymmetries(
@@ -217,7 +218,7 @@ def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:
     return all(coordinate.dof in LATERAL for coordinate in coordinates)
 
 
-def _in_plane(scene: Scene, aside: Collection[str]) -> Scene:
+def _without(scene: Scene, aside: Collection[str]) -> Scene:
     """The scene without coordinates that lead out of the plane, starting without those states."""
     bodies = tuple(
         replace(body, dofs=tuple(dof for dof in body.dofs if dof not in LATERAL))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,14 +13,11 @@ from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups, judged
 from hydrosim.compiling.hulls import with_hulls
-from hydrosim.compiling.restart import MemoryBefore, before
-from hydrosim.database import HydroDatabase
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
-from hydrosim.radiation import Retardation, StateSpace
 from hydrosim.scene import (
     BY_NAME,
     AutomaticRadiation,
@@ -33,7 +30,13 @@ from hydrosim.scene import (
     StateSpaceRadiation,
 )
 from hydrosim.stepping.names import dofs_of
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.restart import MemoryBefore
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.radiation.retardation import Retardation
+    from hydrosim.radiation.state_space import StateSpace
+    from hydrosim.waves.components import Components
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 
@@ -159,17 +162,19 @@ class WetGroup:
             )
 
 
-def wet_groups(scene: Scene, seas: Sequence[Components] = ()) -> list[WetGroup]:
+def wet_groups(scene: Scene, seas: Sequence[Components], before: MemoryBefore) -> list[WetGroup]:
     """The hydrodynamics of all wet bodies but those with a family of databases; a database of
     several bodies once for all of them.
 
     Raises InputError where a database cannot be read, does not fit the scene, or cannot be right
-    in what the scene uses of it in the ``seas``.
+    in what the scene uses of it in the ``seas``. ``before`` is the memory of the run to start from.
     """
-    return [group_of(group, scene, seas) for group in groups(scene)]
+    return [group_of(group, scene, seas, before) for group in groups(scene)]
 
 
-def group_of(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup:
+def group_of(
+    group: Group, scene: Scene, seas: Sequence[Components], before: MemoryBefore
+) -> WetGroup:
     """The hydrodynamics of bodies of one database."""
     read, bodies = group.database, tuple(group.bodies)
     _check_members(read, bodies)
@@ -192,7 +197,7 @@ def group_of(group: Group, scene: Scene, seas: Sequence[Components]) -> WetGroup
         memory.added_mass_infinite,
         np.zeros_like(memory.added_mass_infinite),
     )
-    return _with_memory(wet, scene)
+    return _with_memory(wet, before)
 
 
 def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
@@ -205,7 +210,7 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     )
 
 
-def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
+def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
     """The group with what its radiation model needs."""
     match wet.radiation:
         case ConstantRadiation(period):
@@ -221,7 +226,7 @@ def _with_memory(wet: WetGroup, scene: Scene) -> WetGroup:
             found = radiation.free_groups(wet.memory, wet.free)
             return replace(wet, convolved=tuple(map(Convolved, found)))
         case AutomaticRadiation(tolerance):
-            return _chosen(wet, _fits(wet, tolerance), before(scene))
+            return _chosen(wet, _fits(wet, tolerance), before)
     return wet
 
 

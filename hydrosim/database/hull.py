@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.database.build.barge import Hydrostatics
+from hydrosim.database.hydrostatics import Hydrostatics
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
 

@@ -34,12 +34,13 @@ from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.contact import fender, guide
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.contact.coulomb import Coulomb
-from hydrosim.forces.contact.fender import Contact, Fender, Normal, Plane
+from hydrosim.forces.contact.fender import Contact, Fender, Normal
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.guide import Wall
 from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.forces.kind import ElementKind, Kind, Losing, Mirrored, Parts, Resisting, Tallying
 from hydrosim.forces.layout import Layout, Resistance

@@ -20,7 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import spring
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact, pressure
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import ForceElement
@@ -74,18 +74,6 @@ def _known(
         for k, unit in enumerate(elements[name].unit_names(name), first)
     }
     return each | (units if kind == "fender_normal_force" else {}) if kind in KINDS else {}
-
-
-def unit_ranges(
-    elements: Mapping[str, ForceElement], kind: type[ForceElement]
-) -> dict[str, tuple[int, int]]:
-    """Of each element of a kind its units among all of the kind, from and to before."""
-    found, first = {}, 0
-    for name, element in elements.items():
-        if isinstance(element, kind):
-            end = first + len(element.unit_names(name))
-            found[name], first = (first, end), end
-    return found
 
 
 @kernel

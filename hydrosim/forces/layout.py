@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.scene import Scene, Weight
-from hydrosim.tanks.events import TriggeredPump
+from hydrosim.scene import ForceElement, Scene, Weight
+
+if TYPE_CHECKING:
+    from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -79,3 +81,15 @@ class Layout:
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
+
+
+def unit_ranges(
+    elements: Mapping[str, ForceElement], kind: type[ForceElement]
+) -> dict[str, tuple[int, int]]:
+    """Of each element of a kind its units among all of the kind, from and to before."""
+    found, first = {}, 0
+    for name, element in elements.items():
+        if isinstance(element, kind):
+            end = first + len(element.unit_names(name))
+            found[name], first = (first, end), end
+    return found

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from hydrosim.forces.channels import CHANNEL, channel_value, compile_channel, un
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
-from hydrosim.forces.layout import Layout
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
@@ -33,6 +32,9 @@ from hydrosim.scene import Active, ForceElement, Scene, When
 from hydrosim.tanks import pumping
 from hydrosim.tanks.contents import flow_names
 from hydrosim.tanks.events import triggered_pumps
+
+if TYPE_CHECKING:
+    from hydrosim.forces.layout import Layout
 
 STATE_NAMES = ("time last met",)
 """Of each trigger: the time at which its channel has last come to where it is waited for [s]."""

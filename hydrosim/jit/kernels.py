@@ -17,6 +17,7 @@ from typing import Any
 import llvmlite
 import numba
 
+from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.linking import Part, Summing, Whole
 
 PACKAGE = Path(__file__).parents[1]
@@ -82,7 +83,11 @@ def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
-    return kind(function, kernel_folder)
+    return kind(function, _files)
+
+
+def _files(function: Any, calls: Callable[[Any], list[Name]]) -> Disk:
+    return Disk(function, kernel_folder, calls)
 
 
 @kernel

@@ -17,7 +17,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llvmlite import binding
 from numba.core import compiler, event, typing
@@ -25,8 +25,13 @@ from numba.core.codegen import JITCodeLibrary, JitEngine
 from numba.core.registry import CPUDispatcher
 
 from hydrosim.interrupts import undisturbed
-from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.refs import hold
+
+if TYPE_CHECKING:
+    from hydrosim.jit.disk import Disk, Name
+
+    Keep = Callable[[Any, Callable[[Any], list[Name]]], Disk]
+    """Gives the files of a kernel; it is told how to ask which wholes code calls by name."""
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
@@ -120,10 +125,10 @@ def _part_flags(fastmath: frozenset[str]) -> Any:
 class _Kernel(CPUDispatcher):
     fastmath: frozenset[str] = frozenset()
 
-    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+    def __init__(self, function: Any, keep: Keep) -> None:
         options = {**OPTIONS, "fastmath": set(self.fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._cache = Disk(function, folder, _called)
+        self._cache = keep(function, _called)
 
     def __call__(self, *args: Any) -> Any:
         return super().__call__(*map(hold, args))
@@ -136,8 +141,8 @@ class Part(_Kernel):
     """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
     machine code with its own parts."""
 
-    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
-        super().__init__(function, folder)
+    def __init__(self, function: Any, keep: Keep) -> None:
+        super().__init__(function, keep)
         self._parts: dict[Any, Any] = {}
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -169,8 +174,8 @@ class Summing(Part):
 class Whole(_Kernel):
     """A kernel that is machine code of its own, for Python and for the kernels that call it."""
 
-    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
-        super().__init__(function, folder)
+    def __init__(self, function: Any, keep: Keep) -> None:
+        super().__init__(function, keep)
         self._names: dict[Any, str] = {}
 
     def add_overload(self, cres: Any) -> None:

@@ -19,8 +19,8 @@ from matplotlib.ticker import MaxNLocator
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.styles import COLOURS
-from hydrosim.results import effects
-from hydrosim.results.effects import Plan, Row
+from hydrosim.statistics import effects
+from hydrosim.statistics.effects import Plan, Row
 
 DECADES = 1.5  # of values, from which on their axis is logarithmic
 SIZE = (5.0, 3.6)  # inches of a panel

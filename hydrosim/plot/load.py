@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.output import REMEDY, read
+from hydrosim.results.netcdf import REMEDY, read
 
 
 def open_run(path: Path) -> xr.Dataset:

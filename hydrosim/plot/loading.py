@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from hydrosim.database.hull import immersed
 from hydrosim.outputs import Output, save_picture
 from hydrosim.scene import TankMesh, TankTable
-from hydrosim.studies.loading import Condition, TankState
+from hydrosim.studies.ballast.loading import Condition, TankState
 
 FLUID, WALL = "#4c8fbd", "#444444"
 PALE = "#b7d2e5"  # the fluid where triangles lie on each other, as pale as elsewhere

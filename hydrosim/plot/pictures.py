@@ -15,8 +15,8 @@ from hydrosim.dofs import DOFS
 from hydrosim.plot.panels import APART, Panel, Series, alike, apart, bands, lines, peak
 from hydrosim.plot.styles import COLOURS
 from hydrosim.results.channels import names, series
-from hydrosim.results.contact import crawl
 from hydrosim.results.stages import transferred
+from hydrosim.statistics.contact import crawl
 
 STILL = 1e-6  # m or rad: what moves less does not move
 LITTLE = 1e-3  # of the largest friction: what is less along an axis is not drawn

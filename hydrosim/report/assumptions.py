@@ -10,7 +10,7 @@ import xarray as xr
 from hydrosim.case.tables import plain, tables
 from hydrosim.documents.digits import digits_of
 from hydrosim.report.blocks import Block, Code, Number, Points, Table, Text, number
-from hydrosim.results.sentences import scale_of
+from hydrosim.statistics.sentences import scale_of
 
 SOLVER = {
     "solver_method": "method",

@@ -16,7 +16,7 @@ from hydrosim.report.limits import is_limits, limits_document
 from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.report.study import study_document
-from hydrosim.results.output import read
+from hydrosim.results.netcdf import read
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 
 KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (

@@ -9,11 +9,11 @@ import xarray as xr
 
 from hydrosim.documents.digits import digits_of
 from hydrosim.report.blocks import Block, Number, Points, Table, Text, number
-from hydrosim.results.contact import contact_statistics
-from hydrosim.results.extremes import LAWS, Basis
-from hydrosim.results.sentences import NAMED, Scale, reason, scale_of
 from hydrosim.results.stages import FIGURES, TIME, stage_lines, stages
-from hydrosim.results.statistics import NAMES, SIDES, statistics
+from hydrosim.statistics.contact import contact_statistics
+from hydrosim.statistics.extremes import LAWS, Basis
+from hydrosim.statistics.sentences import NAMED, Scale, reason, scale_of
+from hydrosim.statistics.statistics import NAMES, SIDES, statistics
 
 FEWEST = 16  # records that figures are made of
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.forces import Spring
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.spring import Spring
 from hydrosim.report.blocks import Block, Document, Replay, Section
 from hydrosim.report.envelopes import base64_of
 from hydrosim.report.parts import title_of

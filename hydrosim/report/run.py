@@ -16,7 +16,7 @@ from hydrosim.report.figures import contact_blocks, statistics_blocks
 from hydrosim.report.parts import sections_of, title_of
 from hydrosim.report.replay import replay_blocks
 from hydrosim.report.series import READING, energies, ledger, main_charts, more_charts
-from hydrosim.results.output import REMEDY
+from hydrosim.results.netcdf import REMEDY
 
 DIMENSIONS = ("time", "body", "dof")
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.case import load_case
+from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, ChangedDatabase, Family, Hull, Scene
-from hydrosim.studies.repeat import case_of
+from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import Components, sea
 
 DECK = 1.2  # times the draught: depth of a hull whose recipe names none

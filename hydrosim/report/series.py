@@ -12,8 +12,8 @@ from hydrosim.dofs import DOFS
 from hydrosim.report.blocks import Block, Chart, Table, number
 from hydrosim.results.channels import names
 from hydrosim.results.channels import series as channel
-from hydrosim.results.contact import crawl
 from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
+from hydrosim.statistics.contact import crawl
 
 LITTLE = 1e-9  # of the largest of a chart's lines: what is less throughout is rounding
 READING = (

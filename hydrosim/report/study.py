@@ -22,11 +22,11 @@ from hydrosim.report.blocks import (
     number,
 )
 from hydrosim.report.parts import sections_of, title_of
-from hydrosim.results import effects
-from hydrosim.results.effects import DRAWN, Plan, Row
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.results.sentences import lines_of_runs
+from hydrosim.statistics import effects
+from hydrosim.statistics.effects import DRAWN, Plan, Row
+from hydrosim.statistics.sentences import lines_of_runs
 
 MOST = 300  # rows of a table, and remarks of a list
 NAMED = 10  # runs that a remark is of

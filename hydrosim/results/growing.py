@@ -34,7 +34,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
 
 
 def _rounds(path: Path) -> list[Path]:
-    """The rounds of a study `until` something is known, see `hydrosim.studies.precise`."""
+    """The rounds of a study `until` something is known, see `hydrosim.studies.sweep.precise`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
     folder = Path(f"{result}.rounds")
     return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []

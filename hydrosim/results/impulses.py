@@ -8,12 +8,15 @@ changes of `momentum` (time, body, dof) and of `energy_kinetic`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import force_names
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
 
 
 def coordinates(scene: Scene) -> dict[str, object]:

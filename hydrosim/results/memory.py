@@ -5,14 +5,18 @@ It is kept as it was at the last step but one: a run that goes on takes the node
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 
-from hydrosim.radiation import VelocityHistory
 from hydrosim.radiation.history import NOW, THEN, push
-from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import memory_names
+
+if TYPE_CHECKING:
+    from hydrosim.radiation.history import VelocityHistory
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.dynamics import Model
 
 ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")

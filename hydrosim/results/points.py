@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.rigid import new_motion, place_bodies
-from hydrosim.scene import Clearance, Scene
-from hydrosim.stepping.dynamics import Model
+from hydrosim.rigid.kinematics import new_motion, place_bodies
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Clearance, Scene
+    from hydrosim.stepping.dynamics import Model
 
 Frames = tuple[np.ndarray, np.ndarray]
 """Places of the centres of gravity (nt, nb, 3), and rotations (nt, nb, 3, 3)."""

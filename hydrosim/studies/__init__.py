@@ -1,1 +1,1 @@
-"""One question a file: one run, many, a sweep, convergence, responses."""
+"""One question a folder: a run, many runs, a sweep, linear analysis, ballast, operability."""

@@ -20,8 +20,8 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
-from hydrosim.results.figures import STATISTICS, Figure
-from hydrosim.studies.operability.file import Operability
+from hydrosim.statistics.figures import STATISTICS, Figure
+from hydrosim.studies.operability_file import Operability
 
 SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
 SEEDS = 'whole numbers from 0, as in 1-100 or [1, 5, 9]; or one, as in "7"'

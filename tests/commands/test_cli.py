@@ -143,7 +143,7 @@ class TestRun:
         def load(*arguments: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("hydrosim.studies.simulation.advance", load)
+        monkeypatch.setattr("hydrosim.studies.run.simulation.advance", load)
         before = files(project)
         result = hydrosim("run", "base.yaml", "-o", "run.nc")
         assert (result.code, result.out) == (130, "")

@@ -13,7 +13,7 @@ from recorded_runs import made_run
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic, StickSlip
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.scene import Scene
 
 MASS, WEIGHT = 1e5, 9.81e5

@@ -19,7 +19,8 @@ from command_line import heed_signals
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.studies.sweep import load_study, run_study
+from hydrosim.studies.sweep.study import load_study
+from hydrosim.studies.sweep.sweep import run_study
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from command_line import Command, command
 from recorded_runs import made_run
 
 from hydrosim.outputs import Output
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 
 
 @pytest.fixture

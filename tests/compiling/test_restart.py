@@ -20,7 +20,7 @@ import hydrosim as hs
 from hydrosim.compiling.restart import opened
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
 from hydrosim.results.ledger import gap
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.scene import (
     ConvolutionRadiation,
     Method,

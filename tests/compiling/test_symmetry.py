@@ -41,7 +41,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.scene import (
     Body,
     ConstantRadiation,
@@ -60,7 +60,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.check import survey
+from hydrosim.studies.run.check import survey
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

@@ -14,7 +14,7 @@ from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
-from hydrosim.results.output import read
+from hydrosim.results.netcdf import read
 
 READERS: dict[str, Callable[[Path], object]] = {
     "a run": read,

@@ -37,8 +37,8 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.check import survey
-from hydrosim.studies.resolution import ACCURATE
+from hydrosim.studies.run.check import survey
+from hydrosim.studies.run.resolution import ACCURATE
 
 Figure = Callable[[str, float], None]
 

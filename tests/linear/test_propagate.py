@@ -55,7 +55,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.stepping.dynamics import new_work, rhs
-from hydrosim.studies.check import survey
+from hydrosim.studies.run.check import survey
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]

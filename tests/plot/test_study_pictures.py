@@ -12,7 +12,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.plot.effects import draw_study, page
-from hydrosim.results import effects
+from hydrosim.statistics import effects
 
 
 def runs_of(design: str, values: dict[str, list[object]], y: list[float]) -> xr.Dataset:

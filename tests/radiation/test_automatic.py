@@ -26,7 +26,7 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
-from hydrosim.studies.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
 SURGE, LENGTH, STEP = 0, 40.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)

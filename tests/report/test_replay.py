@@ -20,7 +20,7 @@ from hydrosim.report.replay import replay_document
 from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
 from hydrosim.report.supports import column, keel_of, supports_of
 from hydrosim.report.tanks import tanks_of
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 from hydrosim.waves.elevation import elevations
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
 from hydrosim.report.page import LARGEST, html
 from hydrosim.report.run import PARTS, run_document
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from hydrosim.results.channels import series
 from hydrosim.results.export import matlab
 from hydrosim.results.export.table import Column, identifiers
 from hydrosim.results.export.text import harmless
-from hydrosim.results.output import write
+from hydrosim.results.netcdf import write
 
 SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'

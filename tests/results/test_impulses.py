@@ -21,8 +21,8 @@ from hydrosim.forces import (
     StickSlip,
 )
 from hydrosim.results.channels import names, series
-from hydrosim.results.explain import COVARIANCE, DAMPING, DIRECTION, WHOLE, explained
 from hydrosim.scene import LinearScenes, Scene, Start
+from hydrosim.statistics.explain import COVARIANCE, DAMPING, DIRECTION, WHOLE, explained
 
 MASS, WEIGHT = 1e5, 9.81e5
 MU_S, MU_K, C3 = 0.3, 0.2, 4e4

@@ -16,7 +16,7 @@ from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import CLOSED, gap, guard
 from hydrosim.results.output import unpack
 from hydrosim.scene import Method, Scene
-from hydrosim.studies import blow_up, simulation
+from hydrosim.studies.run import blow_up, simulation
 
 MASS, OMEGA = 2e4, 1.5
 

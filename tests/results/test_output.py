@@ -21,7 +21,7 @@ from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.signal import Table
 from hydrosim.results import stages
 from hydrosim.results.channels import KINDS, series
-from hydrosim.results.output import read, write
+from hydrosim.results.netcdf import read, write
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 

@@ -23,9 +23,9 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.group import STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
-from hydrosim.results.explain import WHOLE, explained
 from hydrosim.results.stages import PARTS, STAGES, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
+from hydrosim.statistics.explain import WHOLE, explained
 
 MASS, WEIGHT = 1e5, 9.81e5
 K = 1e7  # N/m of each: legs together, pads together

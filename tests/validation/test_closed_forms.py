@@ -11,7 +11,7 @@ import pytest
 from hydrosim import simulate
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.rest import at_rest
+from hydrosim.studies.linear.rest import at_rest
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0

@@ -26,7 +26,7 @@ from hydrosim.radiation.retardation import (
     transfer_function,
 )
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
-from hydrosim.studies.check import survey
+from hydrosim.studies.run.check import survey
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
+from hydrosim.compiling.compile import Radiation
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, Scene
-from hydrosim.studies.response import Radiation, responder
+from hydrosim.studies.linear.response import responder
 
 DATA = unpacked("volturnus")
 pytestmark = pytest.mark.validation

@@ -58,8 +58,8 @@ class AppliedForce(Element):
                 yield ("force", dof), form
 
     def build(self, where: Where) -> forces.AppliedForce:
-        from hydrosim.forces import AppliedForce as Built
-        from hydrosim.forces import Table
+        from hydrosim.forces.applied_force import AppliedForce as Built
+        from hydrosim.forces.signal import Table
 
         time = np.array(self.time or (0.0,))
         force: dict[str, forces.Signal] = {}

@@ -102,7 +102,7 @@ class Normal(Strict):
 
     def build(self, count: int, where: Where) -> forces.Normal:
         """The normal force of each of ``count`` points."""
-        from hydrosim.forces import NormalCurve, NormalLoop, PrescribedNormal
+        from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
         from hydrosim.forces.signal import scaled
 
         share = 1.0 / count if self.total else 1.0
@@ -163,13 +163,13 @@ class Fender(Element):
             yield ("normal", "prescribed"), self.normal.prescribed
 
     def build(self, where: Where) -> forces.Fender:
-        from hydrosim import forces  # loads numba
+        from hydrosim.forces.contact import fender, plane  # loads numba
 
         count = len(self.points)
-        return forces.Fender(
+        return fender.Fender(
             self.body,
             points=np.array(self.points),
-            plane=forces.Plane(**dict(self.plane)),
+            plane=plane.Plane(**dict(self.plane)),
             normal=self.normal.build(count, where),
             friction=self.friction.build(count),
             group=self.group,

@@ -68,8 +68,8 @@ class StickSlip(Exemplary):
 
     def build(self, count: int) -> forces.StickSlip:
         """The law of each of ``count`` points."""
-        from hydrosim.forces import LoadPowers as Powers
-        from hydrosim.forces import StickSlip as Built
+        from hydrosim.forces.contact.stick_slip import LoadPowers as Powers
+        from hydrosim.forces.contact.stick_slip import StickSlip as Built
 
         share, load = 1.0 / count if self.total else 1.0, None
         if self.load is not None:
@@ -96,7 +96,7 @@ class Coulomb(Exemplary):
 
     def build(self, count: int) -> forces.Coulomb:
         """The law of each of ``count`` points."""
-        from hydrosim.forces import Coulomb as Built
+        from hydrosim.forces.contact.coulomb import Coulomb as Built
 
         return Built(self.static, self.kinetic)
 
@@ -117,7 +117,7 @@ class FrictionSlope(Exemplary):
 
     def build(self, count: int) -> forces.FrictionSlope:
         """The law of each of ``count`` points."""
-        from hydrosim.forces import FrictionSlope as Built
+        from hydrosim.forces.contact.friction_slope import FrictionSlope as Built
 
         return Built(self.coefficient, (1.0 / count if self.total else 1.0) * self.slope)
 
@@ -131,7 +131,7 @@ class Frictionless(Exemplary):
 
     def build(self, count: int) -> forces.Frictionless:
         """The law of each of ``count`` points."""
-        from hydrosim.forces import Frictionless as Built
+        from hydrosim.forces.contact.frictionless import Frictionless as Built
 
         return Built()
 

@@ -58,7 +58,7 @@ class Wall(Strict):
 
     def build(self) -> forces.Wall:
         """The same of the scene."""
-        from hydrosim.forces import Wall as Built  # loads numba
+        from hydrosim.forces.contact.guide import Wall as Built  # loads numba
 
         compression, force = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.compression is not None and self.force is not None:
@@ -112,10 +112,10 @@ class Landing(Element):
         yield ("on", "body"), self.on.body, "seats without body are fixed to the earth"
 
     def build(self, where: Where) -> forces.Landing:
-        from hydrosim import forces  # loads numba
+        from hydrosim.forces.contact.landing import Landing as Built  # loads numba
 
         count = len(self.points)
-        return forces.Landing(
+        return Built(
             self.body,
             points=np.array(self.points),
             seats=np.array(self.on.points),

@@ -14,7 +14,7 @@ from hydrosim.documents.units import problem
 from hydrosim.dofs import DOFS
 
 if TYPE_CHECKING:
-    from hydrosim.forces import LinearMooring as Built
+    from hydrosim.forces.linear_mooring import LinearMooring as Built
 
 
 class LinearMooring(Element):
@@ -67,7 +67,7 @@ class LinearMooring(Element):
         return self
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces import LinearMooring as Built  # loads numba
+        from hydrosim.forces.linear_mooring import LinearMooring as Built  # loads numba
 
         stiffness, damping, ratio = self.stiffness, self.damping, self.damping_ratio
         return Built(

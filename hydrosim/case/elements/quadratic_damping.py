@@ -9,7 +9,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import as_matrix
 
 if TYPE_CHECKING:
-    from hydrosim.forces import QuadraticDamping as Built
+    from hydrosim.forces.quadratic_damping import QuadraticDamping as Built
 
 
 class QuadraticDamping(Element):
@@ -25,6 +25,6 @@ class QuadraticDamping(Element):
     damping: of.QuadraticMatrix
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces import QuadraticDamping as Built  # loads numba
+        from hydrosim.forces.quadratic_damping import QuadraticDamping as Built  # loads numba
 
         return Built(self.body, damping=as_matrix(self.damping))

@@ -15,7 +15,7 @@ from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces import Spring as Built
+    from hydrosim.forces.spring import Spring as Built
 
 
 class Curve(Strict):
@@ -75,7 +75,7 @@ class Spring(Element):
         yield ("anchor_body",), self.anchor_body, remedy
 
     def build(self, where: Where) -> Built:
-        from hydrosim.forces import Spring as Built  # loads numba
+        from hydrosim.forces.spring import Spring as Built  # loads numba
 
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.curve is not None:

@@ -80,7 +80,7 @@ class CurrentLoad(StreamLoad):
     type: Literal["current_load"]
 
     def build(self, where: Where) -> forces.CurrentLoad:
-        from hydrosim.forces import CurrentLoad as Built  # loads numba
+        from hydrosim.forces.stream_load import CurrentLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round())
 
@@ -93,6 +93,6 @@ class WindLoad(StreamLoad):
     type: Literal["wind_load"]
 
     def build(self, where: Where) -> forces.WindLoad:
-        from hydrosim.forces import WindLoad as Built  # loads numba
+        from hydrosim.forces.stream_load import WindLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round())

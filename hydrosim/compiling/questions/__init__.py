@@ -9,11 +9,14 @@ case file, and is not asked again.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions import bodies, elements, ranges, starts, waters
-from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.errors import InputError
 from hydrosim.scene import Question
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.questions.doubt import About, Doubt
 
 QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.ANGLES: starts.angles,

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.database import needed
+from hydrosim.database.database import needed
 from hydrosim.dofs import DOFS
-from hydrosim.forces import AppliedForce, Harmonic, Signal
+from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.signal import Harmonic, Signal
 from hydrosim.scene import Weight
 from hydrosim.tanks.loading import at_start, body_without, least_moment
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from hydrosim.database import HydroDatabase
-from hydrosim.rigid import Motion, place_bodies
-from hydrosim.scene import Body, Scene
+from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.state import State
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.scene import Body, Scene
+    from hydrosim.stepping.state import State
+    from hydrosim.waves.components import Components
 
 
 class Doubt(NamedTuple):

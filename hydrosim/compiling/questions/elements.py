@@ -8,7 +8,12 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.dofs import DOFS
-from hydrosim.forces import Contact, Coulomb, FrictionSlope, LinearDamping, LinearMooring, StickSlip
+from hydrosim.forces.contact.coulomb import Coulomb
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.friction_slope import FrictionSlope
+from hydrosim.forces.contact.stick_slip import StickSlip
+from hydrosim.forces.linear_damping import LinearDamping
+from hydrosim.forces.linear_mooring import LinearMooring
 
 ROUGHEST = 1.0
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.database import HydroDatabase
-from hydrosim.scene import Body
-from hydrosim.waves import Outside, outside
+from hydrosim.waves import outside
+from hydrosim.waves.outside import Outside
+
+if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.scene import Body
 
 # share of the energy of the loads, or of that of the waves where those are not known
 OUTSIDE_REFUSED = 0.01

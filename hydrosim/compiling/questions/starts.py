@@ -7,8 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.forces import Contact, NormalCurve, Plane, Spring
-from hydrosim.forces.spring import stretch
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.plane import Plane
+from hydrosim.forces.spring import Spring, stretch
 from hydrosim.scene import GivenComponents
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)

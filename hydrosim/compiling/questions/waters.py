@@ -8,12 +8,15 @@ its length (Miche 1944).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.linear.linearity import propagated
-from hydrosim.waves import Components
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
 
 DENSITIES, GRAVITIES = (990.0, 1035.0), (9.75, 9.85)  # kg/m^3, m/s^2
 CURRENT, WIND = 5.0, 70.0  # m/s

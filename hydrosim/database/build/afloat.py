@@ -17,12 +17,13 @@ from scipy.spatial import cKDTree
 
 from hydrosim.database.build import barge, mesh, sphere
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.barge import Hydrostatics, Panels, mirrored
+from hydrosim.database.build.barge import Panels, mirrored
 from hydrosim.database.build.bem import Hull
 from hydrosim.database.build.extrapolate import coarser
 from hydrosim.database.build.hull_keys import MeshHull, SphereHull, resolution
 from hydrosim.database.build.recipe import Lid, Method, Part, Recipe, Symmetry
 from hydrosim.database.build.water import Water
+from hydrosim.database.hydrostatics import Hydrostatics
 from hydrosim.errors import InputError
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hydrosim.database import hull
-from hydrosim.database.build.barge import Hydrostatics, Panels
+from hydrosim.database.build.barge import Panels
 from hydrosim.database.build.bem import mesh_of
+from hydrosim.database.hydrostatics import Hydrostatics
 from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))

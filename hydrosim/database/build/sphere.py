@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from hydrosim.database.build.barge import Hydrostatics, Panels, patch
+from hydrosim.database.build.barge import Panels, patch
+from hydrosim.database.hydrostatics import Hydrostatics
 
 
 def hydrostatics(radius: float) -> Hydrostatics:

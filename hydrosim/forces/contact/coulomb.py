@@ -24,7 +24,7 @@ from hydrosim.forces.contact.geometry import press, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.rigid import generalised_force
+from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
 STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest

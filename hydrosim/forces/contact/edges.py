@@ -18,7 +18,7 @@ from hydrosim.forces.contact.geometry import tangents
 from hydrosim.jit.kernels import kernel
 
 if TYPE_CHECKING:
-    from hydrosim.forces.contact.fender import Plane
+    from hydrosim.forces.contact.plane import Plane
 
 FLAT = 1e-6  # of the polygon's size: its corners are so near to the plane
 CONVEX = 1e-9  # of its size: a corner so far inside is on the edge

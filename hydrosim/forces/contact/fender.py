@@ -20,7 +20,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -35,8 +35,6 @@ from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
 from hydrosim.forces.contact.normal import FLAT, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.curve import SEGMENT as PIECE
-from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import foot, turned
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -50,6 +48,10 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
+if TYPE_CHECKING:
+    from hydrosim.forces.contact.plane import Plane
+    from hydrosim.forces.layout import Layout
+
 STATE_NAMES = (  # of each point
     *("stretch 1", "stretch 2", "slip distance"),
     *("friction loss", "damping loss", "slip damping loss", "settled"),
@@ -59,36 +61,6 @@ SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
 FELT = 2  # first states of a point, which others feel: its stretch
 COMPRESSION, NORMAL_FORCE, FRICTION, NODE, LOST, OBSERVED = 0, 1, 2, 5, 8, 9  # see `observe`
 LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
-
-
-@dataclass(frozen=True)
-class Plane:
-    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``; it
-    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any."""
-
-    point: tuple[float, ...]
-    normal: tuple[float, ...]
-    body: str | None = None
-    corners: tuple[tuple[float, ...], ...] = ()
-
-    def by_its_foot(self, y: float) -> Plane:
-        """The same plane with the foot of the perpendicular from the origin as its point, as if the
-        plane at ``y`` [m] were y = 0; its corners in an order of their own."""
-        y = 0.0 if self.body else y
-        corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
-        return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
-
-    def image(self) -> Plane:
-        """The mirror image in the plane y = 0."""
-        corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
-        point, normal = turned(self.point), turned(self.normal)
-        return replace(self, point=point, normal=normal, corners=corners)
-
-
-def _sorted(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
-    """Corners of a convex polygon in an order that does not depend on where it begins."""
-    fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
-    return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))
 
 
 Normal = NormalCurve | NormalLoop | PrescribedNormal

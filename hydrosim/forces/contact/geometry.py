@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 
 EARTH = -1

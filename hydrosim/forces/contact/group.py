@@ -7,8 +7,8 @@ of steps, so that nothing depends on how often a run is recorded; the impulse is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from hydrosim.modes import MODE
 
 if TYPE_CHECKING:
     from hydrosim.forces import Elements
-    from hydrosim.forces.contact.fender import Contact
 
 STATE_NAMES = (
     *("impulse", "load", "largest load", "first contact", "first open", "last open"),
@@ -39,8 +38,25 @@ GROUP = np.dtype([("first", int), ("index", int), ("weight", float)])
 weight [N] that it carries or takes, or 0."""
 
 
+class Member(Protocol):
+    """What a group must know of an element of contacts, see `fender.Contact`."""
+
+    remembers: ClassVar[bool]
+
+    @property
+    def body(self) -> str:
+        """The name of the body it acts on."""
+
+    @property
+    def group(self) -> str | None:
+        """What its contacts are looked at together as, if not as the element."""
+
+    def others(self) -> Iterator[tuple[str, str | None]]:
+        """Keys and names of the other bodies that it acts on."""
+
+
 def remembering(
-    contacts: Mapping[str, Contact], carried: Mapping[str, float], first: int
+    contacts: Mapping[str, Member], carried: Mapping[str, float], first: int
 ) -> np.ndarray:
     """Those (n,) of `GROUP` of all groups of ``contacts`` that remember; their states come from
     ``first`` on after those of contacts. ``carried`` [N] are the weights of bodies."""

@@ -15,22 +15,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.forces import curve
-from hydrosim.forces.channels import unit_ranges
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.kind import Columns, Kept, Modes, Variable
-from hydrosim.forces.layout import Layout
+from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.postures import PRESSED as COMPRESSED
 from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import length
-from hydrosim.scene import ForceElement, Scene
+
+if TYPE_CHECKING:
+    from hydrosim.scene import ForceElement, Scene
 
 AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
 NAMES = ("away", "free", "pressed", "beside", "inactive")

@@ -15,9 +15,10 @@ from typing import ClassVar
 import numpy as np
 
 from hydrosim.dofs import MIRROR_SIGN
-from hydrosim.forces.contact.fender import Contact, Normal, Plane
+from hydrosim.forces.contact.fender import Contact, Normal
 from hydrosim.forces.contact.guide import Wall
 from hydrosim.forces.contact.laws import Law
+from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.mirroring import turned
 from hydrosim.scene import ForceElement
 

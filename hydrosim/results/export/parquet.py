@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hydrosim.results.export.table import Column, Table
+if TYPE_CHECKING:
+    from hydrosim.results.export.table import Column, Table
 
 
 def write(table: Table, path: Path, mark: str) -> None:

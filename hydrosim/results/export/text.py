@@ -11,8 +11,10 @@ from __future__ import annotations
 import csv
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hydrosim.results.export.table import Table
+if TYPE_CHECKING:
+    from hydrosim.results.export.table import Table
 
 FORMULA = re.compile(r"(^|[,;\t\r\n])(?=\s*[=+\-@＝＋－＠])")
 

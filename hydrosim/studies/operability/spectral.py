@@ -14,19 +14,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import exp, inf, log, log1p, pi, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.linear.linearity import nonlinearities
-from hydrosim.results.figures import Figure
 from hydrosim.scene import Scene, SecondOrder
+from hydrosim.studies.linear.response import Responder, responder
+from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.operability.seas import Sea, in_sea
-from hydrosim.studies.response import Radiation, Responder, compile_for_linear, responder
-from hydrosim.studies.rest import at_rest
-from hydrosim.waves import sea as drawn
+from hydrosim.waves.components import sea as drawn
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.statistics.figures import Figure
 
 MOTIONS = {"position": 0, "velocity": 1, "acceleration": 2}
 """Channels that are linear in the motions, and how often they are derived."""

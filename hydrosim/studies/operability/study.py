@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,18 +14,20 @@ import xarray as xr
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.outputs import program_version
-from hydrosim.results.figures import Figure
-from hydrosim.results.output import versions
-from hydrosim.scene import Scene
-from hydrosim.studies.many import prepared
-from hydrosim.studies.operability.file import Operability
+from hydrosim.results.netcdf import versions
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
-from hydrosim.studies.study_file import StudyFile
-from hydrosim.studies.sweep import read_study, settings_with
-from hydrosim.studies.trial import check_figures, check_units
+from hydrosim.studies.run.simulation import prepared
+from hydrosim.studies.sweep.study import read_study, settings_with
+from hydrosim.studies.sweep.trial import check_figures, check_units
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.statistics.figures import Figure
+    from hydrosim.studies.operability_file import Operability
+    from hydrosim.studies.study_file import StudyFile
 
 ALL = "all"  # stages together
 SEEDS = 50  # where the study says none

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.results.figures import Figure, figure_of
-from hydrosim.scene import Scene
-from hydrosim.studies.many import collected_here
-from hydrosim.studies.outcome import outcome_of
-from hydrosim.studies.shared import Shared
+from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.studies.many.garbage import collected_here
+from hydrosim.studies.many.outcome import outcome_of
+from hydrosim.studies.many.shared import Shared
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
 
 
 class Trials:

@@ -6,16 +6,19 @@ from calendar import month_name
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
-from hydrosim.results.waiting import Hindcast, waiting
-from hydrosim.results.weather import WIDEST, Alpha, Curve, Scatter, Surface, workability
-from hydrosim.results.weather_files import read_hindcast, read_scatter
-from hydrosim.studies.operability.file import Operability, Operation
+from hydrosim.statistics.waiting import Hindcast, waiting
+from hydrosim.statistics.weather import WIDEST, Alpha, Curve, Scatter, Surface, workability
+from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
+
+if TYPE_CHECKING:
+    from hydrosim.studies.operability_file import Operability, Operation
 
 HOUR = 3600.0
 YEAR = "year"  # the whole record

@@ -1,0 +1,39 @@
+"""`Plane`: what contact points are pressed against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrosim.forces.mirroring import foot, turned
+
+
+@dataclass(frozen=True)
+class Plane:
+    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``; it
+    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any."""
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    body: str | None = None
+    corners: tuple[tuple[float, ...], ...] = ()
+
+    def by_its_foot(self, y: float) -> Plane:
+        """The same plane with the foot of the perpendicular from the origin as its point, as if the
+        plane at ``y`` [m] were y = 0; its corners in an order of their own."""
+        y = 0.0 if self.body else y
+        corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
+        return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
+
+    def image(self) -> Plane:
+        """The mirror image in the plane y = 0."""
+        corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
+        point, normal = turned(self.point), turned(self.normal)
+        return replace(self, point=point, normal=normal, corners=corners)
+
+
+def _sorted(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """Corners of a convex polygon in an order that does not depend on where it begins."""
+    fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
+    return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))

@@ -1,0 +1,239 @@
+"""What parameters of a study do to its figures: tables over seeds, differences, Sobol's indices.
+
+Means have an interval that holds the true one, and there is another that holds the value of another
+seed, both of 90 % by Student's t, exact where the figure is normal over seeds:
+
+    mean +- t s / sqrt(n),     mean +- t s sqrt(1 + 1/n)
+
+Differences between two values of a parameter are taken seed by seed, in the same waves.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.stats import sobol_indices, spearmanr
+from scipy.stats import t as student
+
+from hydrosim.errors import InputError
+from hydrosim.results.growing import GATHERED
+from hydrosim.statistics.gumbel import INTERVAL
+
+DRAWN = ("latin_hypercube", "sobol", "sobol_indices")
+
+
+class Plan(NamedTuple):
+    """A plan of a study, from its file of ``runs``, those of this plan alone: its ``name`` and
+    ``design``, the keys of its ``parameters``, the ``figures`` that were asked for."""
+
+    name: str
+    design: str
+    parameters: Mapping[str, list[str]]
+    figures: list[str]
+    samples: int | None
+    runs: xr.Dataset
+
+    def short(self, parameter: str) -> str:
+        """The last two words of the key, or the name of what is linked."""
+        return " ".join(self.axis(parameter).split(".")[-2:]).replace("_", " ")
+
+    def axis(self, parameter: str) -> str:
+        """The coordinate that says the values of a parameter: their names, or the first key."""
+        return parameter if parameter in self.runs else self.parameters[parameter][0]
+
+    def unit(self, name: str) -> str:
+        """The unit of the values of a coordinate, empty if they have none."""
+        return str(self.runs[name].attrs.get("units", "")).removeprefix("1")
+
+
+class Spread(NamedTuple):
+    """A figure over ``n`` seeds: its mean, the interval of that, that of another seed."""
+
+    n: int
+    mean: float
+    low: float
+    high: float
+    another_low: float
+    another_high: float
+
+
+class Row(NamedTuple):
+    """A figure at ``values`` of the parameters, by coordinate."""
+
+    plan: str
+    values: dict[str, Any]
+    figure: str
+    unit: str
+    spread: Spread
+    runs: np.ndarray
+
+
+class Difference(NamedTuple):
+    """How a figure changes with a parameter, from a ``low`` to a ``high`` value, per unit of it:
+    over seeds; the std of that, and the share of seeds in which contacts went another way."""
+
+    parameter: str
+    figure: str
+    unit: str
+    low: float
+    high: float
+    spread: Spread
+    std: float
+    changed: float
+
+
+class Index(NamedTuple):
+    """Sobol's indices of a parameter for a figure, each with its interval: the share of the
+    variance that it makes alone, and with all others."""
+
+    parameter: str
+    figure: str
+    first: tuple[float, float, float]
+    total: tuple[float, float, float]
+
+
+def plans(runs: xr.Dataset) -> list[Plan]:
+    """The plans of a file of runs; InputError where it has none, or no figures."""
+    if "design" not in runs.attrs:
+        raise InputError(
+            f"{runs.encoding.get('source', 'the file')}: has no attribute design: its runs are of"
+            " no study file, or of one of an earlier version. Run the study again with hydrosim"
+            " sweep."
+        )
+    known = json.loads(runs.attrs["design"])
+    found = []
+    for name, plan in known["plans"].items():
+        own = runs.isel(run=(runs["study"].values == name)) if name else runs
+        figures = [each for each in known["figures"] if each in runs]
+        parts = plan["parameters"], figures, plan["samples"], own
+        found.append(Plan(name, plan["design"], *parts))
+    return found
+
+
+def spread(values: np.ndarray) -> Spread:
+    """Of values (n,), those left out that are not numbers; NaN for what needs more of them."""
+    x = values[np.isfinite(values)]
+    if x.size < 2:
+        return Spread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
+    apart = float(student.ppf(0.5 + 0.5 * INTERVAL, x.size - 1) * x.std(ddof=1))
+    mean, sure = float(x.mean()), apart * x.size**-0.5
+    other = apart * (1.0 + 1.0 / x.size) ** 0.5
+    return Spread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
+
+
+def combinations(plan: Plan) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+    """The values of the parameters, by coordinate, and the runs (n,) of the plan that have them, in
+    their order."""
+    names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
+    names += ["varied"] if plan.design == "one_at_a_time" else []
+    each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
+    each = each or [()] * plan.runs.sizes["run"]
+    places: dict[tuple[Any, ...], list[int]] = {}
+    for k, values in enumerate(each):
+        places.setdefault(values, []).append(k)
+    for values, at in places.items():
+        yield dict(zip(names, values, strict=True)), np.array(at)
+
+
+def rows(plan: Plan) -> Iterator[Row]:
+    """Each figure at each combination of values, over seeds, in the order of the runs."""
+    found = {figure: plan.runs[figure].load() for figure in plan.figures}
+    for values, at in combinations(plan):
+        for figure, of in found.items():
+            unit = str(of.attrs.get("units", ""))
+            yield Row(plan.name, values, figure, unit, spread(of.values[at]), at)
+
+
+def differences(plan: Plan) -> Iterator[Difference]:
+    """Of a plan that varies one parameter at a time, or only one: each figure, from the least to
+    the largest value of each parameter that is a number."""
+    for parameter, keys in plan.parameters.items():
+        values, runs = plan.runs[keys[0]].values, plan.runs
+        if plan.design == "one_at_a_time":
+            own = np.isin(runs["varied"].values, [parameter, ""])
+            runs, values = runs.isel(run=own), values[own]
+        if values.dtype.kind not in "if" or np.unique(values).size < 2:
+            continue
+        low, high = float(values.min()), float(values.max())
+        ends = [_by_seed(runs, np.flatnonzero(values == end)) for end in (low, high)]
+        seeds = [seed for seed in ends[0] if seed in ends[1]]
+        pairs = np.array([[end[seed] for seed in seeds] for end in ends], dtype=np.int64)
+        for figure in plan.figures:
+            first, last = runs[figure].values[pairs]
+            change = (last - first) / (high - low)
+            of = str(runs[keys[0]].attrs.get("units", ""))
+            unit = str(runs[figure].attrs.get("units", ""))
+            unit += f" / ({of})" if of not in ("", "1") else ""
+            found = change[np.isfinite(change)]
+            std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
+            changed = _changed(runs, pairs)
+            yield Difference(parameter, figure, unit, low, high, spread(change), std, changed)
+
+
+def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
+    """Of the runs ``at`` these places, the place of each seed."""
+    seeds = runs.seed.values[at].tolist() if "seed" in runs else [0] * at.size
+    return {str(seed): k for seed, k in zip(seeds, at.tolist(), strict=True)}
+
+
+def _changed(runs: xr.Dataset, pairs: np.ndarray) -> float:
+    """The share of ``pairs`` (2, n) of runs whose contacts went another way."""
+    if "contact_sequence" not in runs:
+        return np.nan
+    first, last = runs.contact_sequence.values[pairs].astype(float)
+    known = np.isfinite(first) & np.isfinite(last)  # runs that failed have none
+    return float(np.mean((first != last)[known])) if known.any() else np.nan
+
+
+def _remedy(runs: xr.Dataset) -> str:
+    """What to do where some runs have no value."""
+    if GATHERED in runs.attrs:
+        return f"The study is on its way ({runs.attrs[GATHERED]}): wait for the rest."
+    return "Take ranges in which no run fails."
+
+
+def indices(plan: Plan) -> Iterator[Index]:
+    """Sobol's indices, by the estimators of Saltelli et al. (2010) and Jansen, of the mean over the
+    seeds; intervals by drawing samples again. InputError where some run failed."""
+    n, d = int(plan.samples or 0), len(plan.parameters)
+    for figure in plan.figures:
+        values = plan.runs[figure].values.reshape(n * (d + 2), -1).mean(axis=1)
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"{figure}: has no value in {np.sum(~np.isfinite(values))} of {values.size}"
+                f" samples; Sobol's indices need all. {_remedy(plan.runs)}"
+            )
+        sets = {
+            "f_A": values[None, :n],
+            "f_B": values[None, n : 2 * n],
+            "f_AB": values[2 * n :].reshape(d, 1, n),
+        }
+        found = sobol_indices(func=sets, n=n)
+        sure = found.bootstrap(INTERVAL)
+        for k, parameter in enumerate(plan.parameters):
+            first, total = (
+                tuple(float(np.ravel(part)[k]) for part in parts)
+                for parts in (
+                    (found.first_order, *_ends(sure.first_order)),
+                    (found.total_order, *_ends(sure.total_order)),
+                )
+            )
+            yield Index(parameter, figure, first, total)  # type: ignore[arg-type]
+
+
+def _ends(of: Any) -> tuple[Any, Any]:
+    return of.confidence_interval.low, of.confidence_interval.high
+
+
+def correlations(plan: Plan) -> Iterator[tuple[str, str, float]]:
+    """Spearman's rank correlation of each figure with each parameter of a plan of samples."""
+    for figure in plan.figures:
+        y = plan.runs[figure].values
+        known = np.isfinite(y)
+        for parameter in plan.parameters:
+            x = plan.runs[plan.axis(parameter)].values
+            yield figure, parameter, float(spearmanr(x[known], y[known]).statistic)

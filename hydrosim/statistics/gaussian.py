@@ -1,0 +1,185 @@
+"""A record as a Gaussian process m + s z(t), clipped at its smallest value if it often stays there.
+
+m and s have the greatest likelihood of the values (Tobin 1958, Econometrica 26: what is clipped
+counts with the probability of being below); they are mean and standard deviation where nothing is
+clipped. The value that is exceeded once on average is m + s u, u being that of
+`hydrosim.statistics.crossings`, which largest values of many windows have a part in.
+
+Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments: of a
+value He_k(z), of a clipped one -phi(z0) He_(k-1)(z0) / Phi(z0). The parameters are off by the
+inverse information times the mean scores, and u by what the windows' mean of exp(-z^2 / 2) is, z
+the largest value of each: all of it scatters together, for where waves are high, so are both. That
+says what a fit is worth, and whether the third and fourth moments, zero of a Gaussian process,
+would move the extremes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.hermite_e import hermevander
+from scipy.special import log_ndtr, ndtr, ndtri, stdtrit
+
+from hydrosim.statistics.crossings import Crossings, crossings
+from hydrosim.statistics.gumbel import ENDS, sliding
+from hydrosim.statistics.series import scatter, slow_parts
+
+ORDER = 4
+ROUNDS, CLOSE = 50, 1e-10  # of the search for m and s
+EDGE, NODES = 8.0, 801  # of integrals over z
+FAR = 1e-3  # probability that the largest of a Gaussian record is doubted, on each side
+DOUBT = 0.01  # probability that a Gaussian record is doubted, for each moment
+
+
+class Gaussian(NamedTuple):
+    """A fit to a record: ``mean``, ``std``; the mean ``scores`` (4,), draws (4, k) of their
+    ``scatter``, the ``information`` (4, 4); ``crossings`` of levels, how they move with mean and
+    std, ``moved`` (2,), and draws (k,) of the scatter of what they are ``counted`` by."""
+
+    mean: float
+    std: float
+    scores: np.ndarray
+    scatter: np.ndarray
+    information: np.ndarray
+    crossings: Crossings
+    moved: np.ndarray
+    counted: np.ndarray
+
+    def expected(self, ratio: float) -> float:
+        """The value that is exceeded once on average in ``ratio`` times the length."""
+        return self.mean + self.std * self._level(ratio, np.exp(-1.0))
+
+    def confidence(self, ratio: float) -> np.ndarray:
+        """Interval (2,) that holds the true `expected` value. Where more groups were found than
+        there can be it is about what was found, as far as that is possible."""
+        u = self._level(ratio, np.exp(-1.0))
+        found = self.mean + self.std * u
+        whole = self._error(u)
+        if not self.crossings.beyond > 0.0:
+            return found + whole * np.array([-1.0, 1.0])
+        size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
+        return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
+
+    def prediction(self, ratio: float) -> np.ndarray:
+        """Interval (2,) that holds the largest value in ``ratio`` times the length: what the
+        largest scatters and what the fit is off, added in squares."""
+        middle, *ends = (self._level(ratio, p) for p in (0.5, *ENDS))
+        apart = [np.hypot(self.std * (u - middle), self._error(u)) for u in ends]
+        return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
+
+    def doubtful(self) -> bool:
+        """True if the third or fourth moment is not that of a Gaussian record, and would move the
+        largest value."""
+        u = self._level(1.0, np.exp(-1.0))
+        usual = self._weights(u, 2)
+        odds = stdtrit(self.scatter.shape[1], 1.0 - 0.5 * DOUBT)
+        for order in range(3, ORDER + 1):
+            moved = self._weights(u, order) - usual
+            if abs(moved @ self.scores) > odds * _size(moved @ self.scatter):
+                return True
+        return False
+
+    def unlikely(self, largest: float) -> bool:
+        """True if the largest value is so far from what is expected that it would be as rare as a
+        record that is doubted."""
+        u = (largest - self.mean) / self.std
+        exceeded = self.crossings.groups(u)
+        return bool(exceeded < FAR or exceeded > -np.log(FAR))
+
+    def _level(self, ratio: float, probability: float) -> float:
+        """u below which the largest is with a probability."""
+        return self.crossings.level(-np.log(probability) / ratio)
+
+    def _error(self, u: float, counted: bool = True) -> float:
+        """Half of the interval that holds m + s u; of m and s alone if u is not ``counted``."""
+        shape = np.array([1.0, u])
+        off = np.zeros(self.counted.size)
+        if counted and u > 0.0:
+            shape, off = shape - self.moved / u, self.counted / u
+        weights = np.linalg.solve(self.information[:2, :2], shape)
+        draws = weights @ self.scatter[:2, : off.size] - off
+        odds = float(stdtrit(draws.size, ENDS[1]))
+        return odds * self.std * _size(draws)
+
+    def _weights(self, u: float, order: int) -> np.ndarray:
+        """How the value at u moves with the mean scores (4,), if so many parameters are free."""
+        shape = hermevander(u, ORDER - 1)[0, :order]
+        found = np.zeros(ORDER)
+        found[:order] = np.linalg.solve(self.information[:order, :order], shape)
+        return found
+
+
+def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | None:
+    """The fit to a record x (nt,) that is so many times as long as its memory; None if there is
+    none. What is at the smallest value is clipped, if that is more than one."""
+    floor = x.min()
+    clipped = x == floor
+    if clipped.sum() == 1:
+        floor, clipped = -np.inf, np.zeros(x.size, dtype=bool)
+    mean, std = _begin(x, clipped)
+    for _ in range(ROUNDS):
+        edge = (floor - mean) / std
+        scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
+        step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
+        if np.abs(step).max() < CLOSE:
+            draws = scatter(scores, independent)
+            about = scores.mean(axis=1), draws, information
+            return Gaussian(mean, std, *about, *_counted(x, mean, std, windows, draws.shape[1]))
+        mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))
+    return None
+
+
+def _counted(
+    x: np.ndarray, mean: float, std: float, windows: int, count: int
+) -> tuple[Crossings, np.ndarray, np.ndarray]:
+    """Crossings of a record by the largest values of its windows, what they move by, and so many
+    draws of their scatter."""
+    at = max(float(x.min()), mean)  # where x can be seen to rise from
+    rate = np.count_nonzero((x[:-1] <= at) & (x[1:] > at)) / x.size
+    z = (sliding(x, windows) - mean) / std
+    weight = np.exp(-0.5 * z**2)
+    weight /= weight.mean()
+    moved = np.array([(weight * z).mean(), (weight * z**2).mean()])
+    found = crossings(rate, (at - mean) / std, z, windows, x.size)
+    slow = slow_parts(weight - 1.0, count)
+    # a mean over windows that slide has less of what is faster
+    return found, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
+
+
+def _begin(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
+    """Mean and standard deviation by two quantiles of what is not clipped."""
+    if not clipped.any():
+        return float(x.mean()), float(x.std())
+    probability = np.array([clipped.mean(), 0.5 * (1.0 + clipped.mean())])
+    values, z = np.quantile(x, probability), ndtri(probability)
+    std = float(np.ptp(values) / np.ptp(z))
+    return float(values[0] - std * z[0]), std
+
+
+def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
+    """Scores (4, nt) of values z (nt,), of which some are ``clipped`` at the edge."""
+    scores = np.ascontiguousarray(hermevander(z, ORDER)[:, 1:].T)
+    scores[:, clipped] = _of_clipped(edge)[:, None]
+    return scores
+
+
+def _of_clipped(edge: float) -> np.ndarray:
+    """Scores (4,) of what is clipped at the edge."""
+    if np.isinf(edge):
+        return np.zeros(ORDER)
+    hazard = np.exp(-0.5 * edge**2 - log_ndtr(edge)) / np.sqrt(2.0 * np.pi)
+    return np.asarray(-hazard * hermevander(edge, ORDER - 1)[0])
+
+
+def _information(edge: float) -> np.ndarray:
+    """Mean products (4, 4) of the scores."""
+    z = np.linspace(max(edge, -EDGE), EDGE, NODES)
+    weight = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) * (z[1] - z[0])
+    weight[[0, -1]] *= 0.5
+    scores, below = hermevander(z, ORDER)[:, 1:], _of_clipped(edge)
+    return np.asarray((scores.T * weight) @ scores + ndtr(edge) * np.outer(below, below))
+
+
+def _size(draws: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(draws**2)))

@@ -1,0 +1,197 @@
+"""Statistics as text: a few lines for each channel and each group of contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.results.stages import FIGURES as OF_STAGES
+from hydrosim.results.stages import TIME, stage_lines
+from hydrosim.statistics.effects import spread
+from hydrosim.statistics.extremes import LAWS, Basis
+from hydrosim.statistics.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.statistics import FIGURES, NAMES, SIDES
+
+RUNS = 8  # to fit Gumbel's law to
+P90 = 0.9  # probability that the largest of a run is below
+ANGLES = ("roll", "pitch", "yaw")
+NAMED = {
+    Basis.GAUSSIAN: "a Gaussian process",
+    Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
+    Basis.GUMBEL: "Gumbel's law",
+}
+LATER = "take a part that is stationary (--from)"
+REASONS = {
+    Basis.CLIPPED: "it stays there for much of the time",
+    Basis.TOO_SHORT: "too short for what is slow in it, or not stationary: its mean goes from"
+    " {first_mean} to {last_mean} {unit} (first and last fifth); simulate longer",
+    Basis.RARE: "there is too little contact: simulate longer, or take the largest of many seeds",
+    Basis.MEAN_CHANGES: "not stationary: its mean goes from {first_mean} to {last_mean} {unit}"
+    f" (first and last fifth); {LATER}, or the largest of many seeds",
+    Basis.STD_CHANGES: "not stationary: its standard deviation goes from {first_std} to {last_std}"
+    f" {{unit}} (first and last fifth); {LATER}, or the largest of many seeds",
+    Basis.WAVES_GROW: "not stationary: the waves grow until {ramp:g} s: begin there (--from"
+    " {ramp:g})",
+    Basis.OPERATION: "not stationary: contact goes through phases while other channels change their"
+    f" mean or standard deviation; {LATER}, or the largest of many seeds",
+    Basis.ALONE: "it is far beyond all others, which say nothing of it (an impact?): take the"
+    " largest of many seeds",
+    Basis.NOT_FINITE: "it is not finite",
+}
+
+
+class Scale(NamedTuple):
+    """What values are multiplied by to be in a unit that people read."""
+
+    factor: float
+    unit: str
+
+
+def scale_of(dof: str) -> Scale:
+    """Degrees for angles, metres for the others."""
+    return Scale(180.0 / np.pi, "deg") if dof in ANGLES else Scale(1.0, "m")
+
+
+def lines(found: xr.Dataset) -> Iterator[str]:
+    """What `statistics` found: each channel that varies, and crawl by phase."""
+    percent = 100.0 * found.motion_extreme.attrs["interval_probability"]
+    yield (
+        f"extremes of {found.attrs['exposure']:g} s, with {percent:.0f} % intervals of the most"
+        " probable one and of that of another such run"
+    )
+    for body in found.body.values:
+        for dof in found.dof.values:
+            at = {"body": body, "dof": dof}
+            yield from _channel(found, "motion", at, f"{body} {dof}", scale_of(str(dof)))
+    for kind in ("fender", "spring"):
+        for name in found[kind].values if kind in found.coords else ():
+            yield from _channel(found, f"{kind}_force", {kind: name}, str(name), Scale(1e-3, "kN"))
+    for name in found.channel.values if "channel" in found.dims else ():
+        unit = found.unit.sel(channel=name).item().removeprefix("1")
+        yield from _channel(found, "named", {"channel": name}, str(name), Scale(1.0, str(unit)))
+        yield from _in_phases(found, str(name), str(unit))
+    if "phase_crawl" in found:
+        yield from _phases(found)
+    yield from stage_lines(found)
+
+
+def _channel(
+    found: xr.Dataset, kind: str, at: dict[str, str], title: str, scale: Scale
+) -> Iterator[str]:
+    basis = {side: Basis(int(found[f"{kind}_basis"].sel({**at, "side": side}))) for side in SIDES}
+    if Basis.CONSTANT in basis.values():
+        return
+    figures = found[kind].sel(at)
+    of = {name: scale.factor * float(figures.sel(statistic=name)) for name in NAMES}
+    period = float(figures.sel(statistic="period"))
+    yield (
+        f"{title}: mean {of['mean']:.3f}, significant {of['significant']:.3f} {scale.unit},"
+        + (
+            " no period (it does not cross its mean twice)"
+            if np.isnan(period)
+            else f" period {period:.2f} s"
+        )
+    )
+    values: dict[str, object] = {name: f"{value:.3f}" for name, value in of.items()}
+    values["unit"] = scale.unit
+    values["ramp"] = found.attrs["wave_ramp"]
+    if basis["smallest"] == basis["largest"] not in LAWS:
+        text = reason(basis["largest"], values)
+        yield f"  {values['smallest']} to {values['largest']} {scale.unit}, {text}"
+        return
+    for side in SIDES:
+        extreme = scale.factor * found[f"{kind}_extreme"].sel({**at, "side": side})
+        text = (
+            _extreme(extreme, basis[side]) if basis[side] in LAWS else reason(basis[side], values)
+        )
+        yield f"  {side} {values[side]}, {text}"
+
+
+def _in_phases(found: xr.Dataset, name: str, unit: str) -> Iterator[str]:
+    """Figures of a channel in each phase."""
+    for group in found.contact_group.values if "named_phase" in found else ():
+        for phase in found.phase.values:
+            at = found.named_phase.sel(contact_group=group, phase=phase, channel=name)
+            of = {str(k): float(at.sel(statistic=k)) for k in NAMES}
+            if not np.isnan(of["mean"]):
+                yield (
+                    f"  {group} {phase}: mean {of['mean']:.4g}, std {of['std']:.4g},"
+                    f" {of['smallest']:.4g} to {of['largest']:.4g} {unit}"
+                )
+
+
+def reason(basis: Basis, values: Mapping[str, object]) -> str:
+    """Why a channel has no extremes; ``values`` are its figures, its unit and ``ramp``."""
+    if basis == Basis.REGULAR:
+        return "regular"
+    return f"no extremes: {REASONS[basis].format(**values)}"
+
+
+def _extreme(of: xr.DataArray, basis: Basis) -> str:
+    at = {name: f"{float(of.sel(extreme=name)):.3f}" for name in FIGURES}
+    return (
+        f"most probable {at['mpm']} ({at['mpm_lower']} to {at['mpm_upper']}),"
+        f" of another run {at['predicted_lower']} to {at['predicted_upper']}, by {NAMED[basis]}"
+    )
+
+
+def lines_of_runs(runs: xr.Dataset) -> Iterator[str]:
+    """Of runs that differ in their seeds alone: between which values each motion is, and the
+    smallest and largest value of another such run, by Gumbel's law over the runs that there are."""
+    for body in runs.body.values:
+        for dof in runs.dof.values:
+            scale = scale_of(str(dof))
+            motion = scale.factor * runs.motion.sel(body=body, dof=dof).dropna("run", how="all")
+            if motion.sizes["run"] == 0 or not float(motion.sel(statistic="std").max()) > 0.0:
+                continue
+            low, high = (motion.sel(statistic=side).values for side in SIDES)
+            yield f"{body} {dof}: {low.min():.3f} to {high.max():.3f} {scale.unit}"
+            if high.size >= RUNS:
+                yield from _of_runs(low, high)
+    yield from _stages(runs)
+
+
+def _of_runs(low: np.ndarray, high: np.ndarray) -> Iterator[str]:
+    for side, maxima, sign in zip(SIDES, (-low, high), (-1.0, 1.0), strict=True):
+        if np.ptp(maxima) > 0.0:
+            law = fit_maxima(maxima)
+            (a, b), (c, d) = (np.sort(sign * f(1.0)) for f in (law.confidence, law.prediction))
+            ratio = exceeding(P90)
+            low90, high90 = np.sort(sign * law.confidence(ratio))
+            yield (
+                f"  {side} of a run: most probable {sign * law.expected(1.0):.3f} ({a:.3f} to"
+                f" {b:.3f}), P90 {sign * law.expected(ratio):.3f} ({low90:.3f} to {high90:.3f}), of"
+                f" another run {c:.3f} to {d:.3f}"
+            )
+
+
+def _stages(runs: xr.Dataset) -> Iterator[str]:
+    """Stages and figures of each group over runs: mean with its 90 % interval, and between which
+    values they are."""
+    for name in runs.contact_group.values if TIME in runs else ():
+        of = runs.sel(contact_group=name)
+        stages_ = {str(s): of[TIME].sel(stage=s) for s in of.stage.values}
+        for what, each in {**stages_, **{OF_STAGES[f][0]: of[f] for f in OF_STAGES}}.items():
+            known = each.values[np.isfinite(each.values)]
+            if known.size and np.ptp(known) > 0.0:
+                at, unit = spread(known), each.attrs["units"]
+                yield (
+                    f"{name} {what}: mean {at.mean:.5g} ({at.low:.5g} to {at.high:.5g}),"
+                    f" {known.min():.5g} to {known.max():.5g} {unit}, in {known.size} runs"
+                )
+
+
+def _phases(found: xr.Dataset) -> Iterator[str]:
+    for group in found.contact_group.values:
+        for phase in found.phase.values:
+            at = {"contact_group": group, "phase": phase}
+            seconds = float(found.phase_duration.sel(at))
+            for body in found.body.values if seconds > 0.0 else ():
+                x, y = found.phase_crawl.sel({**at, "body": body}).values
+                yield (
+                    f"{group} {phase}: {seconds:.0f} s, {body} crawls {x:+.3f} m in x,"
+                    f" {y:+.3f} m in y"
+                )

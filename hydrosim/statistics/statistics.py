@@ -1,0 +1,295 @@
+"""Statistics of a run: moments, periods, extremes and spectra, and what contact did.
+
+Extremes are in `hydrosim.statistics.extremes`: of each channel the most probable smallest and
+largest value with a confidence interval, and a prediction interval of the smallest and largest of
+another such run. Where there are none, for a channel is not stationary or too short, its basis says
+why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy import signal
+
+from hydrosim.documents.series import APART
+from hydrosim.results.assembled import assembled
+from hydrosim.results.channels import series
+from hydrosim.results.phases import Phase
+from hydrosim.results.stages import stages
+from hydrosim.results.variables import units_of
+from hydrosim.statistics.contact import contact_statistics
+from hydrosim.statistics.extremes import (
+    CHANGES,
+    LAWS,
+    ROUNDING,
+    Basis,
+    Extremes,
+    extremes,
+    none,
+    trivial,
+)
+from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.peaks import fit_weibull, peaks
+from hydrosim.statistics.series import lowest_frequency, upcrossings
+
+ENDS = ("first_mean", "last_mean", "first_std", "last_std")
+MOMENTS = ("skewness", "kurtosis")  # the kurtosis of a Gaussian record is 3
+PEAKS = ("peak_shape", "peak_scale")  # Weibull's law of the peaks above the mean
+NAMES = ("mean", "std", "significant", "period", *ENDS, "smallest", "largest", *MOMENTS, *PEAKS)
+SIDES = ("smallest", "largest")
+FIGURES = Extremes._fields[:-1]
+A_WHILE = 0.05  # of the record, in a phase
+PART = 0.2  # of a record: its first and its last part
+SEGMENTS = 8  # of a run, whose spectra are averaged
+EVEN = 1e-6  # of a step
+FEWEST = 4  # values of a phase, records of a run
+MOTION = ("body", "dof")
+NAMED = "named"  # of those that are asked for by name
+OWN = {  # coordinates of statistics
+    "statistic": NAMES,
+    "side": SIDES,
+    "extreme": FIGURES,
+    "phase": [phase.name.lower().replace("_", " ") for phase in Phase],
+}
+Found = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
+"""Of a variable its dimensions, its values and its attributes."""
+EACH = ""  # units that the coordinate unit says
+OWN_UNITS = {APART: "period: s, skewness: 1, kurtosis: 1, peak_shape: 1"}
+CHANNELS = {  # that a run may have: name, variable, its dimensions but time, units
+    "motion": ("position", MOTION, "m or rad"),
+    "wave": ("wave_elevation", (), "m"),
+    "fender_force": ("fender_normal_force", ("fender",), "N"),
+    "spring_force": ("spring_tension", ("spring",), "N"),
+}
+
+
+def enough_from(run: xr.Dataset, start: float) -> bool:
+    """Whether a run has records for `statistics` from ``start`` [s] on."""
+    return int(np.count_nonzero(run.time.values >= start)) >= FEWEST
+
+
+def statistics(
+    run: xr.Dataset,
+    start: float = 0.0,
+    exposure: float | None = None,
+    channels: Sequence[str] = (),
+) -> xr.Dataset:
+    """Statistics of motions, of the wave, of fenders and springs, and of the ``channels`` that are
+    asked for (`hydrosim.results.channels`), of these by phase, too, from ``start`` [s] on, by
+    ``statistic``; extremes of an ``exposure`` [s], by default as long as that; spectra of motions;
+    and, of the whole run, of each fender the time in each mode and slip, and of each group of them
+    crawl by phase. InputError where there is no such channel."""
+    found, coords, attributes = columns(run, start, exposure, channels)
+    return assembled({**found, **of_contacts(run)}, coords, attributes)
+
+
+def of_contacts(run: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Statistics of the contacts of a run, if it has any."""
+    if "contact_group" not in run.dims:
+        return {}
+    return {**contact_statistics(run), **stages(run)}
+
+
+def columns(
+    run: xr.Dataset,
+    start: float = 0.0,
+    exposure: float | None = None,
+    channels: Sequence[str] = (),
+) -> tuple[Found, dict[str, Any], dict[str, Any]]:
+    """`statistics` but those of contacts: variables, coordinates and attributes."""
+    late = _late(run, start)
+    time = run.variables["time"].values[late]
+    step = float(np.diff(time[:2])[0])
+    growing = float(time[0]) < float(run.attrs.get("wave_ramp", 0.0))
+    slowest = _lowest_of_waves(run.variables["wave_elevation"].values[late], step)
+    how = step, exposure, slowest
+    found: Found = {}
+    coords: dict[str, Any] = {}
+    for name, (variable, dims, unit) in CHANNELS.items():
+        if variable in run:
+            each = run.variables[variable].isel(time=late).transpose(*dims, "time")
+            found |= _of_channels(name, each, how, growing, unit)
+    if channels:
+        named, coords = _named(run, late, channels)
+        found |= _of_channels(NAMED, named, how, growing, EACH)
+        found |= _by_phase(run, late, named.values, step)
+    if _has_phases(run, late):
+        _leave_out_laws(found)
+    places = run.variables["position"].transpose(*MOTION, "time").values[..., late]
+    frequency, spectrum = _spectrum(places, step)
+    said = _said("one-sided spectral density", "m^2 s/rad or rad s")
+    found["motion_spectrum"] = ((*MOTION, "frequency"), spectrum, said)
+    coords["frequency"] = ("frequency", frequency, _said("angular frequency", "rad/s"))
+    attributes = {
+        "title": run.attrs["title"],
+        "start": start,
+        "exposure": step * time.size if exposure is None else exposure,
+        "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
+    }
+    return found, _coordinates(run, found) | coords, attributes
+
+
+def _late(run: xr.Dataset, start: float) -> slice:
+    """The records from ``start`` [s] on, without the end of a run that is not a whole step after
+    the record before it."""
+    time = run.variables["time"].values
+    first = int(np.searchsorted(time, start))
+    steps = np.diff(time[first:].astype(float))
+    odd = steps.size > 1 and abs(steps[-1] - steps[0]) > EVEN * steps[0]
+    return slice(first, time.size - int(odd))
+
+
+def _coordinates(run: xr.Dataset, found: Found) -> dict[str, Any]:
+    """Coordinates of what is ``found``: those of the run, and names of its own."""
+    dims = {dim for over, *_ in found.values() for dim in over}
+    of_run = {str(name): run.variables[name] for name in run.coords}
+    of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
+    return of_run | {name: list(each) for name, each in OWN.items() if name in dims}
+
+
+def _named(
+    run: xr.Dataset, late: slice, names: Sequence[str]
+) -> tuple[xr.Variable, dict[str, Any]]:
+    """Channels (channel, time) by their names, and their names and units as coordinates."""
+    values, units = zip(*(series(run, name) for name in names), strict=True)
+    coords = {"channel": list(names), "unit": ("channel", list(units))}
+    return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
+
+
+def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Found:
+    """Figures of channels in the phases of each group of contacts; not a number where a phase has
+    fewer than `FEWEST` values."""
+    if "contact_group" not in run.dims:
+        return {}
+    phases = _phases(run, late)
+    nothing = np.full((len(series), len(NAMES)), np.nan)
+    found = [
+        [
+            [_figures(x[of == phase], step) for x in series]
+            if np.count_nonzero(of == phase) >= FEWEST
+            else nothing
+            for phase in Phase
+        ]
+        for of in phases
+    ]
+    dims = ("contact_group", "phase", "channel", "statistic")
+    said = _said("figures of a channel in a phase", EACH) | OWN_UNITS
+    return {f"{NAMED}_phase": (dims, np.array(found), said)}
+
+
+def _of_channels(
+    name: str,
+    series: xr.Variable,
+    how: tuple[float, float | None, float],
+    growing: bool,
+    unit: str,
+) -> Found:
+    """Figures, extremes and their basis of all channels of a variable, along its dimensions; the
+    arguments of `extremes` besides; ``growing`` are the waves."""
+    dims, size = tuple(map(str, series.dims[:-1])), series.shape[:-1]
+    channels = series.values.reshape(-1, series.shape[-1])
+    figures = [_figures(x, how[0]) for x in channels]
+    sides = [_judged(x, how, growing) for x in channels]
+    values = [[side[:-1] for side in both] for both in sides]
+    basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
+    said = _said("most probable extreme and interval, prediction interval", unit)
+    return {
+        name: (
+            (*dims, "statistic"),
+            np.reshape(figures, (*size, -1)),
+            _said(name.replace("_", " "), unit) | OWN_UNITS,
+        ),
+        f"{name}_extreme": (
+            (*dims, "side", "extreme"),
+            np.reshape(values, (*size, len(SIDES), -1)),
+            {**said, "interval_probability": INTERVAL},
+        ),
+        f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _flags()),
+    }
+
+
+def _figures(x: np.ndarray, step: float) -> list[float]:
+    """The values of `NAMES`: significant is four standard deviations, a double amplitude; period
+    the mean between upcrossings of the mean, NaN if there are fewer than two; skewness and kurtosis
+    the mean third and fourth powers of (x - mean) / std, NaN of what is constant; of its peaks
+    see `hydrosim.statistics.peaks`."""
+    mean, std = x.mean(), x.std()
+    crossings, period = upcrossings(x - mean), np.nan
+    if crossings.size > 1:
+        period = step * (crossings[-1] - crossings[0]) / (crossings.size - 1)
+    size = max(int(PART * x.size), 1)
+    parts = x[:size], x[-size:]
+    ends = *(part.mean() for part in parts), *(part.std() for part in parts)
+    z = (x - mean) / std if std > ROUNDING * np.abs(x).max() else np.full(x.size, np.nan)
+    moments = (z**3).mean(), (z**4).mean()
+    more = (*moments, *fit_weibull(peaks(x)))
+    return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
+
+
+def _judged(
+    x: np.ndarray, how: tuple[float, float | None, float], growing: bool
+) -> tuple[Extremes, Extremes]:
+    """The extremes, of which there are none while the waves grow."""
+    if growing and trivial(x) is not Basis.CONSTANT:
+        return none(Basis.WAVES_GROW), none(Basis.WAVES_GROW)
+    return extremes(x, *how)
+
+
+def _phases(run: xr.Dataset, late: slice) -> np.ndarray:
+    """The phase (contact_group, time) that each group of contacts is in."""
+    phases = run.variables["contact_phase"].transpose("contact_group", "time")
+    return np.asarray(phases.values[:, late])
+
+
+def _has_phases(run: xr.Dataset, late: slice) -> bool:
+    """True if a group of contacts is in one phase for a while and then in another."""
+    if "contact_group" not in run.dims:
+        return False
+    phases = _phases(run, late)
+    shares = np.array([(phases == one).mean(axis=1) for one in Phase])
+    return bool(np.any((shares > A_WHILE).sum(axis=0) > 1))
+
+
+def _leave_out_laws(found: Found) -> None:
+    """What bodies and contacts do in an operation has no law, if any of it changes over the time:
+    phases alone may be a long time without a contact."""
+    names = [name for name in (*CHANNELS, NAMED) if name != "wave" and name in found]
+    each = {name: found[f"{name}_basis"][1] for name in names}
+    if not any(np.isin(basis, CHANGES).any() for basis in each.values()):
+        return
+    for name, basis in each.items():
+        by_law = np.isin(basis, LAWS)
+        found[f"{name}_extreme"][1][by_law] = np.nan
+        basis[by_law] = Basis.OPERATION
+
+
+def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
+    return lowest_frequency(elevation, step) if np.ptp(elevation) > 0.0 else 0.0
+
+
+def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [rad/s] and one-sided densities over them, by Welch's method: segments that
+    overlap by half are straightened and tapered, all at once, and their spectra averaged."""
+    size = max(2 * x.shape[-1] // (SEGMENTS + 1), 2)
+    segments = sliding_window_view(x, size, axis=-1)[..., :: size - size // 2, :]
+    straight = signal.detrend(segments, type="linear")
+    frequency, density = signal.periodogram(straight, 1.0 / step, "hann", detrend=False)
+    return 2.0 * np.pi * frequency, density.mean(axis=-2) / (2.0 * np.pi)
+
+
+def _flags() -> dict[str, Any]:
+    return {
+        "long_name": "what extremes are by, or why there are none",
+        "flag_values": np.array(list(Basis), dtype=np.int8),
+        "flag_meanings": " ".join(basis.name.lower() for basis in Basis),
+    }
+
+
+def _said(what: str, unit: str) -> dict[str, str]:
+    own = {"comment": "each in the unit of its channel"}
+    return {"long_name": what, **(own if unit == EACH else units_of(unit))}

@@ -1,0 +1,187 @@
+"""Plans: which pumps run for how much of a time, so that a body is lifted or rises on level keel.
+
+The masses x that the pumps of a body move are those of the linear program
+
+    least sum x,   A x = b,   0 <= x <= rate T,   0 <= what is in each tank <= its capacity
+
+A: weight that leaves, and its moments about the body's origin, by what is moved between the
+centroids of source and target; b: what makes the body rest where it is wanted. A and b are those of
+straight walls and small angles at first, and are then corrected by where the body is at rest with
+the plan, until it is level (Newton's method).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.studies.ballast.loading import Afloat, afloat, volumes_at
+from hydrosim.tanks.contents import Tanks, flow_names, quantity, tank_names
+from hydrosim.tanks.pieces import FIRST
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Pump
+
+LEVEL, NEAR = 1e-8, 1e-7  # rad; m: the plan is met
+ROUNDS = 20
+SLACK = 1e-9  # of the largest mass
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pumps by name with the ``mass`` [kg] that each moves within ``within`` [s]; ``volume`` (nt,)
+    of the tanks that change, and the ``position`` (nb, 6) at rest, afterwards."""
+
+    pumps: tuple[str, ...]
+    mass: np.ndarray
+    rate: np.ndarray
+    within: float
+    volume: np.ndarray
+    position: np.ndarray
+
+
+def plan(
+    compiled: Compiled, body: str, within: float, lift: float | None = None, rise: float = 0.0
+) -> Plan:
+    """The plan that takes a weight of ``lift`` [N] out of a body, or, without, lets it ``rise``
+    [m] from where it rests at the start, on level keel, within a time [s] from the start.
+
+    Raises InputError where the pumps cannot, with what limits them.
+    """
+    problem = _Program(compiled, body, within)
+    g, volume = compiled.scene.environment.gravity, problem.first
+    wanted = problem.rest.position[problem.body, [2, 3, 4]] * [1.0, 0.0, 0.0] + [rise, 0.0, 0.0]
+    b = np.array([-(lift or 0.0) / g, 0.0, 0.0])
+    now, x = problem.rest, np.zeros(len(problem.pumps))
+    for turn in range(ROUNDS):
+        missing = wanted - now.position[problem.body, [2, 3, 4]]
+        if lift is not None:  # how far it rises by that is a guess, for the moments alone
+            missing[0] = 0.0 if turn else lift / problem.stiffness(now)[0, 0]
+        done = abs(missing[0]) <= NEAR and np.abs(missing[1:]).max() <= LEVEL
+        if done and (lift is None or x.any()):
+            names = tuple(name for name, _ in problem.pumps)
+            return Plan(names, x, x / within, within, volume, now.position)
+        load = problem.stiffness(now) @ missing
+        b = b + np.array([0.0 if lift is not None else -load[0], load[2], -load[1]]) / g
+        x = problem.solved(b, volume)
+        volume = problem.volume(x)
+        now = afloat(compiled, volume)
+    raise InputError(
+        f"bodies.{body}: no plan leaves it level: after {ROUNDS} corrections it is still"
+        f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg off. Look at its stability."
+    )
+
+
+class _Program:
+    """The linear program of the pumps of one body."""
+
+    def __init__(self, compiled: Compiled, body: str, within: float) -> None:
+        scene, self.compiled, self.within = compiled.scene, compiled, within
+        self.body = [each.name for each in scene.bodies].index(body)
+        self.p: Tanks = compiled.model.tanks
+        own = scene.bodies[self.body].pumps
+        self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in own]
+        if not self.pumps:
+            raise InputError(f"bodies.{body}.pumps: there are none; a plan needs some.")
+        self.names = tank_names(scene)
+        first = flow_names(scene).index(f"{own[0].name} of {body}")
+        flows = self.p.flows[first : first + len(own)]
+        self.moves = np.zeros((self.p.each.size, len(own)))  # of mass into each tank
+        for j, flow in enumerate(flows):
+            for end, sign in ((flow["source"], -1.0), (flow["target"], 1.0)):
+                if end >= 0:
+                    self.moves[end, j] += sign
+        self.most = np.array([pump.rate * within for _, pump in self.pumps])
+        self.first = volumes_at(compiled, 0.0)
+        self.rest = afloat(compiled, self.first)
+
+    def stiffness(self, now: Afloat) -> np.ndarray:
+        """In heave, roll and pitch of the body, (3, 3)."""
+        k = 6 * self.body + np.array([2, 3, 4])
+        return now.stiffness[np.ix_(k, k)]
+
+    def volume(self, x: np.ndarray) -> np.ndarray:
+        """Volumes (nt,) in the tanks with the masses ``x`` moved."""
+        return self.first + self.moves @ x / self.p.each["density"]
+
+    def solved(self, b: np.ndarray, volume: np.ndarray) -> np.ndarray:
+        """The masses (n,) that change weight and moments by ``b`` (3,); tanks are as wide as on the
+        way to ``volume`` (nt,)."""
+        from scipy.optimize import linprog
+
+        A, limits = self._matrix(volume), self._limits()
+        scale = np.abs(A).max(axis=1)
+        scale[scale == 0.0] = 1.0
+        A, b, n = A / scale[:, None], b / scale, len(self.pumps)
+        bounds = [(0.0, most) for most in self.most]
+        found = linprog(np.ones(n), *limits, A, b, bounds)
+        if found.status != 0:
+            raise InputError(self._refusal(A, b, limits))
+        # of all plans that pump as little, the one whose hardest working pump works least
+        beside, total = np.zeros((len(limits[0]), 1)), found.x.sum() * (1.0 + SLACK)
+        rows = [np.hstack([limits[0], beside]), np.append(np.ones(n), 0.0)[None]]
+        rows.append(np.hstack([np.eye(n), -self.most[:, None]]))
+        room = np.concatenate([limits[1], [total], np.zeros(n)])
+        sides = np.hstack([A, np.zeros((3, 1))])
+        least = np.append(np.zeros(n), 1.0)
+        even = linprog(least, np.vstack(rows), room, sides, b, [*bounds, (0.0, 1.0)])
+        return np.asarray(even.x[:n] if even.status == 0 else found.x)
+
+    def _matrix(self, volume: np.ndarray) -> np.ndarray:
+        """A (3, n): mass, and its moments about x and y, by what each pump moves."""
+        place = np.array([self._place(k, volume[k]) for k in range(self.p.each.size)])
+        return np.vstack([self.moves.sum(axis=0), place.T @ self.moves])
+
+    def _place(self, k: int, volume: float) -> np.ndarray:
+        """x and y (2,) of what is moved from or to a tank."""
+        first = self.first[k]
+        step = volume - first
+        if abs(step) < SLACK * self.p.each["capacity"][k]:
+            step = 1e-6 * self.p.each["capacity"][k] * (1.0 if first == 0.0 else -1.0)
+        ends = np.array([first, first + step])
+        return np.array([np.diff(quantity(self.p, k, ends, FIRST + i))[0] / step for i in (0, 1)])
+
+    def _limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """What tanks have room for, and what is in them: rows of L x <= l."""
+        density = self.p.each["density"]
+        held, room = density * self.first, density * (self.p.each["capacity"] - self.first)
+        return np.vstack([self.moves, -self.moves]), np.concatenate([room, held])
+
+    def _refusal(self, A: np.ndarray, b: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> str:
+        """How much of it can be done, and which limits bind then."""
+        from scipy.optimize import linprog
+
+        n = len(self.pumps)
+        cost, free = np.append(np.zeros(n), -1.0), np.zeros((len(limits[0]), 1))
+        found: Any = linprog(
+            cost,
+            A_ub=np.hstack([limits[0], free]),
+            b_ub=limits[1],
+            A_eq=np.hstack([A, -b[:, None]]),
+            b_eq=np.zeros(3),
+            bounds=[(0.0, most) for most in self.most] + [(0.0, inf)],
+        )
+        key = f"bodies.{self.compiled.scene.bodies[self.body].name}.pumps"
+        part = 0.0 if found.status == 3 else float(found.x[-1])
+        if part <= SLACK:
+            return (
+                f"{key}: found pumps that cannot do any of this on level keel; expected ones that"
+                " move weight on both sides, or the other way."
+            )
+        binding = [
+            f"{name} ({pump.rate * 3.6:.4g} t/hour for {self.within:g} s)"
+            for (name, pump), dual in zip(self.pumps, found.upper.marginals[:n], strict=True)
+            if dual < -SLACK * 1e-9
+        ]
+        kinds = [f"{name} full" for name in self.names] + [f"{name} empty" for name in self.names]
+        duals = zip(kinds, found.ineqlin.marginals, strict=True)
+        binding += [kind for kind, dual in duals if dual < -SLACK * 1e-9]
+        return (
+            f"{key}: found that at most {part:.1%} of this can be pumped on level keel; what limits"
+            f" it: {', '.join(binding)}; expected a longer time, a higher rate or another tank."
+        )

@@ -1,0 +1,182 @@
+"""Loading conditions of bodies with tanks: what they weigh, how they float, how stable they are.
+
+At rest without waves, weight and buoyancy balance with all else that holds the bodies. Metacentric
+heights are those of weight and buoyancy alone, K / (m g) with their stiffness K there in heel or
+trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`). With
+the stiffness of lines and contacts, too, they say how stable the body is as it is held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydrosim.errors import InputError
+from hydrosim.forces import without_friction
+from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
+from hydrosim.linear.equilibrium import equilibrium, stiffness_of
+from hydrosim.linear.linearise import linearise
+from hydrosim.linear.modes import STATIC
+from hydrosim.tanks.contents import changing
+from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
+from hydrosim.tanks.pieces import LEVEL, at
+from hydrosim.tanks.shapes import capacity, pieces
+from hydrosim.tanks.timeline import follow
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.following import following_model
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Body, Tank
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
+
+
+class TankState(NamedTuple):
+    """A tank with its ``level`` [m], the ``mass`` [kg] in it, and how far it is ``filled``."""
+
+    tank: Tank
+    level: float
+    mass: float
+    filled: float
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A body with what is in its ``tanks``: its ``loading`` in the database's frame and that of the
+    ``lightship``; its ``position`` (6,) at rest; ``metacentric`` heights [m] of heel and trim (NaN
+    where it cannot turn), the ``loss`` by free surfaces in them, and what they are as ``held``."""
+
+    body: Body
+    loading: Loading
+    lightship: Loading
+    tanks: tuple[TankState, ...]
+    position: np.ndarray
+    metacentric: np.ndarray
+    loss: np.ndarray
+    held: np.ndarray
+
+
+class Afloat(NamedTuple):
+    """All bodies at rest: ``position`` (nb, 6), and the stiffness K (6 nb, 6 nb), zero where a
+    coordinate is locked, of all that holds them and of weight and buoyancy alone, ``floating``."""
+
+    position: np.ndarray
+    stiffness: np.ndarray
+    floating: np.ndarray
+
+
+def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
+    """Volumes (nt,) [m^3] in the tanks that change, at a time [s], before any of them runs over."""
+    p = compiled.model.tanks
+    return follow(p, max(time, 1e-9)).at(time) if p.each.size else np.zeros(0)
+
+
+def pumped(compiled: Compiled, time: float) -> State:
+    """The state of the start with what is in the tanks at a time [s]."""
+    state, p = compiled.first_state(), compiled.model.tanks
+    state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
+    return state
+
+
+def as_at(compiled: Compiled, time: float) -> Compiled:
+    """The scene without waves, with what is in its tanks at a time [s], and with its bodies and
+    their slow draught at rest then, if they are anywhere: what it is made linear about. Loads of
+    waves along a slow path are a table of the block that the state is in, and nothing beyond it."""
+    state, scene = pumped(compiled, time), compiled.scene
+    waveless = compiled.model._replace(
+        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
+        following=following_model((), ()),
+    )
+    still = _still(waveless)
+    calm = still._replace(elements=without_friction(still.elements))
+    weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
+    n, slow = calm.bodies.active.size, slice(calm.draught, calm.energy)
+    y = state.y.copy()
+    y[n : 2 * n] = 0.0
+    try:
+        found = equilibrium(calm, state._replace(y=y, modes=state.modes.copy()), time, weight)
+        y[:n], y[slow] = found.state.y[:n], found.state.y[slow]
+    except InputError:
+        y[:n], y[slow] = state.y[:n], state.y[slow]
+    return replace(compiled, model=waveless, state=state._replace(y=y))
+
+
+def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
+    """The bodies at rest with so much in their tanks. Raises InputError if they are at rest
+    nowhere."""
+    model, state, scene = _still(compiled.model), compiled.first_state(), compiled.scene
+    p, n = model.tanks, model.bodies.active.size
+    state.y[p.state : p.state + p.each.size] = volume
+    state.y[n : 2 * n] = 0.0
+    weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
+    rest = equilibrium(model, state, time, weight)
+    linear = linearise(rest.model, rest.state, time=time)
+    rows = [k for k, row in enumerate(row_names(scene)) if k == HYDROSTATIC or row == WEIGHT]
+    each = linear.dynamic_stiffness(np.array([STATIC]))[0].real, stiffness_of(rest, rows)
+    whole = [np.zeros((6 * len(scene.bodies),) * 2) for _ in each]
+    for K, own in zip(whole, each, strict=True):
+        K[np.ix_(linear.active, linear.active)] = own
+    return Afloat(rest.position, *whole)
+
+
+def _still(model: Model) -> Model:
+    """The model with nothing flowing."""
+    p = model.tanks
+    rates = p.rates.copy()
+    rates["rate"] = 0.0
+    return model._replace(tanks=p._replace(rates=rates))
+
+
+def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
+    """Of all bodies with tanks, at a time [s]. Raises InputError where there is no rest."""
+    volume, scene = volumes_at(compiled, time), compiled.scene
+    found = afloat(compiled, volume, time)
+    moved = iter(volume)
+    each = []
+    for b, body in enumerate(scene.bodies):
+        own = {tank.name: float(next(moved)) for tank in changing(body)}
+        held = [(t, own.get(t.name, v)) for t, v in at_start(body.tanks)]
+        if held:
+            g, k = scene.environment.gravity, 6 * b + np.array([2, 3, 4])
+            righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
+            each.append(_condition(body, held, found.position[b], *righting))
+    return each
+
+
+def _righting(K: np.ndarray) -> np.ndarray:
+    """Stiffness in roll and in pitch (2,) of that in heave, roll and pitch, (3, 3), where heave
+    follows so that what is displaced stays the same."""
+    follows = K[0, 1:] * K[1:, 0] / K[0, 0] if K[0, 0] > 0.0 else np.zeros(2)
+    return np.asarray(np.diag(K)[1:] - follows)
+
+
+def _condition(
+    body: Body,
+    contents: Sequence[tuple[Tank, float]],
+    position: np.ndarray,
+    righting: np.ndarray,
+    held: np.ndarray,
+) -> Condition:
+    empty = body_without(body, at_start(body.tanks))
+    full = loaded(empty.mass, empty.centre, empty.inertia, contents)
+    free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
+    return Condition(
+        body,
+        full,
+        empty,
+        tuple(_tank_state(tank, volume) for tank, volume in contents),
+        position,
+        np.where(free, righting / full.mass, np.nan),
+        full.surface[[2, 0]] / full.mass,
+        np.where(free, held / full.mass, np.nan),
+    )
+
+
+def _tank_state(tank: Tank, volume: float) -> TankState:
+    level = at(pieces(tank.shape, np.zeros(3)), volume)[LEVEL]
+    whole = capacity(tank.shape)
+    return TankState(tank, float(level), tank.density * volume, volume / whole)

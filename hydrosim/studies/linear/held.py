@@ -1,0 +1,114 @@
+"""How long contacts that are pressed at rest stay as a linear analysis has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydrosim.forces.contact.fender import pressure
+from hydrosim.forces.contact.geometry import EARTH, Touch, touch
+from hydrosim.forces.contact.laws import FRICTIONLESS, friction
+from hydrosim.forces.contact.modes import STICK
+from hydrosim.linear.contacts import Contacts, pressed
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.dynamics import new_work
+from hydrosim.stepping.names import contact_names
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.linear.equilibrium import Rest
+    from hydrosim.studies.linear.response import Responder
+
+LARGEST = 3.7  # standard deviations: the most probable largest of a thousand waves
+
+
+class Grip(NamedTuple):
+    """Of a point at rest: the `Touch`, its normal force N [N], what friction can hold, mu_s N, and
+    the traction per displacement and per velocity along the plane."""
+
+    contact: Touch
+    normal: float
+    holds: float
+    stiffness: float
+    damping: float
+
+
+def contact_remarks(
+    compiled: Compiled, rest: Rest, about: Responder, contacts: Contacts
+) -> Iterator[str]:
+    """What contacts are taken to do, and whether they would in the waves of the scene."""
+    names, found = contact_names(compiled.scene), pressed(rest.model, rest.state)
+    if not found.size:
+        return
+    which = _listed([names[i] for i in found])
+    if contacts != Contacts.STUCK:
+        what = "slide without friction" if contacts == Contacts.SLIDING else "are taken as open"
+        yield f"pressed at rest, {which} {what}: that was asked for."
+        return
+    yield (
+        f"pressed at rest, {which} hold by friction: springs and dampers along the plane. The place"
+        " at rest is that without friction."
+    )
+    active = about.linear.active
+    waves = [(w.omega, about.motions(w)[:, active] @ about.map.T) for w in compiled.sea]
+    if not waves:
+        return
+    omega = np.concatenate([w for w, _ in waves])
+    motions = np.concatenate([x for _, x in waves])
+    for i in found:
+        yield from _let_go(names[i], grip(int(i), compiled, rest), int(i), compiled, omega, motions)
+
+
+def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
+    """How point ``i`` is pressed at ``rest``."""
+    model, y, n = compiled.model, rest.state.y, rest.model.bodies.active.size
+    motion, fenders = new_work(model).motion, model.elements.fenders
+    place_bodies(y[:n], np.zeros(n), model.bodies, motion)
+    point = fenders.points[i]
+    contact = touch(point, model.bodies, motion)
+    load = pressure(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
+    still, one = (0.0, 0.0), (1.0, 0.0)
+    if point["law"] == FRICTIONLESS:
+        return Grip(contact, load.N, np.inf, 0.0, 0.0)
+    stiffness, damping = (
+        -friction(STICK, load, v, s, point).force[0] for v, s in ((still, one), (one, still))
+    )
+    return Grip(contact, load.N, float(point["static"]) * load.N, stiffness, damping)
+
+
+def _let_go(
+    name: str, grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
+) -> Iterator[str]:
+    """Whether the most probable largest traction of a thousand waves is beyond what friction holds,
+    or the largest motion apart beyond the compression."""
+    point = compiled.model.elements.fenders.points[i]
+    moved = _moved(int(point["body"]), grip.contact.arm, motions)
+    if point["plane_body"] != EARTH:
+        moved = moved - _moved(int(point["plane_body"]), grip.contact.plane_arm, motions)
+    along = moved @ np.array([grip.contact.tangent1, grip.contact.tangent2]).T
+    traction = np.abs((grip.stiffness + 1j * omega * grip.damping)[:, None] * along)
+    apart = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(moved @ grip.contact.normal) ** 2)))
+    largest = LARGEST * float(np.sqrt(0.5 * np.sum(traction**2, axis=0).max()))
+    if largest > grip.holds:
+        yield (
+            f"in these waves {name} would slip: its friction would reach {largest:.3g} N, and holds"
+            f" {grip.holds:.3g} N. Smaller waves are linear; for these, `hydrosim run`."
+        )
+    if not point["prescribed"] and apart > grip.contact.compression:
+        yield (
+            f"in these waves {name} would open: it moves by {apart:.3g} m across the plane, and is"
+            f" compressed by {grip.contact.compression:.3g} m. Smaller waves are linear; for these,"
+            " `hydrosim run`."
+        )
+
+
+def _moved(body: int, arm: tuple[float, ...], motions: np.ndarray) -> np.ndarray:
+    """Complex displacements (nw, 3) of a body's point."""
+    q = motions[:, 6 * body : 6 * body + 6]
+    return np.asarray(q[:, :3] + np.cross(q[:, 3:], np.asarray(arm)))
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

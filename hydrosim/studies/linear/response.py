@@ -1,0 +1,146 @@
+"""Responses of a scene to waves in the frequency domain: RAOs, spectra, short-term extremes.
+
+About a place at rest, with contacts held as they are there, motions q of amplitude a wave are
+
+    D(w) q = X(w),   D(w) = K - w^2 (M + A(w)) + i w B(w),
+
+with K, M and damping by the linearisation of the scene's own equation of motion (`linear`), and
+A(w), B(w) as its radiation model has them, or as the database has. A Gaussian sea of density S(w)
+gives the response density |q|^2 S; maxima of a narrow-banded response are Rayleigh's, the most
+probable largest of N = T / Tz being sqrt(2 m0 ln N) (Longuet-Higgins 1952).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import linalg
+
+from hydrosim.compiling.calm import wave_bodies
+from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.dofs import about_z
+from hydrosim.linear.contacts import Contacts, with_contacts
+from hydrosim.linear.impedance import at_frequencies
+from hydrosim.linear.linearise import Linear, linearise, velocity_map
+from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
+from hydrosim.scene import Body, Environment, Place, Scene
+from hydrosim.stepping.names import contact_names
+from hydrosim.studies.ballast.loading import pumped
+from hydrosim.waves.build import first_order
+from hydrosim.waves.components import Components
+from hydrosim.waves.dispersion import wavenumber
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state import State
+    from hydrosim.waves.body import WaveBody
+
+ROUNDING = 1e-12  # of the largest motion: it is none
+
+
+@dataclass(frozen=True)
+class Responder:
+    """A scene made linear about a state, and its ``bodies`` in waves.
+
+    ``linear`` has everything but, if they are the ``databases``', added mass and damping. ``map`` S
+    (6 nb, n) is that of velocities, v = S q', and loads, S^T F. Added mass and damping are in axes
+    that are turned by the headings of the ``bodies``.
+    """
+
+    linear: Linear
+    bodies: Sequence[WaveBody]
+    environment: Environment
+    map: np.ndarray
+    added_mass_infinite: np.ndarray
+    databases: Sequence[WetGroup] = ()
+
+    def raos(self, heading: float, omega: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m to ``heading``
+        [rad] of frequencies ``omega`` (nw,) [rad/s], for exp(+i w t) and elevations at the
+        earth's origin."""
+        depth, gravity = self.environment.water_depth, self.environment.gravity
+        k, ones = wavenumber(omega, depth, gravity), np.ones(omega.size)
+        return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
+
+    def motions(self, waves: Components) -> np.ndarray:
+        """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
+        loads, active = first_order(waves, self.bodies).amplitude, self.linear.active
+        found = np.zeros(loads.shape, dtype=complex)
+        D = self.dynamic_stiffness(waves.omega)
+        found[:, active] = np.linalg.solve(D, (loads @ self.map)[:, :, None])[:, :, 0]
+        found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
+        return found
+
+    def dynamic_stiffness(self, omega: np.ndarray) -> np.ndarray:
+        """D(w), (nw, n, n), at ``omega`` (nw,) [rad/s]."""
+        D = self.linear.dynamic_stiffness(omega)
+        if not self.databases:
+            return D
+        w = omega[:, None, None]
+        radiated = w**2 * self.added_mass_infinite + 0j
+        for wet in self.databases:
+            db = wet.database
+            A, B = (
+                at_frequencies(omega, db.frequency, x)
+                for x in (db.added_mass, db.radiation_damping)
+            )
+            radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
+        turned = linalg.block_diag(*(about_z(b.heading) for b in self.bodies for _ in range(2)))
+        along = turned.T @ self.map
+        return np.asarray(D + along.T @ radiated @ along)
+
+    def modes(self) -> list[NaturalMode]:
+        """The natural modes, with the same added mass and damping."""
+        if self.databases:
+            return modes_of_stiffness(self.dynamic_stiffness, self.linear)
+        return natural_modes(self.linear)
+
+
+def responder(
+    scene: Scene | Compiled,
+    state: State | None = None,
+    radiation: Radiation = Radiation.MODEL,
+    time: float = 0.0,
+    contacts: Contacts | None = None,
+) -> Responder:
+    """The scene, or what `compile_for_linear` makes of it, made linear about ``state`` (of its
+    start, or `at_rest`), with applied forces as at ``time`` [s] and with contacts as they are
+    there, or as ``contacts`` has those that are pressed there.
+
+    A convolution counts as its state-space model, and waves meet all bodies where these are at
+    rest. Raises InputError if the scene cannot be compiled, or its contacts not be linear.
+    """
+    compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
+    scene, model = compiled.scene, compiled.model
+    about = pumped(compiled, time)
+    if state is not None:
+        about = _of_model(model, state, about)
+    if contacts is not None:
+        model, about = with_contacts(model, about, contacts, contact_names(scene))
+    linear, n = linearise(model, about, time=time), model.bodies.active.size
+    met = wave_bodies(replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet)
+    place = model.bodies.locked.copy()
+    place[model.bodies.active] = about.y[:n]
+    bodies = [body.moved(at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]
+    groups = compiled.wet if radiation == Radiation.DATABASE else ()
+    S = velocity_map(model, about.y[:n])
+    return Responder(linear, bodies, scene.environment, S, model.added_mass, groups)
+
+
+def _met_at_rest(body: Body) -> Body:
+    loads = replace(body.wave_forces, headings=Place.MEAN, position=Place.MEAN)
+    return replace(body, wave_forces=loads)
+
+
+def _of_model(model: Model, state: State, start: State) -> State:
+    """The place and contacts of a state at rest, for a model with other memory, with what is in the
+    tanks at the ``start``."""
+    y, n, tanks = np.zeros(model.size), model.bodies.active.size, model.tanks
+    held = slice(tanks.state, tanks.state + tanks.each.size)
+    y[:n], y[held] = state.y[:n], start.y[held]
+    return state._replace(y=y)

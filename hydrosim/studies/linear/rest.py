@@ -1,0 +1,72 @@
+"""Where a scene is at rest, under its mean loads and without friction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.compiling.calm import wave_bodies
+from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.errors import InputError
+from hydrosim.forces import without_friction
+from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
+from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
+from hydrosim.studies.ballast.loading import pumped
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.components import sea
+from hydrosim.waves.following import following_model
+
+if TYPE_CHECKING:
+    from hydrosim.stepping.dynamics import Model
+
+
+def at_rest(
+    scene: Scene | Compiled, time: float = 0.0, mean_drift: bool = False, free: bool = False
+) -> Rest:
+    """The place at rest near that of the scene's start, with applied forces as at ``time`` [s].
+
+    ``mean_drift``: with the mean second-order loads of the sea, of bodies that have any. Raises
+    InputError if there is none, with the loads that are left; with ``free`` only if there is none
+    in the directions that have a stiffness: all others stay where they are, and `Rest.drift` has
+    the loads along them.
+    """
+    calm = (
+        scene
+        if isinstance(scene, Compiled)
+        else compile_for_linear(scene, Radiation.DATABASE, time)
+    )
+    model = calm.model._replace(
+        elements=without_friction(calm.model.elements), following=following_model((), ())
+    )
+    weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
+    rest = equilibrium(model, pumped(calm, time), time, weight)
+    if mean_drift:
+        model = _in_mean_drift(model, calm, time)
+        rest = equilibrium(model, rest.state, time, weight, rest.held)
+    if not free and np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
+        share = np.abs(rest.drift).max() / weight
+        raise InputError(
+            f"equilibrium at {time:g} s: none found; loads of {share:.1e} of the weight act where"
+            " there is no stiffness. Look for a force that nothing balances, or hold the bodies"
+            " by a mooring."
+        )
+    return rest
+
+
+def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
+    """The model under the mean second-order loads of the whole sea."""
+    scene, seas = calm.scene, calm.sea or sea(calm.scene.environment)
+    drifting = wave_bodies(replace(scene, bodies=tuple(map(_drifting, scene.bodies))), calm.wet)
+    steady = [replace(waves, ramp=0.0) for waves in seas]
+    loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)
+    return model._replace(waves=loads)
+
+
+def _drifting(body: Body) -> Body:
+    """The body with mean second-order loads alone, if it has any."""
+    any_order = body.wave_forces.second_order != SecondOrder.NONE
+    load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
+    return replace(body, wave_forces=WaveForces(first_order=False, second_order=load))

@@ -1,0 +1,282 @@
+"""The linear analysis of a scene as one dataset: rest, natural modes, RAOs, response in its sea.
+
+Dimensions: body, dof, mode, heading, frequency. Angles in rad, phases of RAOs in rad for
+exp(+i w t), relative to the elevation at the earth's origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.dofs import DOFS
+from hydrosim.linear.contacts import Contacts
+from hydrosim.linear.equilibrium import ENOUGH, Rest
+from hydrosim.linear.modes import Kind, NaturalMode
+from hydrosim.radiation.threads import one_thread
+from hydrosim.results.variables import units_of
+from hydrosim.stepping.names import coordinate_names, dofs_of
+from hydrosim.studies.linear.held import contact_remarks
+from hydrosim.studies.linear.response import Responder, responder
+from hydrosim.studies.linear.rest import at_rest
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.linear.linearise import Linear
+    from hydrosim.scene import Scene
+
+BINS = 200  # of a response spectrum
+EXPOSURE = 10800.0  # s
+MOTION = ("body", "dof")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to analyse: at ``time`` [s] of the applied forces; RAOs for ``headings`` [rad] at
+    ``frequencies`` [rad/s], by default those of the sea and of the databases; whose added mass and
+    damping; extremes of an ``exposure`` [s]; what contacts do that are pressed at rest."""
+
+    time: float = 0.0
+    headings: Sequence[float] = ()
+    frequencies: Sequence[float] = ()
+    radiation: Radiation = Radiation.MODEL
+    exposure: float = EXPOSURE
+    contacts: Contacts = Contacts.STUCK
+
+
+@one_thread
+def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
+    """Everything linear about a scene's place at rest; raises InputError if there is none in the
+    directions that have a stiffness. Where there is none it is told in the attribute ``remarks``,
+    with whatever else the figures take for granted."""
+    calm = compile_for_linear(scene, wanted.radiation, wanted.time)
+    compiled = replace(calm, sea=sea(scene.environment))
+    rest = at_rest(compiled, wanted.time, free=True)
+    drifted = at_rest(compiled, wanted.time, mean_drift=True, free=True)
+    about = responder(compiled, rest.state, wanted.radiation, wanted.time, wanted.contacts)
+    regular = [waves for waves in compiled.sea if waves.omega.size == 1]
+    random = [waves for waves in compiled.sea if waves.omega.size > 1]
+    modes = about.modes()
+    dataset = xr.merge(
+        [
+            _at_rest(scene, rest, drifted),
+            _modes(scene, about.linear, modes),
+            _raos(scene, about, wanted),
+            _in_regular_waves(scene, regular, about),
+            _in_sea(scene, random, about, wanted.exposure),
+        ]
+    )
+    remarks = [
+        *_rough_memory(compiled),
+        *_unloaded(compiled),
+        *_drifting(scene, drifted),
+        *_unstable(scene, modes),
+        *contact_remarks(compiled, rest, about, wanted.contacts),
+    ]
+    dataset.attrs.update(
+        title=scene.title,
+        time=wanted.time,
+        residual=rest.residual,
+        radiation=str(wanted.radiation),
+        contacts=str(wanted.contacts),
+        remarks="\n".join(remarks),
+    )
+    return dataset
+
+
+def _rough_memory(compiled: Compiled) -> Iterator[str]:
+    """Fits that stand for convolutions and are not within their tolerance."""
+    for group in compiled.wet:
+        for fit in group.fits:
+            if not fit.report.holds:
+                yield (
+                    f"the radiation of {dofs_of(fit.dofs, group.names)} is that of the nearest"
+                    f" passive state-space model, {fit.report.frequency_error:.1e} off. With"
+                    " the added mass and damping of the databases (`--database`) RAOs need none."
+                )
+
+
+def _unloaded(compiled: Compiled) -> Iterator[str]:
+    for group in compiled.wet:
+        if not group.read.heading.size:
+            yield (
+                f"{group.read.source} has no wave loads: nothing drives {', '.join(group.names)} in"
+                " these RAOs but the other bodies."
+            )
+
+
+def _drifting(scene: Scene, drifted: Rest) -> Iterator[str]:
+    """Free coordinates along which loads act that nothing holds."""
+    names, active = coordinate_names(scene), drifted.model.bodies.active
+    weight = drifted.model.bodies.each["mass"].sum() * scene.environment.gravity
+    pushed = [
+        f"{names[k]} ({drifted.drift[k]:.3g} {'N' if active[k] % 6 < 3 else 'N m'})"
+        for k in np.flatnonzero(np.abs(drifted.drift) > ENOUGH * weight)
+    ]
+    if pushed:
+        yield (
+            f"mean loads act where there is no stiffness, and make the bodies drift:"
+            f" {', '.join(pushed)}. Modes and responses are those about the place and heading of"
+            " the start."
+        )
+
+
+def _unstable(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
+    for mode in modes:
+        if mode.kind == Kind.UNSTABLE:
+            yield (
+                f"{_called(scene, mode)} is unstable, and grows by a factor e in"
+                f" {1 / mode.eigenvalue.real:.3g} s: responses are those of a motion that does not"
+                " last. Look at its stiffness (metacentric height, line, load) and its damping."
+            )
+
+
+def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
+    """Place at rest, and how far mean drift takes the bodies from it."""
+    loads = np.zeros(6 * len(scene.bodies))
+    loads[drifted.model.bodies.active] = drifted.drift
+    return xr.Dataset(
+        {
+            "position_at_rest": (MOTION, rest.position, _motion("displacement at rest")),
+            "mean_drift_offset": (
+                MOTION,
+                drifted.position - rest.position,
+                _motion("offset by the mean second-order loads of the sea"),
+            ),
+            "drift_load": (
+                MOTION,
+                loads.reshape(-1, 6),
+                _said("mean loads where there is no stiffness", "N or N m"),
+            ),
+        },
+        coords=_bodies(scene),
+    )
+
+
+def _modes(scene: Scene, linear: Linear, modes: Sequence[NaturalMode]) -> xr.Dataset:
+    shapes, share = np.zeros((2, len(modes), 6 * len(scene.bodies)))
+    for k, mode in enumerate(modes):
+        shapes[k, linear.active], share[k, linear.active] = mode.shape, mode.share
+    free = [mode.kind == Kind.FREE for mode in modes]
+    of, by_body = ("mode", *MOTION), (len(modes), -1, 6)
+    damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
+    return xr.Dataset(
+        {
+            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "how it decays"}),
+            "natural_period": ("mode", [m.natural_period for m in modes], _said("", "s")),
+            "damped_period": ("mode", [m.damped_period for m in modes], _said("", "s")),
+            "damping_ratio": ("mode", damping, _said("of critical", "1")),
+            "mode_shape": (of, shapes.reshape(by_body), _motion("undamped motion")),
+            "mode_share": (of, share.reshape(by_body), _said("share of the kinetic energy", "1")),
+        },
+        coords={**_bodies(scene), "mode": [_called(scene, mode) for mode in modes]},
+    )
+
+
+def _called(scene: Scene, mode: NaturalMode) -> str:
+    return f"{scene.bodies[mode.coordinate // 6].name} {mode.dof}"
+
+
+def _raos(scene: Scene, about: Responder, wanted: Wanted) -> xr.Dataset:
+    omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
+    headings = list(wanted.headings) or _headings(scene)
+    found = np.array([about.raos(heading, omega) for heading in headings])
+    found = found.reshape(len(headings), omega.size, len(scene.bodies), 6)
+    of = ("heading", "frequency", *MOTION)
+    return xr.Dataset(
+        {
+            "rao_amplitude": (
+                of,
+                np.abs(found),
+                _said("motion per wave amplitude", "m/m or rad/m"),
+            ),
+            "rao_phase": (of, np.angle(found), _said("phase lead over the elevation", "rad")),
+        },
+        coords={
+            **_bodies(scene),
+            "heading": ("heading", headings, _said("where the waves go to", "rad")),
+            "frequency": ("frequency", omega, _said("angular frequency", "rad/s")),
+        },
+    )
+
+
+def _in_regular_waves(scene: Scene, waves: Sequence[Components], about: Responder) -> xr.Dataset:
+    """Amplitude and phase of every motion in each regular wave of the scene."""
+    if not waves:
+        return xr.Dataset()
+    found = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
+    lead = found / np.array([each.at(0.0, 0.0)[0] for each in waves])[:, None, None]
+    of, first = ("wave", *MOTION), [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves]
+    omega, amplitude, heading = np.array(first).T
+    return xr.Dataset(
+        {
+            "regular_amplitude": (of, np.abs(found), _motion("amplitude in a regular wave")),
+            "regular_phase": (of, np.angle(lead), _said("phase lead over the elevation", "rad")),
+        },
+        coords={
+            **_bodies(scene),
+            "wave_period": ("wave", 2.0 * np.pi / omega, _said("period of the wave", "s")),
+            "wave_amplitude": ("wave", amplitude, _said("amplitude of the wave", "m")),
+            "wave_heading": ("wave", heading, _said("where the wave goes to", "rad")),
+        },
+    )
+
+
+def _in_sea(
+    scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
+) -> xr.Dataset:
+    """Spectrum and short-term statistics of every motion in the random waves of the scene."""
+    if not seas:
+        return xr.Dataset()
+    omega = np.concatenate([waves.omega for waves in seas])
+    energy = 0.5 * np.abs(np.concatenate([about.motions(waves) for waves in seas])) ** 2
+    m0, m2 = energy.sum(axis=0), (omega**2) @ energy
+    period = 2.0 * np.pi * np.sqrt(np.divide(m0, m2, out=np.full_like(m0, np.nan), where=m2 > 0))
+    largest = np.sqrt(2.0 * m0 * np.log(np.maximum(exposure / period, 1.0)))
+    edges = np.linspace(0.0, omega.max(), BINS + 1)
+    density = [np.histogram(omega, edges, weights=e)[0] / edges[1] for e in energy.T]
+
+    def of(values: np.ndarray, what: str, unit: str = "m or rad") -> tuple[object, ...]:
+        return (MOTION, values.reshape(-1, 6), _said(what, unit))
+
+    return xr.Dataset(
+        {
+            "response_std": of(np.sqrt(m0), "standard deviation"),
+            "response_period": of(period, "mean zero-crossing period", "s"),
+            "response_maximum": of(largest, f"most probable maximum of {exposure:g} s"),
+            "response_spectrum": (
+                ("sea_frequency", *MOTION),
+                np.array(density).T.reshape(BINS, -1, 6),
+                _said("one-sided spectral density", "m^2 s/rad or rad s"),
+            ),
+        },
+        coords={**_bodies(scene), "sea_frequency": 0.5 * (edges[1:] + edges[:-1])},
+    )
+
+
+def _frequencies(about: Responder) -> np.ndarray:
+    """All frequencies of the bodies' databases."""
+    databases = [body.database for body in about.bodies if body.database is not None]
+    return np.unique(np.concatenate([np.zeros(0), *(db.frequency for db in databases)]))
+
+
+def _headings(scene: Scene) -> list[float]:
+    return sorted({train.heading for train in scene.environment.waves}) or [0.0]
+
+
+def _bodies(scene: Scene) -> dict[str, object]:
+    return {"body": [body.name for body in scene.bodies], "dof": list(DOFS)}
+
+
+def _motion(what: str) -> dict[str, str]:
+    return _said(what, "m or rad")
+
+
+def _said(what: str, unit: str) -> dict[str, str]:
+    return {"long_name": what, **units_of(unit)}

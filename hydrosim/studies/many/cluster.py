@@ -1,0 +1,265 @@
+"""Runs by the workers of a scheduler of dask.distributed (extra ``cluster``).
+
+Scenes go in batches, with what the client has compiled of them: databases are read and radiation is
+fitted once. Workers give back what is kept of each run, which this process puts on the disk as it
+comes, so that a study that was killed goes on here or on a cluster. A batch whose worker dies is
+made by another one. Dask blames all that waits at a worker that dies: the runs of batches that it
+gives up are made once more, each with nothing beside it, and one that kills its workers then, too,
+is marked as failed. Where no worker is left for a while, nothing is waited for.
+
+Scheduler and workers run whatever is sent to them. With tcp:// that is whatever anybody sends who
+reaches their ports; with tls:// only what comes with a certificate.
+"""
+
+from __future__ import annotations
+
+import logging
+import pickle
+from collections import deque
+from collections.abc import Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import partial
+from math import ceil
+from threading import Event, RLock, Thread
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from hydrosim.errors import InputError
+from hydrosim.results.runs_file import NOT_RUN
+from hydrosim.scene import Scene
+from hydrosim.studies.many.outcome import Outcome, outcome_of
+from hydrosim.studies.many.work import Work, pack, unpack
+from hydrosim.studies.run.checkpoint import program
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.studies.many.pools import Digest
+
+PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
+DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
+LOOKS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
+LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
+MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
+Run = tuple[Future[Outcome], Scene]
+OPEN = "run whatever is sent to them: let nobody else reach these ports"
+
+
+class Cluster:
+    """A pool of the workers of the scheduler at an ``address`` ("tcp://HOST:8786").
+
+    Raises InputError where dask is missing, nobody answers, or a worker has another program.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            import dask
+            import distributed
+        except ImportError:
+            raise InputError(
+                "--scheduler: needs dask.distributed; pip install 'hydrosim[cluster]'"
+            ) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        dask.config.set({"distributed.admin.low-level-log-length": MESSAGES})
+        self._closed = Event()
+        self._client = self._connected(distributed, address)
+        try:
+            self._count = self._checked()
+        except BaseException:
+            self.close()
+            raise
+        self.size, self.ahead = LARGEST, LARGEST * self._count
+        self._waiting: list[Run] = []
+        self._calm: Compiled | None = None
+        self._digest: Digest | None = None
+        self._made: Any = None
+        self._tasks: dict[Any, list[Future[Outcome]]] = {}
+        self._suspects: deque[tuple[Run, Any, Any]] = deque()
+        self._lock = RLock()
+        Thread(target=self._watch, daemon=True).start()
+
+    def _connected(self, distributed: Any, address: str) -> Any:
+        try:
+            return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+        except TypeError:  # dask says so of tls:// without certificates
+            raise InputError(
+                f"--scheduler: found {address}, but dask is told of no certificate; expected one"
+                " for tls://. Set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ..__TLS__CLIENT__CERT and"
+                " ..__TLS__CLIENT__KEY to the files that the scheduler was started with."
+            ) from None
+        except (OSError, ValueError, ImportError) as error:
+            raise InputError(
+                f"--scheduler: found {address}, which does not answer within {PATIENCE} s"
+                f" ({type(error).__name__}); expected the address of a scheduler, such as"
+                " tcp://127.0.0.1:8786, or local. Is it running (dask scheduler), and may this"
+                " machine reach it?"
+            ) from None
+
+    def _checked(self) -> int:
+        """How many workers there are, all with this program."""
+        with suppress(TimeoutError):
+            self._client.wait_for_workers(1, timeout=PATIENCE)
+        own = program()
+        for worker, other in self._client.run(_program, on_error="return").items():
+            if isinstance(other, OSError):  # it has died just now: others make its runs
+                continue
+            if other != own:
+                missing = "cannot import hydrosim.studies.many.cluster"
+                said = other if isinstance(other, str) else missing
+                raise InputError(
+                    f"--scheduler: found the worker {worker} with another program ({said});"
+                    f" expected {own}. Install the same versions there."
+                )
+        count = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        if not count:
+            raise InputError("--scheduler: it has no workers; start some (dask worker ADDRESS).")
+        return count
+
+    @property
+    def title(self) -> str:
+        """Who works, and whether anybody may send them code."""
+        scheduler = self._client.scheduler.address
+        warning = "" if scheduler.startswith("tls://") else f"; scheduler and workers {OPEN}"
+        return f"{self._count} workers at {scheduler}{warning}"
+
+    def begin(self, count: int) -> None:
+        """Choose batches of which each worker has several."""
+        self.size = min(LARGEST, ceil(count / (PARTS * self._count)))
+        self.ahead = (PARTS - 1) * self.size * self._count
+
+    def submit(self, work: Work | Exception, digest: Digest) -> Future[Outcome]:
+        """A run that goes with the next batch."""
+        found: Future[Outcome] = Future()
+        if isinstance(work, Exception):
+            found.set_result(outcome_of(work, digest, Event()))
+            return found
+        if work.calm is not self._calm:
+            self.flush()
+            self._calm, self._made, self._digest = work.calm, None, digest
+        self._waiting.append((found, pack(work)))
+        if len(self._waiting) >= self.size:
+            self.flush()
+        return found
+
+    def flush(self) -> None:
+        """Send the batch that waits."""
+        if self._waiting:
+            batch, self._waiting = self._waiting, []
+            self._send(batch, self._compiled(), self._digest)
+
+    def _compiled(self) -> Any:
+        """What is compiled, as bytes in a task: it is made again where its worker died."""
+        if self._made is None:
+            compiled = pickle.dumps(self._calm)
+            self._made = self._client.submit(pickle.loads, compiled, pure=False)
+        return self._made
+
+    def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
+        scenes = [scene for _, scene in batch]
+        with self._lock:
+            task = self._client.submit(run_batch, program(), made, scenes, digest, pure=False)
+            self._tasks[task] = [future for future, _ in batch]
+        task.add_done_callback(partial(self._taken, batch, made, digest, alone))
+
+    def _taken(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool, task: Any) -> None:
+        """Hand on what a batch came to, or suspect its runs; once all is done, try one of these."""
+        with self._lock:
+            self._tasks.pop(task, None)
+            if task.status == "error" and not alone and _is_death(task.exception()):
+                self._suspects += [(run, made, digest) for run in batch]
+            else:
+                self._hand_on(batch, task)
+            if self._suspects and not self._tasks:
+                run, made, digest = self._suspects.popleft()
+                self._send([run], made, digest, alone=True)
+
+    def _hand_on(self, batch: Sequence[Run], task: Any) -> None:
+        if task.status == "finished":
+            outcomes = task.result()
+        elif task.status == "cancelled":
+            outcomes = [Outcome(NOT_RUN)] * len(batch)
+        else:
+            error = task.exception()
+            if isinstance(error, InputError):
+                for future, _ in batch:
+                    future.set_exception(error)
+                return
+            outcomes = [Outcome("failed", _told(error))] * len(batch)
+        for (future, _), outcome in zip(batch, outcomes, strict=True):
+            if not future.done():
+                future.set_result(outcome)
+
+    def _watch(self) -> None:
+        """See that there are workers, or say that there are none; a scheduler that is gone has
+        none."""
+        seen = monotonic()
+        looks = 0
+        while not self._closed.wait(ASKED):
+            looks += 1
+            with suppress(Exception):
+                if self._client.scheduler_info(n_workers=-1)["workers"]:
+                    seen = monotonic()
+                    looks = 0
+            if looks >= LOOKS and monotonic() - seen > DESERTED:
+                self._give_up()
+                return
+
+    def _give_up(self) -> None:
+        """End all that is waited for with a message; what comes later is not looked at."""
+        with self._lock:
+            left = [future for each in self._tasks.values() for future in each]
+            left += [future for future, _ in self._rest()]
+            tasks, self._tasks = list(self._tasks), {}
+        for future in left:
+            if not future.done():
+                future.set_exception(
+                    InputError(
+                        f"--scheduler: no worker has been there for {DESERTED:g} s. What is"
+                        " complete is kept: start workers, and give --resume."
+                    )
+                )
+        with suppress(Exception):
+            self._client.cancel(tasks, force=True)
+
+    def _rest(self) -> list[Run]:
+        """Runs that have not been sent; there are none afterwards."""
+        left = [*self._waiting, *(run for run, *_ in self._suspects)]
+        self._waiting, self._suspects = [], deque()
+        return left
+
+    def stop(self) -> None:
+        """Runs that are not done are not run."""
+        with self._lock:
+            tasks, left = list(self._tasks), self._rest()
+        for future, _ in left:
+            future.set_result(Outcome(NOT_RUN))
+        self._client.cancel(tasks, force=True)
+
+    def close(self) -> None:
+        """Leave the scheduler."""
+        self._closed.set()
+        with suppress(Exception):
+            self._client.close(timeout=PATIENCE)
+
+
+def run_batch(
+    expected: str, calm: Compiled, scenes: Sequence[Scene], digest: Digest
+) -> list[Outcome]:
+    """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
+    if program() != expected:
+        raise InputError(f"--scheduler: a worker has {program()}; expected {expected}.")
+    return [outcome_of(unpack(scene, calm), digest, Event()) for scene in scenes]
+
+
+def _program() -> str:
+    return program()
+
+
+def _is_death(error: BaseException | None) -> bool:
+    return type(error).__name__ == "KilledWorker"
+
+
+def _told(error: BaseException | None) -> str:
+    if _is_death(error):
+        return "the workers that made this run died, each time; look at their memory"
+    return f"{type(error).__name__}: {error}"

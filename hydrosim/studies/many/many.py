@@ -1,0 +1,298 @@
+"""`simulate_many`: many runs at once, on all cores, into one file.
+
+What the runs have in common is made once: databases are opened once, and a run that differs from
+the one before it in its waves alone takes over its compiled model, its state at the start and its
+step limits. Time loops do without Python's lock, so that threads are enough. Results are written
+run by run in the order of the cases, whatever the order in which they finish.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.interrupts import undisturbed
+from hydrosim.outputs import Output, as_output, unwritable
+from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
+from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
+from hydrosim.scene import Scene
+from hydrosim.studies.many.garbage import collected_here
+from hydrosim.studies.many.outcome import Outcome, digested
+from hydrosim.studies.many.pools import Pool, Threads
+from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.together import check_together
+from hydrosim.studies.many.unfinished import alone_with, begun, identity, is_whole
+from hydrosim.studies.run.simulation import prepared, simulate
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
+    from hydrosim.statistics.figures import Figure
+
+COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
+FEWEST = 4  # output times, to have statistics of
+
+Progress = Callable[[int, int], None]
+"""Called after each run with the number of runs that are done and that of all."""
+
+
+def simulate_many(
+    cases: Iterable[Case | Scene],
+    output: Path | str | Output | None = None,
+    *,
+    variables: Sequence[str] = ("position",),
+    labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
+    figures: Sequence[Figure] = (),
+    attributes: Mapping[str, str] | None = None,
+    start: float = 0.0,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    resume: bool = False,
+    pool: Pool | None = None,
+) -> xr.Dataset:
+    """Run all cases or scenes, on as many cores as there are ``workers``, by default all, or by a
+    ``pool`` of others (`hydrosim.studies.many.cluster`), which is closed in the end.
+
+    The dataset has a dimension ``run``, in the order of the cases, and of each run
+
+    * the ``variables`` chosen from its own dataset, at every output time,
+    * its `statistics` from ``start`` [s] on, `end_position`, and the time of the `first_contact`,
+    * the ``figures`` that are asked for,
+    * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given, with the
+      attributes that these have,
+    * ``status``, and ``status_message`` where it is not "complete".
+
+    It is the same to the bit as that of single runs, and to the byte whatever the number of
+    workers. With ``output`` it is in that netCDF file, and what is returned reads from there when
+    asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
+    a set that was killed or interrupted goes on from there with ``resume``, to the same result.
+
+    All runs have one duration, one output step and the same bodies. A run that cannot go on is
+    marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
+    runs done until then are returned, and others marked. Raises InputError where the runs do not
+    fit together or the file must not be replaced, WritingError where it cannot be written.
+
+        seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
+        runs = simulate_many(seas, "seeds.nc")
+        runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
+    """
+    scenes = [prepared(case) for case in cases]
+    _check(scenes, labels or {}, start)
+    seeds = _seeds(scenes)
+    along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
+    known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
+    digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
+    varied = {name: known[name] for name in along}
+    check_together(scenes, varied, partial(digest, start=0.0), simulate)
+
+    shared, result = Shared(), None if output is None else as_output(output, "sweep")
+    mark = "" if result is None else result.mark
+    said = {**(attributes or {}), **({} if result is None else result.attributes)}
+
+    def file_at(path: Path) -> RunsFile:
+        return RunsFile(path, len(scenes), known, list(along), mark, said)
+
+    def write(path: Path, journal: Journal | None) -> Path:
+        file = file_at(path)
+        work = _Set(scenes, shared, digest, file, journal)
+        with _closed(file), collected_here():
+            _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
+        return path
+
+    if result is None:
+        with TemporaryDirectory() as folder:
+            return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
+    values = {name: known[name].values for name in along}
+    asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    known_as = identity(scenes, shared.opened, values, asked)
+    with alone_with(result) as here:
+        ended, journal = False, begun(result, resume, known_as)
+        try:
+            file_at(here / f"{KNOWN}.partial").close()
+            (here / f"{KNOWN}.partial").replace(here / KNOWN)
+            path = write(here / RESULT, journal)
+            ended = is_whole(path)
+            place = result.settled() if ended or not is_whole(result.path) else result.aside()
+            place.take(path)
+        except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
+            raise unwritable(result.path, error) from None
+        finally:
+            journal.close()
+            if ended or not len(journal):
+                journal.remove()
+    return xr.open_dataset(place.path, engine="netcdf4")
+
+
+def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
+    """Refuse what does not fit into one dataset."""
+    if not scenes:
+        raise InputError("simulate_many: found no case; expected one or more.")
+    for name, values in labels.items():
+        if len(values) != len(scenes):
+            raise InputError(
+                f"labels.{name}: found {len(values)} values; expected one for each of the"
+                f" {len(scenes)} runs."
+            )
+    first = scenes[0]
+    for run, scene in enumerate(scenes):
+        for what, one, other in (
+            ("duration", first.duration, scene.duration),
+            ("output_step", first.output_step, scene.output_step),
+            ("bodies", [b.name for b in first.bodies], [b.name for b in scene.bodies]),
+        ):
+            if one != other:
+                raise InputError(
+                    f"simulate_many: found {what} {one} in run 0 and {other} in run {run}; expected"
+                    " the same in all."
+                )
+    if first.initial is None and not start + FEWEST * first.output_step <= first.duration:
+        raise InputError(
+            f"simulate_many: found start {start:g} s; expected a time well before the end of the"
+            f" runs, {first.duration:g} s."
+        )
+
+
+def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
+    """Seeds (runs,), or (runs, trains) if there are several wave trains; None if there is none, or
+    not as many in all runs."""
+    found = [[wave.seed for wave in scene.environment.waves] for scene in scenes]
+    if not found[0] or len({len(seeds) for seeds in found}) > 1:
+        return None
+    return np.array(found)[:, 0] if len(found[0]) == 1 else np.array(found)
+
+
+def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
+    """What is known of all runs, with its attributes if it has any."""
+    if isinstance(values, xr.Variable):
+        return values
+    text = len(values) > 0 and isinstance(values[0], str)
+    # texts as objects: each of them once, and not as long as the longest
+    array = np.array(values, dtype=object) if text else np.asarray(values)
+    return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
+
+
+def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+    """Where the scenes come from, as far as they differ in it."""
+    texts = {
+        name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
+    }
+    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
+
+
+@contextmanager
+def _closed(file: RunsFile) -> Iterator[None]:
+    """Closes the file in the end; what ends it early is told, not what follows from that."""
+    try:
+        yield
+    except BaseException:
+        with suppress(RuntimeError, OSError):
+            file.close()
+        raise
+    file.close()
+
+
+def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
+    """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
+    order."""
+    done, due = 0, 0.0
+    pending: deque[tuple[int, Future[Outcome]]] = deque()
+
+    def take() -> None:
+        nonlocal done, due
+        run, first = pending[0]
+        if not first.done():
+            pool.flush()
+        while not first.done():
+            wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
+            work.keep(pending)
+        with undisturbed():
+            if not work.has(run):
+                work.keep(pending)
+            work.write(run, first.result())
+            pending.popleft()
+            done += 1
+        if perf_counter() > due:
+            due = _collected()
+        if progress is not None:
+            progress(done, len(work.scenes))
+
+    pool.begin(len(work.scenes))
+    try:
+        for run, scene in enumerate(work.scenes):
+            pending.append((run, work.begun(run, scene, pool)))
+            while len(pending) > pool.ahead:
+                take()
+        while pending:
+            take()
+    except KeyboardInterrupt:
+        pool.stop()
+        progress = None
+        while pending:
+            take()
+    finally:
+        pool.close()
+
+
+def _collected() -> float:
+    """Collect garbage; when to do so again."""
+    begun = perf_counter()
+    gc.collect()
+    ended = perf_counter()
+    return ended + (ended - begun) / COLLECTING
+
+
+class _Set(NamedTuple):
+    """Scenes, what they share, what is taken of a run, the file, and what is kept on the way."""
+
+    scenes: Sequence[Scene]
+    shared: Shared
+    digest: Callable[[xr.Dataset], xr.Dataset]
+    file: RunsFile
+    journal: Journal | None
+
+    def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
+        """A run that is done, or is being done by the pool."""
+        if self.journal is None or run not in self.journal:
+            return pool.submit(self.shared.prepared(scene), self.digest)
+        found, attributes, warnings = self.journal.read(run)
+        known: Future[Outcome] = Future()
+        known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))
+        return known
+
+    def has(self, run: int) -> bool:
+        """Whether a run is on the disk."""
+        return self.journal is not None and run in self.journal
+
+    def keep(self, pending: Iterable[tuple[int, Future[Outcome]]]) -> None:
+        """Put what is complete by now on the disk."""
+        for run, future in pending:
+            if self.journal is None or run in self.journal or not future.done():
+                continue
+            if not future.exception() and (outcome := future.result()).found is not None:
+                kept = Kept(outcome.found, outcome.attributes, outcome.warnings)
+                with undisturbed():
+                    self.journal.add(run, kept)
+
+    def write(self, run: int, outcome: Outcome) -> None:
+        """Put a run into the file, or why there is none."""
+        found, file = outcome.found, self.file
+        if found is not None and (name := file.differs(found)):
+            outcome = Outcome("failed", f"its {name} is not that of the runs before it")
+        if outcome.found is not None:
+            file.add(run, outcome.found, outcome.attributes, outcome.warnings)
+            return
+        file.mark(run, outcome.status, outcome.message, outcome.warnings)
+        if self.journal is not None and outcome.status == "failed":
+            self.journal.note(run, outcome.status, outcome.message)

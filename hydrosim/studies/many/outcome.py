@@ -1,0 +1,138 @@
+"""One run of many: how it ended, and what is kept of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from zlib import crc32
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.calm import in_waves
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.assembled import assembled
+from hydrosim.results.runs_file import COMPLETE, NOT_RUN
+from hydrosim.statistics.explain import explained
+from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.statistics import columns, of_contacts
+from hydrosim.studies.run.simulation import run_compiled
+
+if TYPE_CHECKING:
+    from hydrosim.studies.many.work import Work
+
+COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
+OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
+OWN |= {
+    "status",
+    "status_message",
+    "format",
+    "date_created",
+}  # attributes of a run that are no attributes of the set
+
+
+class Outcome(NamedTuple):
+    """How a run ended, why, what it was warned of; what is kept of it, and its attributes that are
+    those of all."""
+
+    status: str
+    message: str = ""
+    warnings: str = ""
+    found: xr.Dataset | None = None
+    attributes: Mapping[str, object] = {}
+
+
+class Stop(Protocol):
+    """Tells runs on their way to end, as `threading.Event` does."""
+
+    def is_set(self) -> bool:
+        """Whether they are to end now."""
+
+
+def outcome_of(
+    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Stop
+) -> Outcome:
+    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
+    it is its own failure, but for what is asked of all runs."""
+
+    def watch(*_: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    if isinstance(work, Exception):
+        return Outcome("failed", _told(work))
+    if stop.is_set():
+        return Outcome(NOT_RUN)
+    try:
+        compiled = in_waves(work.calm, work.scene, work.sea)
+        run = run_compiled(compiled, watch)
+    except KeyboardInterrupt:
+        return Outcome("interrupted")
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    status = str(run.attrs["status"])
+    if status != COMPLETE:
+        return Outcome(status)
+    common = {name: value for name, value in run.attrs.items() if name not in OWN}
+    try:
+        found = digest(run)
+    except InputError:
+        raise
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    return Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+
+
+def _told(error: Exception) -> str:
+    """A message; of an error that nobody has thought of also what it is."""
+    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
+
+
+def digested(
+    run: xr.Dataset, variables: list[str], start: float, figures: Sequence[Figure] = ()
+) -> xr.Dataset:
+    """What is kept of a run."""
+    unknown = [name for name in variables if name not in run]
+    if unknown:
+        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
+        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
+    found, coords, attributes = columns(run, start)
+    more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
+    if "fender" in run.dims:
+        more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
+    more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
+    for figure in figures:
+        if figure.name in more or figure.name in coords or figure.name in run:
+            raise InputError(
+                f"figures: found the name {figure.name}, which is that of a variable"
+                " of the runs; expected another one."
+            )
+        more[figure.name] = figure_of(run, figure).variable
+    kept = assembled(more, coords, attributes)
+    if "impulse" in run:
+        kept = xr.merge([kept, explained(run)], join="exact", compat="equals")
+    return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
+
+
+def _end(run: xr.Dataset) -> xr.Variable:
+    end = run.variables["position"].isel(time=-1)
+    end.attrs["long_name"] = "displacement and angles at the end of the run"
+    return end
+
+
+def _sequence(run: xr.Dataset) -> xr.Variable:
+    """A number for the order in which contacts open, stick and slip, as recorded: runs that have
+    another one went another way."""
+    modes = run.fender_mode.transpose("time", "fender").values
+    changed = np.any(modes[1:] != modes[:-1], axis=1)
+    order = modes[np.append(True, changed)].astype(np.int8)
+    said = {"long_name": "checksum of the order of contact modes"}
+    return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), said)
+
+
+def _first_contact(run: xr.Dataset) -> xr.Variable:
+    """When each group of contacts touches first, NaN if it does not."""
+    phase = run.contact_phase.transpose("contact_group", "time").values
+    first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
+    said = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
+    return xr.Variable("contact_group", first, said)

@@ -1,0 +1,95 @@
+"""What the runs of a set have in common is made once: databases are read once, and a scene that
+differs from the one before it in its waves alone takes over its compiled model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.compiling.calm import compile_calm
+from hydrosim.compiling.compile import planar
+from hydrosim.compiling.databases import Source, opened
+from hydrosim.compiling.families import all_groups
+from hydrosim.compiling.refusals import check_scene
+from hydrosim.compiling.restart import before, opened_start
+from hydrosim.compiling.symmetry import wave_asymmetries
+from hydrosim.database.database import HydroDatabase
+from hydrosim.scene import Body, Coefficients, Family, Scene, Start
+from hydrosim.studies.many.alike import alike
+from hydrosim.studies.many.work import Work
+from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.waves.components import Components, sea
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.compiling.wet import WetGroup
+
+
+class Shared:
+    """Compiles what each scene has in common with the one before it only once; reads databases, and
+    the run to start from, only once."""
+
+    def __init__(self) -> None:
+        self._databases: dict[Source, HydroDatabase] = {}
+        self._start: tuple[Start, Start] | None = None
+        self._calm: Scene | None = None
+        self._wet: tuple[WetGroup, ...] = ()
+        self._made: tuple[list[str], Compiled] | None = None
+        self._known: dict[bytes, list[str]] = {}
+
+    def prepared(self, scene: Scene) -> Work | Exception:
+        """A scene in calm water and its sea, or why there is none."""
+        calm = replace(scene, title="", source={})
+        calm = replace(calm, environment=replace(scene.environment, waves=()))
+        if self._calm is None or not alike(calm, self._calm):
+            self._calm, self._wet, self._made = calm, (), None
+            self._known.clear()
+        try:
+            check_scene(scene)
+            scene = self.opened(scene)
+            drawn = sea(scene.environment)
+            self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
+            aside = self._aside(scene, drawn)
+            if self._made is None or self._made[0] != aside:
+                whole = compile_calm(scene, self._wet)
+                self._made = aside, warned_of_steps(planar(whole, drawn))
+        except Exception as error:
+            return error
+        made = self._made[1]
+        # what is read from files is read: netCDF knows no threads
+        scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
+        return Work(scene, drawn, made)
+
+    def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
+        """`wave_asymmetries`, which scenes with waves to the same headings have in common."""
+        headings = np.unique([heading for waves in drawn for heading in waves.heading]).tobytes()
+        if headings not in self._known:
+            self._known[headings] = list(wave_asymmetries(scene, self._wet, drawn))
+        return self._known[headings]
+
+    def opened(self, scene: Scene) -> Scene:
+        """A scene with its databases, and the run to start from, in memory."""
+        bodies = tuple(map(self._read, scene.bodies))
+        scene = replace(scene, bodies=bodies)
+        if scene.initial is None:
+            return scene
+        if self._start is None or not alike(self._start[0], scene.initial):
+            self._start = scene.initial, opened_start(scene.initial)
+        return replace(scene, initial=self._start[1])
+
+    def _read(self, body: Body) -> Body:
+        source = body.hydrodynamics
+        if source is None or isinstance(source, HydroDatabase | Coefficients):
+            return body
+        if isinstance(source, Family):
+            each = [replace(one, source=self._opened(one.source)) for one in source.members]
+            return replace(body, hydrodynamics=Family(tuple(each)))
+        return replace(body, hydrodynamics=self._opened(source))
+
+    def _opened(self, source: Source) -> HydroDatabase:
+        if source not in self._databases:
+            self._databases[source] = opened(source)
+        return self._databases[source]

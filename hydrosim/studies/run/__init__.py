@@ -1,0 +1,1 @@
+"""One run: simulated, kept on its way, checked before and judged after."""

@@ -1,0 +1,200 @@
+"""What a run turned out to be that its assumptions did not foresee: bodies far from where waves met
+them, coupled bodies that moved apart, angles that are not small.
+
+`noticed` reads the motions of a run; it changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.dofs import loads_about_z
+from hydrosim.scene import Body, Kinematics, Place, SecondOrder
+from hydrosim.waves import places
+from hydrosim.waves.components import Components
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.database.database import HydroDatabase
+
+CHANGED = 0.1  # of the loads: what a slow yaw may change unsaid
+PHASE = 0.5  # rad: how far waves of rms wave number may have gone along a slow drift
+APART, TURNED = 0.1, np.radians(3.0)
+"""Of the distance of coupled bodies, and between their headings, that may be unsaid."""
+BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
+SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
+SAMPLES = 200  # waves of equal energy that stand for a sea
+PERIODS = 3.0  # of the waves: what is slower is slow
+
+
+class Sample(NamedTuple):
+    """Waves that stand for a sea: frequency, heading and wave number, (`SAMPLES`,) each."""
+
+    omega: np.ndarray
+    heading: np.ndarray
+    wavenumber: np.ndarray
+
+
+def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+    """What to warn of after a ``run`` of the compiled scene, in words with figures."""
+    scene, seas = compiled.scene, compiled.sea
+    exact = scene.solver.kinematics == Kinematics.EXACT
+    if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
+        return
+    if not exact:
+        yield from _large_angles(run)
+    if exact and seas:
+        yield from _met_elsewhere(compiled, run, _sampled(seas))
+    for group in compiled.wet if exact else ():
+        yield from _coupled(group, run)
+        yield from _beyond_draughts(group, run)
+
+
+def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
+    """Bodies that were not where waves met them."""
+    scene, alone = compiled.scene, each_alone(compiled.wet)
+    for body in scene.bodies:
+        if body.name in alone and body.wave_forces.first_order:
+            chosen = places(scene, body, alone[body.name])
+            slow = _slow(run, body.name, sea)
+            if chosen.position == Place.MEAN:
+                yield from _drifted(body, run, slow, sea)
+            yield from _turned(body, chosen.headings, run, slow, sea, alone[body.name])
+
+
+def _large_angles(run: xr.Dataset) -> Iterator[str]:
+    angles = np.abs(run.position.values[:, :, 3:])
+    if angles.max() > SMALL:
+        _, b, j = np.unravel_index(angles.argmax(), angles.shape)
+        yield (
+            f"solver.kinematics: linear is for small angles, and {run.dof.values[3 + j]} of"
+            f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less than"
+            f" {np.degrees(SMALL):.2g} deg. Choose exact."
+        )
+
+
+def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
+    """Surge, sway and yaw (nt, 3) without what is as fast as the waves: running means."""
+    of = run.variables["body"].values.tolist().index(name)
+    q = run.variables["position"].values[:, of, [0, 1, 5]]
+    step = float(np.median(np.diff(run.variables["time"].values)))
+    width = min(max(round(PERIODS * 2.0 * np.pi / float(sea.omega.mean()) / step), 1), len(q))
+    sums = np.cumsum(np.vstack([np.zeros((1, 3)), q]), axis=0)
+    means = (sums[width:] - sums[:-width]) / width
+    before = (len(q) - len(means)) // 2
+    return np.pad(means, ((before, len(q) - len(means) - before), (0, 0)), mode="edge")
+
+
+def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
+    """A body that was far from its place at rest while waves met it there."""
+    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
+    phase = np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1))
+    at = int(phase.argmax())
+    if phase[at] > PHASE:
+        yield (
+            f"bodies.{body.name}: waves met it as at rest, and at {run.time.values[at]:.4g} s it"
+            f" was {np.hypot(*slow[at, :2]):.3g} m away, {phase[at]:.2g} rad of the waves' phase;"
+            f" expected less than {PHASE:g} rad. Set wave_forces.position: slow."
+        )
+
+
+def _turned(
+    body: Body,
+    headings: Place,
+    run: xr.Dataset,
+    slow: np.ndarray,
+    sea: Sample,
+    db: HydroDatabase,
+) -> Iterator[str]:
+    """A body that was turned from the heading at which waves met it."""
+    at = int(np.abs(slow[:, 2]).argmax())
+    yaw, to = float(slow[at, 2]), sea.heading - body.heading
+    there = (
+        f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
+        " loads are others by"
+    )
+    if yaw == 0.0:
+        return
+    if headings == Place.MEAN:
+        here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
+        change = _change(here, turned, yaw, 0.0)
+        if change > CHANGED:
+            yield (
+                f"bodies.{body.name}: waves met it at its heading at rest, and {there}"
+                f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
+            )
+    if body.wave_forces.second_order != SecondOrder.NONE and db.mean_drift is not None:
+        here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
+        change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
+        if change > CHANGED:
+            yield (
+                f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
+                f" {there} {change:.0%}; expected less than {CHANGED:.0%}. Give bodies."
+                f"{body.name}.heading as it lies on average, or a mooring that holds yaw."
+            )
+
+
+def _change(here: np.ndarray, turned: np.ndarray, yaw: float, arm: float) -> float:
+    """Root mean square change of forces or moments (n, 6), the larger, over that of ``here``; a
+    moment being no less than the force on an ``arm`` [m]: by symmetry it may happen to be zero."""
+    change, size = (
+        np.sqrt(np.mean(np.abs(x.reshape(-1, 2, 3)) ** 2, axis=(0, 2)))
+        for x in (loads_about_z(turned, yaw) - here, here)
+    )
+    size[1] = max(size[1], arm * size[0])
+    return float(np.divide(change, size, out=np.zeros(2), where=size > 0.0).max())
+
+
+def _sampled(seas: Sequence[Components]) -> Sample:
+    """Waves of equal energy out of all seas."""
+    omega, heading, k, amplitude = (
+        np.concatenate([getattr(waves, name) for waves in seas])
+        for name in ("omega", "heading", "wavenumber", "amplitude")
+    )
+    energy = np.cumsum(amplitude**2)
+    wanted = energy[-1] * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    at = np.searchsorted(energy, wanted)
+    return Sample(omega[at], heading[at], k[at])
+
+
+def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+    """A body that was slowly at draughts that its family of databases has not."""
+    if not group.members:
+        return
+    draughts, (name,) = [member.draught for member in group.members], group.names
+    slow = run.slow_draught.sel(body=name).values
+    beyond = np.maximum(draughts[0] - slow, slow - draughts[-1])
+    at = int(beyond.argmax())
+    if beyond[at] > BEYOND * float(np.diff(draughts).min()):
+        yield (
+            f"bodies.{name}.hydrodynamics: at {run.time.values[at]:.4g} s its slow draught was"
+            f" {slow[at]:.4g} m, and its databases are for {draughts[0]:g} to {draughts[-1]:g} m:"
+            " coefficients were those of the nearest. Add a database for that draught."
+        )
+
+
+def _coupled(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
+    """Bodies of one database that have moved from the places for which their waves were coupled."""
+    names = run.variables["body"].values.tolist()
+    of = [names.index(name) for name in group.names]
+    q = run.variables["position"].values[:, of]
+    places = run.variables["reference_position"].values[of, :2]
+    for one, other in combinations(range(len(group.bodies)), 2):
+        away = np.hypot(*(q[:, one, :2] - q[:, other, :2]).T)
+        turned = np.abs(q[:, one, 5] - q[:, other, 5])
+        distance = float(np.hypot(*(places[one] - places[other])))
+        if away.max() > APART * distance or turned.max() > TURNED:
+            yield (
+                f"bodies.{group.names[one]}, {group.names[other]}: their waves are coupled as at"
+                f" rest, {distance:.4g} m apart and parallel, and they came {away.max():.3g} m and"
+                f" {np.degrees(turned.max()):.3g} deg away from that; expected less than"
+                f" {APART * distance:.3g} m and {np.degrees(TURNED):.2g} deg. What one does to the"
+                " other is uncertain by as much; compute a database for the places that they take."
+            )

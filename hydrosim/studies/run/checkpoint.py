@@ -1,0 +1,203 @@
+"""Checkpoints: a run on its way, kept on the disk. One that was killed goes on from there and comes
+to the same numbers, to the bit, as if nothing had happened.
+
+All that changes in a run is in its arrays; a checkpoint is a copy of them, put back in their place.
+It is good for one model, start and program alone, which it knows by their digests.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from difflib import unified_diff
+from functools import cached_property
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hydrosim.errors import InputError, WritingError
+from hydrosim.jit.kernels import sources_digest
+from hydrosim.leftovers import is_marked
+from hydrosim.outputs import Output, program_version
+from hydrosim.results.netcdf import versions
+from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
+from hydrosim.studies.run.digest import digest
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+
+EVERY = 60.0  # s of wall time
+SHARE = 0.01  # of the wall time, at most, goes into checkpoints
+CASE = "case"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a run is kept ``every`` so many seconds of wall time, or as seldom as it takes to cost
+    less than a hundredth of the run; with ``resume`` it goes on from what is there. ``say`` is told
+    what there is to say."""
+
+    output: Output
+    every: float = EVERY
+    resume: bool = False
+    say: Callable[[str], None] = field(default=lambda _: None)
+
+
+def checkpoint_of(result: Output) -> Output:
+    """The file of the checkpoints of a run that is to be written to ``result``. Raises InputError
+    if something else stands there, which is not replaced even where the result would be."""
+    path = result.path.with_name(f"{result.path.name}.checkpoint")
+    if os.path.lexists(path) and not is_marked(path, "checkpoint"):
+        raise InputError(
+            f"{path}: is no checkpoint of this program; expected one, or nothing, beside the result"
+            " of a run. Move it away, or give the result another name."
+        )
+    return result.at(path, "checkpoint").checked()
+
+
+def program() -> str:
+    """All of the program that numbers depend on."""
+    return f"hydrosim {program_version()}, {versions()}, {sources_digest()}"
+
+
+class Keeper:
+    """Keeps a ``run`` of what is compiled."""
+
+    def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
+        self._kept, self._compiled, self._run = kept, compiled, run
+        self._before, self._start = 0.0, perf_counter()
+        self._next = self._start + kept.every
+
+    def begin(self) -> None:
+        """Count time from now on: the kernels are there."""
+        self._start = perf_counter()
+        self._next = self._start + self._kept.every
+
+    @property
+    def wall_time(self) -> float:
+        """Seconds that the run has taken, those before a checkpoint included."""
+        return self._before + perf_counter() - self._start
+
+    def take_up(self) -> None:
+        """Put the run where the checkpoint has it, if it is to go on from there. Raises InputError
+        where that is of another case, database or program, or damaged."""
+        path = self._kept.output.path
+        if not path.exists():
+            if self._kept.resume:
+                self._kept.say(f"there is no checkpoint {path}: the run begins anew")
+        elif not self._kept.resume:
+            self._kept.say(f"{path} is of a run that was not finished: --resume goes on from it")
+        else:
+            self._before = self._restore(*_read(self._kept.output))
+            done = self._run.counters[POINT] / self._run.clock.points
+            self._kept.say(f"the run goes on from {path}, {done:.1%} of the way")
+
+    def look(self) -> None:
+        """Keep the run if it is time to."""
+        if perf_counter() > self._next:
+            self.save()
+
+    def save(self) -> None:
+        """Keep the run as it is, unless it has failed; one that cannot be written is told."""
+        begun = perf_counter()
+        if self._run.counters[STATUS] != RUNNING:
+            return
+        try:
+            self._write()
+        except (WritingError, InputError) as error:
+            self._kept.say(f"warning: {error} The run goes on without a new checkpoint.")
+        cost = perf_counter() - begun
+        self._next = perf_counter() + max(self._kept.every, cost / SHARE)
+
+    def _write(self) -> None:
+        output = self._kept.output
+        mark = np.frombuffer(output.mark.encode(), dtype=np.uint8)
+        texts = json.dumps({**self._identity, "wall_time": self.wall_time})
+        arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
+        arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
+        with output.written() as path, path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    def _restore(self, texts: dict[str, Any], stored: dict[str, np.ndarray]) -> float:
+        """The arrays of the run as ``stored``; the wall time until then."""
+        self._check(texts)
+        # the number of records comes first: it says how much of the record there is
+        self._run.counters[:] = stored["a0"]
+        for k, array in enumerate(_arrays(self._run)):
+            kept = stored.get(f"a{k}")
+            if kept is None or (kept.shape, kept.dtype) != (array.shape, array.dtype):
+                raise _damaged(self._kept.output, f"a{k} is not what it was")
+            array[...] = kept
+        return float(texts["wall_time"])
+
+    @cached_property
+    def _identity(self) -> dict[str, str]:
+        """What must be the same, by what it is called in a message."""
+        compiled, run = self._compiled, self._run
+        databases = {
+            f"the database of {', '.join(wet.names)}": wet.read.checksum for wet in compiled.wet
+        }
+        return {
+            "the program": program(),
+            **databases,
+            "the case": digest((run.clock, run.model, run.method, compiled.state)),
+            CASE: compiled.scene.source.get(CASE, ""),
+        }
+
+    def _check(self, stored: dict[str, str]) -> None:
+        here = self._identity
+        other = [name for name in here if name != CASE and stored.get(name) != here[name]]
+        if not other:
+            return
+        lines = _changes(stored.get(CASE, ""), here[CASE])
+        raise InputError(
+            f"--resume: {self._kept.output.path} was made with another state of: {other[0]}."
+            f"{lines} Run it without --resume, from the start, or with what it was made with."
+        )
+
+
+def _arrays(run: Run) -> Iterator[np.ndarray]:
+    """All arrays of a run that change, the counters first; of the record as much as there is."""
+    yield run.counters
+    count = int(run.counters[RECORDS])
+    yield run.record.channels[:count]
+    yield run.record.modes[:count]
+    for part in (run.state, run.scratch, run.work):
+        yield from (leaf for leaf in _leaves(part) if isinstance(leaf, np.ndarray))
+    yield run.record.accelerations[:count]
+
+
+def _leaves(tree: Any) -> Iterator[Any]:
+    if isinstance(tree, tuple):
+        for branch in tree:
+            yield from _leaves(branch)
+    else:
+        yield tree
+
+
+def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The texts and the arrays of a checkpoint; InputError if it is damaged or no checkpoint."""
+    try:
+        with np.load(output.path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        return dict(json.loads(arrays["texts"].tobytes())), arrays
+    except Exception as error:  # of a damaged archive, readers raise whatever they like
+        raise _damaged(output, error) from None
+
+
+def _damaged(output: Output, found: object) -> InputError:
+    text = f"--resume: {output.path} is damaged ({found}); run it anew, without --resume."
+    return InputError(text)
+
+
+def _changes(before: str, now: str) -> str:
+    """The first lines that two texts of a case do not share."""
+    lines = unified_diff(before.splitlines(), now.splitlines(), n=0, lineterm="")
+    changed = [line for line in lines if line[0] in "+-" and line[:3] not in ("+++", "---")]
+    told = "; ".join(
+        f"{'now' if line[0] == '+' else 'then'}: {line[1:].strip()}" for line in changed[:2]
+    )
+    return f" The case reads {told}." if told else ""

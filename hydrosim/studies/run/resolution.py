@@ -1,0 +1,133 @@
+"""What the step of a scene resolves: modes that a run excites, and that its method gets wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import ceil, isclose
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
+from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
+from hydrosim.radiation.threads import one_thread
+from hydrosim.results.output import unpack
+from hydrosim.stepping.state_layout import state_layout
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.scene import Scene
+    from hydrosim.stepping.state import Record
+
+ACCURATE = 1e-3  # of the range of a motion: an error that is worth a warning
+FADED, ROOM = 0.1, 8.0
+"""Of what the method damps by more than that part, a finer step has more: this room is left."""
+RESOLVED = 1e-2  # of the amplitude of a vibration, by the end of a run
+STILL = 1e-6  # m, rad: a smaller range is none
+
+
+class Need(NamedTuple):
+    """The ``step`` [s] that a vibration asks for, and the ``error`` of motions, of their range, at
+    that of the run."""
+
+    step: float
+    error: float
+    vibration: Vibration
+
+
+@one_thread
+def scene_combinations(
+    compiled: Compiled, each_alone: bool = False, watch: Watch = unwatched
+) -> list[Combination]:
+    """The combinations of contacts that a scene is linearised with, see `stability`."""
+    return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
+
+
+@one_thread
+def scene_vibrations(
+    compiled: Compiled, found: Sequence[Combination], error: float = ACCURATE
+) -> tuple[Vibration, ...]:
+    """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
+    the step of the scene, see `accuracy`."""
+    scene = compiled.scene
+    layout = state_layout(scene, compiled.model)
+    of = (scene.duration, scene.solver.step, error)
+    return tuple(vibrations(found, compiled.method, compiled.model, layout, *of))
+
+
+def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
+    """One line on the largest step that resolves whatever may vibrate, in the combinations of
+    contacts ``found``: which of it is excited, only a run can tell."""
+    scene = compiled.scene
+    of = (compiled.method, scene.solver.step, scene.duration, RESOLVED)
+    needs = [(v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, RESOLVED)]
+    if not needs:
+        return (
+            f"at {scene.solver.step:g} s all vibrations are accurate within {RESOLVED:g} of their"
+            " amplitude"
+        )
+    step, vibration = min(needs, key=lambda need: need[0])
+    return (
+        f"largest accurate step {step:.3g} s, within {RESOLVED:g} of its amplitude over the run:"
+        f" {described(vibration, compiled)} at {scene.solver.step:g} s. It matters where waves,"
+        " impacts or the start excite it: a run tells"
+    )
+
+
+def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
+    """A warning, if what a run with ``count`` records has excited moves by more than `ACCURATE` of
+    the range of a motion otherwise than it should. It is that of one vibration alone: where
+    contacts change often, errors are several times as large, see `hydrosim.studies.run.twin`."""
+    needs = list(_needs(compiled, record, count))
+    if needs:
+        step, scene = min(need.step for need in needs), compiled.scene
+        worst = max(needs, key=lambda need: need.error)
+        yield (
+            f"solver.step {scene.solver.step:g} s does not resolve"
+            f" {described(worst.vibration, compiled)}; it is excited, and motions may be wrong by"
+            f" {worst.error:.1g} of their range. Choose solver.step:"
+            f" {fitting_step(scene, step):.6g} s, or solver.method: dopri5."
+        )
+
+
+def described(vibration: Vibration, compiled: Compiled) -> str:
+    """What vibrates, and what the method makes of it."""
+    scene, omega = compiled.scene, vibration.eigenvalue.imag
+    error = vibration.error(compiled.method, scene.solver.step, 2 * np.pi / omega)
+    return (
+        f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which {scene.solver.method}"
+        f" changes by {error:.1g} of its amplitude in each period"
+    )
+
+
+def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
+    if count < 2 or not compiled.vibrations:
+        return
+    values, scene = unpack(compiled.model, record, count), compiled.scene
+    active, method = compiled.model.bodies.active, compiled.method
+    ranges = _ranges(values["coordinates"][:, active], active)
+    for vibration in compiled.vibrations:
+        fading = vibration.fading(method, scene.solver.step)
+        seen = values["time"], values["velocity"][:, active], record.modes[:count]
+        excited, lasting = vibration.excited(*seen, fading)
+        part = min(float((excited / ranges).max()), 1.0)
+        error = part * vibration.error(method, scene.solver.step, lasting)
+        if error > ACCURATE:
+            room = ROOM if fading * lasting > FADED else 1.0
+            of = (method, scene.solver.step, lasting, ACCURATE / (room * part))
+            yield Need(vibration.accurate_step(*of), min(error, WRONG), vibration)
+
+
+def _ranges(motion: np.ndarray, active: np.ndarray) -> np.ndarray:
+    """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in its widest
+    direction, or about its widest axis."""
+    own, kind = np.ptp(motion, axis=0), active // 3
+    return np.maximum([own[kind == k].max() for k in kind], STILL)
+
+
+def fitting_step(scene: Scene, limit: float) -> float:
+    """A step [s] of few digits that is no more than ``limit`` [s], and fits the output."""
+    fewest = ceil(scene.output_step / limit * (1.0 - 1e-9))
+    parts = (scene.output_step / n for n in range(fewest, 10 * fewest))
+    few = (part for part in parts if isclose(part, float(f"{part:.2g}")))
+    return next(few, scene.output_step / fewest)

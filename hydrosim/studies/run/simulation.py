@@ -1,0 +1,299 @@
+"""`simulate`: from a case or a scene to the dataset of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from time import perf_counter, thread_time
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.restart import HEADINGS, MET, initial_headings, started_from
+from hydrosim.compiling.wet import each_alone
+from hydrosim.errors import SimulationError
+from hydrosim.jit.refs import Held
+from hydrosim.linear.linearity import propagated, solution
+from hydrosim.linear.propagate import propagate
+from hydrosim.outputs import program_version
+from hydrosim.results.ledger import warn
+from hydrosim.results.netcdf import FORMAT, LATEST, versions
+from hydrosim.results.output import to_dataset, unpack
+from hydrosim.scene import Scene
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.record import new_record
+from hydrosim.stepping.run import PITCH, advance, spent
+from hydrosim.stepping.state import (
+    BLOWN_UP,
+    CAPSIZED,
+    CHATTERING,
+    EVALUATIONS,
+    EVENTS,
+    NO_SOLUTION,
+    NOT_FINITE,
+    POINT,
+    RECORDS,
+    REJECTED,
+    RUNNING,
+    STATUS,
+    STEP_TOO_SMALL,
+    STEPS,
+    Record,
+    Run,
+    State,
+    new_run,
+)
+from hydrosim.stepping.state_layout import StateKind, state_layout
+from hydrosim.studies.run.aftermath import noticed
+from hydrosim.studies.run.blow_up import blown_up, holder
+from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
+from hydrosim.studies.run.resolution import (
+    unresolved,
+)
+from hydrosim.studies.run.stages import complete
+from hydrosim.studies.run.step_limits import warned_of_steps
+from hydrosim.studies.run.twin import doubted
+from hydrosim.waves import places
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
+    from hydrosim.stepping.dynamics import Model
+
+CHUNK = 0.1  # s of the processor's time between reports of progress
+MESSAGES = {
+    NOT_FINITE: "{where} is no longer finite",
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull, where angles"
+    " lose their meaning",
+    CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
+    STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
+    " of one solver.step, or the last was 1e-12 of the time)",
+    NO_SOLUTION: "the implicit method finds no solution for a step",
+    BLOWN_UP: "the solution blows up: there is more than ten times the energy that anything can"
+    " have given, most of it in {where}",
+}
+REMEDY = "Try a smaller solver.step, or check the stiffness and damping of that element."
+REMEDIES = {
+    CHATTERING: "Try a smaller solver.step, solver.method: esdirk4, which is stable at any step, or"
+    " check the stiffness and damping of that element.",
+    STEP_TOO_SMALL: "Try solver.method: esdirk4, which is stable at any step, or a larger"
+    " solver.tolerance, or check the stiffness and damping of that element.",
+    NO_SOLUTION: "Try solver.method: dopri5, or check the stiffness and damping of that element.",
+}
+"""Where another one is better than `REMEDY`."""
+
+NAMED = {
+    StateKind.SLOW_PLACE: "the slow place in waves, {entry.name}",
+    StateKind.SLOW_DRAUGHT: "the {entry.name}",
+    StateKind.RADIATION: "a radiation state",
+    StateKind.ENERGY: "an energy",
+    StateKind.IMPULSE: "an impulse",
+}
+"""How a state that is not finite is told, but for coordinates and their rates."""
+
+Progress = Callable[[float, int], None]
+"""Called now and then with the time reached [s] and the number of steps taken."""
+
+
+def simulate(
+    case: Case | Scene | Compiled,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+) -> xr.Dataset:
+    """Run a case, a scene or what is compiled of one; the dataset is described in
+    `hydrosim.results.output`. The runs that a case needs are made first, see
+    `hydrosim.studies.run.stages`. What is compiled is run as it is: a symmetric scene in its plane
+    if it was compiled ``in_plane``, as cases and scenes are here. With a checkpoint what is stepped
+    is ``kept`` on the disk now and then; who writes the result removes it.
+
+    An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
+    InputError if the scene cannot be compiled and SimulationError, which carries the ``dataset``
+    up to there with ``status`` "failed", if the run cannot go on.
+    """
+    if isinstance(case, Compiled):
+        return run_compiled(warned_of_steps(case), progress, kept)
+    if isinstance(case, Scene):
+        return simulate(compile_scene(case, in_plane=True), progress, kept)
+    return simulate(prepared(case, progress), progress, kept)
+
+
+def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
+    """The scene of a case, the runs that it needs made."""
+    if isinstance(case, Scene):
+        return case
+    complete(case, lambda stage, _: simulate(stage, progress))
+    return case.scene()
+
+
+def run_compiled(
+    compiled: Compiled, progress: Progress | None = None, kept: Checkpoint | None = None
+) -> xr.Dataset:
+    """`simulate` for a scene that is compiled and whose step limits are known."""
+    scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
+    record = new_record(model, clock, scene.output_accelerations)
+    run = new_run(clock, model, compiled.method.tableau, compiled.first_state(), record)
+    counters = run.counters
+    exact = propagated(scene, model)  # in no time: it is not kept
+    keeper = Keeper(kept, compiled, run) if kept and not exact else None
+    if keeper:
+        keeper.take_up()
+    chunks = propagate(run) if exact else _chunks(run)
+    time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
+    start, status = perf_counter(), "complete"
+    if keeper:
+        keeper.begin()
+    try:
+        for time in _guarded(chunks, compiled, run):
+            if progress is not None:
+                progress(time, int(counters[STEPS]))
+            if keeper:
+                keeper.look()
+    except KeyboardInterrupt:
+        status = "interrupted"
+        if keeper:
+            keeper.save()
+    failed = counters[STATUS] != RUNNING
+    message = _failure(compiled, run, time) if failed else None
+    attributes = {
+        **_provenance(compiled),
+        "solver_linear": solution(scene, model),
+        "solver_steps": int(counters[STEPS]),
+        "solver_rejected": int(counters[REJECTED]),
+        "solver_events": int(counters[EVENTS]),
+        "solver_evaluations": int(counters[EVALUATIONS]),
+        "wall_time": keeper.wall_time if keeper else perf_counter() - start,
+        "status": "failed" if message else status,
+        "status_message": message,
+    }
+    count, history = int(counters[RECORDS]), run.state.history
+    warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
+    attributes["warnings"] = "\n".join(warnings) or None
+    dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
+    warn(dataset, noticed(compiled, dataset))
+    if status == "complete" and not failed:
+        warn(dataset, doubted(compiled, run))
+    if message:
+        raise SimulationError(message, dataset)
+    return dataset
+
+
+def _chunks(run: Run) -> Iterator[float]:
+    """Advance to the end in chunks of about 0.1 s, however short the steps are, so that an
+    interrupt is served; yields the time reached, first of all that of the start.
+
+    The processor's time of this thread counts: a chunk that waits for other processes would make
+    the next ones shorter, and each is followed by a look at its records.
+    """
+    counters, held = run.counters, Held(run)
+    evaluations = 1
+    yield advance(0, held)
+    while counters[POINT] < run.clock.points and not counters[STATUS]:
+        begin = thread_time()
+        before = int(spent(counters))
+        reached = advance(evaluations, held)
+        pace = (spent(counters) - before) / max(thread_time() - begin, 1e-6)
+        evaluations = int(min(max(CHUNK * pace, 1), 100 * evaluations))
+        yield reached
+
+
+def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
+    """The times of ``chunks``, up to the record at which the run blows up: what comes after is
+    forgotten."""
+    seen, counters, record = 0, run.counters, run.record
+    for time in chunks:
+        count = int(counters[RECORDS])
+        found = blown_up(compiled.scene, run.model, record, seen, count)
+        if found is not None:
+            counters[RECORDS], counters[STATUS] = found + 1, BLOWN_UP
+            yield float(unpack(run.model, record, found + 1, found)["time"][0])
+            return
+        seen = count
+        yield time
+
+
+def _failure(compiled: Compiled, run: Run, time: float) -> str:
+    """When, what and where: the message of a run that cannot go on, and what it was warned of."""
+    scene, model, counters = compiled.scene, compiled.model, run.counters
+    count = int(counters[RECORDS])
+    if counters[STATUS] == BLOWN_UP:
+        where = holder(scene, model, run.record, count)
+    else:
+        where = _where(scene, model, run.state)
+    what = MESSAGES[int(counters[STATUS])].format(where=where)
+    name, size = _largest_force(scene, model, run.record, count)
+    message = (
+        f"at t = {time:.6g} s {what}. The largest force at the last record is that of {name},"
+        f" {size:.3g} N. {REMEDIES.get(int(counters[STATUS]), REMEDY)}"
+    )
+    return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
+
+
+def _where(scene: Scene, model: Model, state: State) -> str:
+    """What is not finite in the state, or else the body with the steepest angle."""
+    n, y = model.bodies.active.size, state.y
+    first = int(np.argmax(~np.isfinite(y)))
+    if np.isfinite(y[first]):
+        judged = model.bodies.active % 6 == PITCH
+        judged[model.hulls.roll] = True
+        steepest = np.argmax(np.abs(y[:n]) * judged)
+        return scene.bodies[model.bodies.active[steepest] // 6].name
+    kind, entry = state_layout(scene, model).at(first)
+    if kind in (StateKind.COORDINATE, StateKind.RATE):
+        return f"{entry.component} of body {entry.owner}"
+    if kind in NAMED:
+        return NAMED[StateKind(kind)].format(entry=entry)
+    return f"the {kind} of {entry.owner}"
+
+
+def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
+    """Name and size of the largest force at the last record."""
+    wrench = unpack(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
+    size = np.abs(wrench[:, :, :3]).max(axis=(1, 2))
+    return force_names(scene)[int(size.argmax())], float(size.max())
+
+
+def _provenance(compiled: Compiled) -> dict[str, object]:
+    """Where the numbers come from: case, databases, seeds, radiation, solver."""
+    scene, notes = compiled.scene, compiled.notes
+    return {
+        "Conventions": "CF-1.11",
+        "format": f"{FORMAT} {LATEST}",
+        "date_created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "title": scene.title,
+        **scene.source,
+        "program": f"hydrosim {program_version()}",
+        "versions": versions(),
+        "seeds": [wave.seed for wave in scene.environment.waves] or None,
+        "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
+        "solver_method": str(scene.solver.method),
+        "solver_step": scene.solver.step,
+        "skipped": "\n".join(notes.skipped) or None,
+        "solver_symmetry": notes.symmetry or None,
+        "zero_by_symmetry": "\n".join(notes.zero) or None,
+        **started_from(scene),
+        HEADINGS: initial_headings(scene) if np.any(compiled.model.headings.stream) else None,
+        "records": "\n".join(notes.records) or None,
+        "meetings": "\n".join(notes.meetings) or None,
+        "radiation_errors": "\n".join(notes.memory) or None,
+        **_met(compiled),
+        **{
+            f"{key}_{name}": value
+            for wet in compiled.wet
+            for name in wet.names
+            for key, value in wet.provenance().items()
+        },
+    }
+
+
+def _met(compiled: Compiled) -> dict[str, str]:
+    """Where waves meet each wet body, for runs that go on from this one."""
+    alone, scene = each_alone(compiled.wet), compiled.scene
+    chosen = {
+        body.name: places(scene, body, alone[body.name])
+        for body in scene.bodies
+        if body.name in alone
+    }
+    return {f"{MET}_{name}": f"{of.position} {of.headings}" for name, of in chosen.items()}

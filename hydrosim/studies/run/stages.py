@@ -1,0 +1,91 @@
+"""Studies in stages: cases that are driven by the runs of other cases.
+
+A recorded series of a case may name the case that it is a run of. `complete` simulates what is not
+there, or was made from another text of that case or by another version of the program.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.outputs import Output, program_version
+from hydrosim.results.netcdf import write
+from hydrosim.studies.run.checkpoint import checkpoint_of
+
+if TYPE_CHECKING:
+    from hydrosim.case.load import Case, Stage
+
+
+def outdated(stage: Stage) -> str | None:
+    """Why the run of a stage must be made (again); None if it need not."""
+    if not os.path.isfile(stage.file):
+        return f"{stage.file} is not there"
+    try:
+        with xr.open_dataset(stage.file, engine="netcdf4") as run:
+            made = run.attrs
+    except (OSError, ValueError, RuntimeError):
+        return f"{stage.file} is not the result of a run"
+    if made.get("case") != stage.case.text:
+        return f"{stage.file} was made from another text of {stage.case.path}"
+    if made.get("program") != f"hydrosim {program_version()}":
+        return f"{stage.file} was made by {made.get('program')}"
+    if made.get("status") != "complete":
+        return f"{stage.file} is of a run that did not come to its end"
+    return None
+
+
+def complete(
+    case: Case,
+    run: Callable[[Case, Output], xr.Dataset],
+    announce: Callable[[str], None] = lambda _: None,
+    above: tuple[Path, ...] = (),
+) -> bool:
+    """Make the runs that ``case`` needs by ``run``, which is told where a run goes, the
+    first of them first; True if any was made.
+
+    ``announce`` is told why a run is made; ``above`` are the cases that need this one. Raises
+    InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
+    runs are written.
+    """
+    chain, made = (*above, case.path.resolve()), False
+    for stage in case.stages():
+        if stage.case.path.resolve() in chain:
+            raise InputError(
+                f"{case.path}: found a series from a run of {stage.case.path}, which needs a run of"
+                " this case; expected cases that do not need each other."
+            )
+        anew = complete(stage.case, run, announce, chain)
+        reason = f"{stage.file} needs another run" if anew else outdated(stage)
+        if reason:
+            result = _result(stage)
+            announce(f"{reason}: simulating {stage.case.path}")
+            with result.held():
+                dataset = run(stage.case, result)
+                if dataset.attrs["status"] == "interrupted":
+                    raise KeyboardInterrupt
+                write(dataset, result)
+                checkpoint_of(result).clear()
+            made = True
+    return made
+
+
+def _result(stage: Stage) -> Output:
+    """The file of a stage, beside its own case: a case file makes no file anywhere else, and
+    replaces none but an earlier run of that case."""
+    home, key = stage.case.path.parent, f"file: {stage.file.name} (a run of {stage.case.path})"
+    if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
+        raise InputError(
+            f"{key}: found {stage.file}; expected a name that ends in .nc in the folder of that"
+            f" case, {home}, where alone its run is written."
+        )
+    inputs = stage.case.inputs()
+    made = Output(
+        stage.file, "run", stage.case.path, inputs, option=key, settings=stage.case.settings()
+    )
+    return made.checked()

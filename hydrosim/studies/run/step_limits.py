@@ -1,0 +1,70 @@
+"""Whether the step of a scene is stable, and what to choose where it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hydrosim.errors import InputError
+from hydrosim.integrate import methods_for_any_step
+from hydrosim.linear.linearity import propagated
+from hydrosim.linear.stability import step_limits
+from hydrosim.radiation.threads import one_thread
+from hydrosim.scene import Unstable
+from hydrosim.stepping.state_layout import state_layout
+from hydrosim.studies.ballast.loading import as_at
+from hydrosim.studies.run.resolution import (
+    fitting_step,
+    scene_combinations,
+    scene_vibrations,
+)
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+    from hydrosim.linear.stability import Combination, StepLimit
+    from hydrosim.scene import Scene
+
+
+@one_thread
+def warned_of_steps(compiled: Compiled) -> Compiled:
+    """With a warning of a step above the stable limit, and with what the step does not resolve;
+    InputError if a step above the limit is not wanted."""
+    scene = compiled.scene
+    step = scene.solver.step
+    if compiled.method.adapts or propagated(scene, compiled.model):
+        return compiled
+    looked_at = scene_combinations(compiled)
+    limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
+    found = [limit.describe(step) for limit in limits if limit.step < step]
+    if limits and not found and compiled.model.tanks.each.size:
+        end = compiled.begin + scene.duration
+        limits = scene_step_limits(as_at(compiled, end))
+        now = f", with tanks as at the end, {end:g} s"
+        found = [limit.describe(step) + now for limit in limits if limit.step < step]
+    if found and scene.solver.unstable == Unstable.ERROR:
+        raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
+    texts = [f"solver.step {step:g} s: {text}" for text in found]
+    notes, unresolved = compiled.notes.warned(texts), scene_vibrations(compiled, looked_at)
+    return replace(compiled, notes=notes, vibrations=unresolved)
+
+
+def _advice(scene: Scene, limit: StepLimit) -> str:
+    """What to choose instead of a step above its limit: a step of few digits that fits the output,
+    another method."""
+    step = fitting_step(scene, limit.step)
+    others = ", ".join(
+        f"solver.method: {method.name} ({method.why_any_step})" for method in methods_for_any_step()
+    )
+    return (
+        f"Choose solver.step: {step:.10g} s or less, {others},"
+        " or solver.unstable: warn to run it all the same."
+    )
+
+
+def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
+    """What limits the step of a scene with its method, of the combinations of contacts ``found``,
+    see `stability.step_limits`."""
+    found = found or scene_combinations(compiled)
+    layout = state_layout(compiled.scene, compiled.model)
+    return step_limits(found, compiled.method, layout, compiled.scene.solver.step)

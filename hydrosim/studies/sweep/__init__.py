@@ -1,0 +1,1 @@
+"""Studies over parameters and seeds, as a file says."""

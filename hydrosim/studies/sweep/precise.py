@@ -1,0 +1,147 @@
+"""More and more seeds, until the mean of a figure is known as narrowly as is asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf, isnan
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
+from hydrosim.locks import is_lock
+from hydrosim.results.journal import forget, is_part
+from hydrosim.results.netcdf import write
+from hydrosim.results.runs_file import RUN
+from hydrosim.statistics import effects
+from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.unfinished import identity, is_whole
+from hydrosim.studies.run.digest import digest
+from hydrosim.studies.sweep.study import Study, seas
+
+if TYPE_CHECKING:
+    from hydrosim.outputs import Output
+    from hydrosim.studies.study_file import Enough
+
+ROUND = r"\d+-[0-9a-f]{16}\.nc"
+"""Names of rounds: the number, and what the round is of."""
+Run = Callable[[Study, Path], xr.Dataset]
+"""Makes the runs of a study into a file, those that are kept of it taken over."""
+
+
+def run_until(
+    study: Study,
+    seeds: tuple[int, ...],
+    wanted: Enough,
+    run: Run,
+    output: Output,
+    resume: bool = False,
+) -> str:
+    """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
+    words how wide the widest interval is, and of how many seeds.
+
+    Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
+    are of: as the seeds of a round follow from those before it, a study that was killed goes on
+    with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
+    known, part = list(seeds), study
+    folder, shared = Path(f"{output.path}.rounds"), Shared()
+    with output.held():
+        _begin(folder, resume, output)
+        rounds: list[xr.Dataset] = []
+        while True:
+            rounds.append(_made(part, len(rounds), shared, folder, run))
+            runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
+            runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
+            width, count = widest(runs, wanted.figure), len(known)
+            more = min(count, wanted.most - count)
+            if width <= wanted.wide.value or more <= 0 or wanted.figure not in runs:
+                break
+            new = [max(known) + 1 + k for k in range(more)]
+            part, known = with_seeds(study, len(seeds), new), [*known, *new]
+        write(runs, output)
+        for each in rounds:
+            each.close()
+        _clear(folder)
+    unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
+    return _said(width, unit, count, wanted)
+
+
+def _said(width: float, unit: str, count: int, wanted: Enough) -> str:
+    if width == inf:
+        return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
+    wide, unit = wanted.wide.value, unit and f" {unit}"
+    said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
+    said += f" {width:.3g}{unit}"
+    return said if width <= wide else f"{said}, not {wide:g}{unit} as asked for"
+
+
+def _begin(folder: Path, resume: bool, output: Output) -> None:
+    """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
+    go, and to touch what is of others."""
+    check_folder(folder, _is_round)
+    if not resume and any(folder.glob("*")) and not output.overwrite:
+        raise InputError(
+            f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
+            " them (resume=True in Python), --overwrite begins anew."
+        )
+    if not resume:
+        _clear(folder)
+    folder.mkdir(exist_ok=True)
+
+
+def _is_round(path: Path) -> bool:
+    """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
+    of one that was killed."""
+    if re.fullmatch(ROUND, path.name):
+        return is_marked(path, "sweep")
+    if re.fullmatch(rf"{ROUND}\.partial", path.name):
+        return is_folder(path) and all(map(is_part, path.iterdir()))
+    return bool(re.fullmatch(rf"\.hydrosim-{ROUND}\.lock", path.name)) and is_lock(path)
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.glob("*.partial"):
+        if _is_round(path):
+            forget(path)
+    remove_folder(folder, _is_round)
+
+
+def _made(part: Study, number: int, shared: Shared, folder: Path, run: Run) -> xr.Dataset:
+    """The runs of a round: those that are there, if they are all and of this study."""
+    asked = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    labels = {name: label.values for name, label in part.labels.items()}
+    state = digest(identity(part.scenes, shared.opened, labels, asked))
+    path = folder / f"{number}-{state[:16]}.nc"
+    others = {file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)}
+    if others and number == 0:
+        raise InputError(
+            f"--resume: the runs in {folder} were made with another state of the program, of a"
+            " database, or of the study. Go on with what they were made with, or begin anew with"
+            " --overwrite."
+        )
+    if path.exists() and is_whole(path):
+        return xr.open_dataset(path, engine="netcdf4")
+    return run(part, path)
+
+
+def widest(runs: xr.Dataset, figure: str) -> float:
+    """The width of the widest interval of the mean of a figure over all combinations, infinite
+    where there are too few values."""
+    rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
+    widths = [row.spread.high - row.spread.low for row in rows if row.figure == figure]
+    return max((inf if isnan(width) else width for width in widths), default=inf)
+
+
+def with_seeds(study: Study, count: int, new: list[int]) -> Study:
+    """The same combinations, of which the study has so many seeds each, with others."""
+    scenes = [sea for scene in study.scenes[::count] for sea in seas(scene, new)]
+    labels = {
+        name: xr.Variable(RUN, np.repeat(label.values[::count], len(new)), label.attrs)
+        for name, label in study.labels.items()
+    }
+    return replace(study, scenes=tuple(scenes), labels=labels)

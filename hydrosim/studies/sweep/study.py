@@ -1,0 +1,283 @@
+"""Studies: a case over parameters and seeds, as a file says.
+
+case: base.yaml
+parameters:
+  forces.interface.friction.static: [0.2, 0.4]
+  environment.waves.significant_height: [1 m, 1.5 m, 2 m]
+seeds: 1-100
+duration: 3 hour
+output: {step: 1 s, variables: [position]}
+figures: {crawl: {channel: position.barge.surge, statistic: end}}
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from hydrosim.case.load import Case, laid_over
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.messages import Problem
+from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.validate import validated
+from hydrosim.errors import InputError
+from hydrosim.outputs import settings_text
+from hydrosim.results.runs_file import RUN, TEXTS
+from hydrosim.studies.run.simulation import prepared
+from hydrosim.studies.study_file import Enough, Kept, Linked, Plan, Range, StudyFile
+from hydrosim.studies.sweep import designs
+from hydrosim.studies.sweep.coordinates import at_key, column
+
+if TYPE_CHECKING:
+    from hydrosim.documents.units import Scale
+    from hydrosim.scene import Scene
+    from hydrosim.statistics.figures import Figure
+
+STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
+DESIGN = "design"  # attribute of a file of runs, see `described`
+MOST_RUNS = 1_000_000
+OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
+TAKEN = f"found such a name; expected one that is not taken ({', '.join(sorted(OWN))}), without /"
+
+
+@dataclass(frozen=True)
+class Study:
+    """The ``scenes`` of a study and their ``labels``, along the runs: parameters and seeds; what is
+    kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
+    ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
+    there are to be more; the ``settings`` that its result is made with; the ``bounds`` of figures,
+    see `StudyFile`."""
+
+    scenes: tuple[Scene, ...]
+    labels: dict[str, xr.Variable]
+    kept: Kept
+    inputs: tuple[Path, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    design: str = "{}"
+    seeds: tuple[int, ...] = ()
+    until: Enough | None = None
+    settings: str = ""
+    bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
+
+
+def read_study(path: Path) -> StudyFile:
+    """The study in a YAML file; InputError says what is not valid, also what is too much."""
+    return validated(read_case(path)[1], StudyFile, _problems)
+
+
+def load_study(path: Path | str) -> Study:
+    """All combinations of the parameters and seeds of the study in the YAML file ``path``, the
+    seeds of one combination after each other.
+
+    Raises InputError where the study, or the case with some combination, is not valid.
+    """
+    path = Path(path)
+    data = read_study(path)
+    builder = _Builder(path, data)
+    rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
+    _check_once(path, _labels(data, rows))
+    runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
+    return Study(
+        tuple(scene for _, scene in runs),
+        _labels(data, [row for row, _ in runs]),
+        data.output,
+        (*builder.inputs,),
+        figures_of(data),
+        json.dumps(described(data)),
+        data.seeds or (),
+        data.until,
+        settings_with(data, rows[0].case),
+        data.bounds(),
+    )
+
+
+def settings_with(data: StudyFile, case: Case) -> str:
+    """What the result of a study is made with: all that its file sets, and one of its cases."""
+    study = data.model_dump(mode="json", exclude_unset=True, warnings=False)
+    of_case = json.loads(case.settings())
+    return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
+
+
+def figures_of(data: StudyFile) -> tuple[Figure, ...]:
+    """What is asked of each run: the figures, and those of the criteria."""
+    asked = {**data.figures, **data.criteria}
+    return tuple(each.figure(name, data.output.start) for name, each in asked.items())
+
+
+def described(data: StudyFile) -> dict[str, Any]:
+    """What the file of runs says of a study: of each plan its design and the keys of its
+    parameters; the figures; the limits."""
+    plans = {
+        name: {
+            "design": plan.design,
+            "samples": plan.samples,
+            "parameters": {n: [*designs.keys_of(n, p)] for n, p in plan.parameters.items()},
+        }
+        for name, plan in data.plans().items()
+    }
+    limits = {name: each.limit.value for name, each in data.criteria.items()}
+    return {"plans": plans, "figures": [*data.figures, *data.criteria], "limits": limits}
+
+
+def seas(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
+    """The scene with each of the seeds for all of its wave trains, which tell themselves apart."""
+    water = scene.environment
+    return [
+        replace(
+            scene,
+            environment=replace(
+                water, waves=tuple(replace(train, seed=seed) for train in water.waves)
+            ),
+        )
+        for seed in seeds
+    ]
+
+
+def _problems(data: StudyFile) -> Iterator[Problem]:
+    count = sum(map(designs.size, data.plans().values())) * len(data.seeds or (0,))
+    if count > MOST_RUNS:
+        yield Problem(
+            (),
+            f"found {count:,} runs, {count / len(data.seeds or (0,)):,.0f} combinations with"
+            f" {len(data.seeds or (0,)):,} seeds; expected {MOST_RUNS:,} or fewer; at ten runs a"
+            f" second they would take {count / 864_000:,.1f} days. Take a Latin hypercube, fewer"
+            " values, or fewer seeds",
+        )
+    known = [*data.figures, *data.criteria]
+    if data.until is not None and data.until.figure not in known:
+        text = f"found {data.until.figure}; expected one of: {', '.join(known) or 'none'}"
+        yield Problem(("until", "figure"), text)
+    if data.until is not None and data.until.most < (given := len(data.seeds or ())):
+        text = f"found {data.until.most:,} and {given:,} seeds; expected as many as these, or more"
+        yield Problem(("until", "most"), text)
+    for name in data.figures.keys() & data.criteria.keys():
+        yield Problem(("criteria", name), "found the name of a figure; expected another name")
+    linked = {
+        name: where
+        for plan, each in data.plans().items()
+        for name, parameter in each.parameters.items()
+        if isinstance(parameter, Linked)
+        for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
+    }
+    for kind, names in (("figures", data.figures), ("criteria", data.criteria)):
+        for name in names:
+            if not name.isidentifier():
+                yield Problem((kind, name), "found such a name; expected letters, digits and _")
+            if name in OWN or name in linked:
+                yield Problem((kind, name), TAKEN)
+    for name, where in linked.items():
+        if name in OWN or "/" in name:
+            yield Problem(where, TAKEN)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A combination: the plan, what was set, the case and its scene."""
+
+    plan: str
+    row: designs.Row
+    case: Case
+    scene: Scene
+
+    def seas(self, path: Path, data: StudyFile) -> list[Scene]:
+        if data.seeds is None:
+            return [self.scene]
+        if not self.scene.environment.waves:
+            raise InputError(f"{path}: seeds: the case {data.case} has no waves; remove the key")
+        return seas(self.scene, data.seeds)
+
+
+class _Builder:
+    """Cases with what a study sets in them."""
+
+    def __init__(self, path: Path, data: StudyFile) -> None:
+        self.path, self.case = path, path.parent / data.case
+        self.read = read_case(self.case)
+        kept = {f"output.{key}": getattr(data.output, key) for key in ("step", "impulses")}
+        fixed = {"duration": data.duration, **kept}
+        self.fixed = {key: value for key, value in fixed.items() if value is not None}
+        self.inputs: dict[Path, None] = {path: None}
+
+    def rows(self, name: str, plan: Plan) -> Iterator[_Row]:
+        for row in designs.rows(plan, self._ends):
+            case = self._case(row.settings)
+            self.inputs |= dict.fromkeys(case.inputs())
+            yield _Row(name, row, case, prepared(case))
+
+    def _case(self, settings: Mapping[str, Any]) -> Case:
+        try:
+            return laid_over(self.case, self.read, {**self.fixed, **settings})
+        except InputError as error:
+            raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
+
+    def _ends(self, key: str, spread: Range) -> tuple[float, float]:
+        """The ends of a range in SI, each as the case reads it."""
+        found = []
+        for value in (spread.low, spread.high):
+            number = at_key(self._case({key: value}).data, key).number
+            if number is None:
+                raise InputError(f"{self.path}: {key}: found {value}; expected a number")
+            found.append(number)
+        low, high = found
+        if not low < high or (spread.scale == "logarithmic" and low <= 0.0):
+            raise InputError(
+                f"{self.path}: {key}: found from {low:g} to {high:g}; expected a range that rises"
+                f"{', above zero' if low < high else ''}"
+            )
+        return low, high
+
+
+def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
+    """Coordinates of all runs: the values of all keys that are varied somewhere; names."""
+    plans = data.plans()
+    labels: dict[str, list[Any]] = {}
+    if data.studies:
+        labels[STUDY] = [row.plan for row in rows]
+    if any(plan.design == "one_at_a_time" for plan in plans.values()):
+        labels[VARIED] = [row.row.varied for row in rows]
+    units: dict[str, str | None] = {}
+    for plan in plans.values():
+        for name, parameter in plan.parameters.items():
+            if isinstance(parameter, Linked) and parameter.called is not None:
+                labels[name] = [row.row.called.get(name, "") for row in rows]
+            for key in designs.keys_of(name, parameter):
+                labels[key], units[key] = _along(key, rows)
+    return {
+        name: xr.Variable(RUN, column(values), _attributes(units.get(name)))
+        for name, values in labels.items()
+    }
+
+
+def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
+    """Refuse combinations that are the same, such as 1 m and 100 cm: their runs, which are the same
+    too, would count as if they were of other seeds."""
+    rows = list(zip(*(values.values.tolist() for values in labels.values()), strict=True))
+    seen: set[tuple[Any, ...]] = set()
+    for row in rows:
+        if row in seen:
+            text = ", ".join(f"{name} {value}" for name, value in zip(labels, row, strict=True))
+            raise InputError(
+                f"{path}: parameters: found {text} twice; expected each combination of values once,"
+                " as the same runs twice say no more than once."
+            )
+        seen.add(row)
+
+
+def _along(key: str, rows: list[_Row]) -> tuple[list[Any], str | None]:
+    """The values of a key in all cases, in SI if they are numbers, and the unit of these."""
+    found = {id(row): at_key(row.case.data, key) for row in rows}
+    values = [found[id(row)] for row in rows]
+    if all(value.number is not None for value in values):
+        units = [value.unit for value in values if value.unit is not None]
+        return [value.number for value in values], next(iter(units), None)
+    given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
+    return given, None
+
+
+def _attributes(unit: str | None) -> Mapping[str, str]:
+    return {} if unit is None else {"units": unit or "1"}

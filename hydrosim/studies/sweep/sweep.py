@@ -1,0 +1,50 @@
+"""`run_study`: the runs of a study into one file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hydrosim.errors import InputError
+from hydrosim.studies.many.many import simulate_many
+from hydrosim.studies.sweep.study import DESIGN
+from hydrosim.studies.sweep.trial import check_figures, check_units
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import xarray as xr
+
+    from hydrosim.outputs import Output
+    from hydrosim.studies.many.many import Progress
+    from hydrosim.studies.many.pools import Pool
+    from hydrosim.studies.sweep.study import Study
+
+
+def run_study(
+    study: Study,
+    output: Path | Output,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    resume: bool = False,
+    pool: Pool | None = None,
+) -> xr.Dataset:
+    """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
+    runs have no such figures."""
+    file = study.inputs[0]
+    check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
+    try:
+        return simulate_many(
+            study.scenes,
+            output,
+            variables=study.kept.variables,
+            labels=study.labels,
+            figures=study.figures,
+            attributes={DESIGN: study.design},
+            start=study.kept.start,
+            workers=workers,
+            progress=progress,
+            resume=resume,
+            pool=pool,
+        )
+    except InputError as error:
+        raise InputError(str(error).replace("simulate_many:", f"{file}: output:")) from None

@@ -1,0 +1,61 @@
+"""What is said of a scene before it runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+from dry_scenes import block
+
+from hydrosim.compiling.notes_of_sea import OUTSIDE_WARNED, range_warnings
+from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, ranges
+from hydrosim.scene import Environment, WaveForces, WaveTrain, WhiteNoise
+from hydrosim.waves import sea
+
+NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What is read of a database."""
+
+    frequency: np.ndarray
+    excitation: np.ndarray
+
+
+def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], list[str]]:
+    """Warnings of a sea with a share of its energy above a database's frequencies, whose loads go
+    as this power of the frequency; and what is refused."""
+    body = replace(block(1.0), wave_forces=WaveForces(**forces))
+    frequency = np.linspace(0.1, 1.5 - share, 50)
+    loads = np.tile(frequency[:, None, None] ** power + 0j, (1, 8, 6))
+    database = Loads(frequency, loads)
+    seas = sea(Environment(waves=(NOISE,)))
+    about = SimpleNamespace(wet=lambda: [(0, body, database)], sea=seas)
+    return list(range_warnings(seas, body, database)), [doubt.found for doubt in ranges(about)]
+
+
+def test_energy_outside_a_database() -> None:
+    """Of the waves, where loads do not fall as those on a wall do."""
+    # the last 0.1 % is cut off, and a component is 0.06 % of the energy
+    assert said(0.5 * OUTSIDE_WARNED, 8.0) == ([], [])
+    (warning,), refused = said(0.8 * OUTSIDE_REFUSED, 8.0)
+    assert not refused
+    assert "of the waves' energy outside the frequencies of the database of block" in warning
+    warned, (found,) = said(1.2 * OUTSIDE_REFUSED + 1e-3, 8.0)
+    assert not warned
+    assert "1.2% of the waves' energy outside" in found
+    assert said(0.9, 8.0, first_order=False) == ([], [])
+
+
+def test_loads_outside_a_database() -> None:
+    """With loads as w^-2, those of the sea above 1.2 rad/s are (1.2^-3 - 1.5^-3) / (0.5^-3 -
+    1.5^-3) of all, by int w^-4 dw."""
+    share = (1.2**-3 - 1.5**-3) / (0.5**-3 - 1.5**-3)
+    _, (found,) = said(0.3, -2.0)
+    assert "29.9% of the waves' energy" in found
+    assert f"about {share:.2g} of the energy of its loads" in found
+    (warning,), refused = said(0.1, -2.0)
+    assert not refused
+    assert warning.endswith("no loads there.")

@@ -1,0 +1,293 @@
+"""Intervals of extremes against records whose largest value has known quantiles.
+
+A hundred or so of each kind; ``python -m benchmarks extremes`` has 2000. Bounds are what is
+promised, 0.88 to 0.92, with three standard errors of a share of so many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from markers import few
+from random_records import DURATION, KINDS, MOST_PROBABLE
+from scipy.special import owens_t
+from scipy.stats import gumbel_r, norm
+
+from hydrosim.statistics.crossings import Crossings, crossings
+from hydrosim.statistics.extremes import LAWS, OFF, Basis, extremes
+from hydrosim.statistics.gaussian import fit_gaussian
+from hydrosim.statistics.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.peaks import tail_shape
+from hydrosim.statistics.series import memories, upcrossings
+from hydrosim.statistics.stationarity import changes
+
+RECORDS = 150
+PROMISED = (0.88, 0.92)
+NORMAL = 1.645  # 5 % of a normal distribution are beyond
+Figure = Callable[[str, float], None]
+
+
+def scatter(share: float, count: int) -> float:
+    """Three standard errors of a share."""
+    return float(3.0 * np.sqrt(share * (1.0 - share) / count))
+
+
+def hold(name: str, figure: Figure, records: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Widths of confidence and prediction intervals of random records of a kind, and of the
+    oracle's; both intervals hold as often as promised, neither less nor more, and a record's own
+    largest value, which has a part in the fit, at least as often."""
+    kind, random = KINDS[name], np.random.default_rng(12)
+    wholes = [kind.draw(random) for _ in range(records)]
+    found = [extremes(kind.record(x), kind.step, None, kind.slowest)[1] for x in wholes]
+    largest, true = np.array([x.max() for x in wholes]), kind.quantiles
+    low, high, least, most = np.array([each[1:5] for each in found]).T
+    shares = {
+        "confidence": np.mean((low <= true[1]) & (true[1] <= high)),
+        "prediction of another": np.mean((least[1:] <= largest[:-1]) & (largest[:-1] <= most[1:])),
+    }
+    for what, share in shares.items():
+        figure(f"{name}, {what}", float(share))
+        assert share >= PROMISED[0] - scatter(PROMISED[0], records), what
+        assert share <= PROMISED[1] + scatter(PROMISED[1], records), what
+    own = np.mean((least <= largest) & (largest <= most))
+    assert own >= PROMISED[0] - scatter(PROMISED[0], records)
+    assert np.mean([each.basis in LAWS for each in found]) > 0.95
+    oracle = 2.0 * NORMAL * np.std([kind.oracle(x) for x in wholes])
+    return high - low, most - least, float(oracle)
+
+
+@pytest.mark.parametrize(
+    "name", few(["Gaussian wave motion", "slow drift, damping 0.2", "clipped contact force"], 1)
+)
+def test_intervals_are_as_narrow_as_can_be(name: str, figure: Figure) -> None:
+    """And are at most 1.3 times as wide as those of one who knows the distribution but for mean
+    and standard deviation; his scatter is known to 1 / sqrt(2 n) of itself, three of which are
+    allowed for."""
+    sure, another, oracle = hold(name, figure, RECORDS)
+    true = KINDS[name].quantiles
+    assert np.nanmean(sure) <= 1.3 * (1.0 + 3.0 / np.sqrt(2 * RECORDS)) * oracle
+    assert np.nanmean(another) <= 1.3 * (true[2] - true[0])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("acceleration", "tension, slack for 7 %", "stiffening contact force", "drag force"),
+        *("crests of second order", "size of a motion", "speed in a plane"),
+    ],
+)
+def test_intervals_hold_what_they_promise(name: str, figure: Figure) -> None:
+    hold(name, figure, 60)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [
+        *(("Gaussian wave motion", 2.0), ("broad band", 2.0), ("acceleration", 2.0)),
+        *(("drag force", 1.0), ("power", 1.0)),
+    ],
+)
+def test_shape_of_a_tail(name: str, shape: float) -> None:
+    """By Rice, of what rises along z: exp(-z^2 / 2), and of z |z| exp(-x / 2). That of a power
+    holds from the mean on. Ten records; one is 3 % off, by counts of fifty crossings and more."""
+    kind, random = KINDS[name], np.random.default_rng(4)
+    drawn = [kind.draw(random) for _ in range(10)]
+    found = np.mean([tail_shape(x, x.mean()) for x in drawn])
+    assert found == pytest.approx(shape, rel=3.0 * 0.03 / np.sqrt(10.0))
+
+
+def test_shapes_of_tails_scatter_as_is_said() -> None:
+    """Of 60 records, whose scatter is known to 9 %: within three of these, and the spread of kinds,
+    which is 1.09 to 1.5."""
+    kind, random = KINDS["drag force"], np.random.default_rng(6)
+    drawn = [kind.draw(random) for _ in range(60)]
+    shapes = [tail_shape(x, x.mean()) for x in drawn]
+    waves = np.mean([upcrossings(x - x.mean()).size for x in drawn])
+    assert np.std(shapes) / np.mean(shapes) * np.sqrt(waves) == pytest.approx(OFF, rel=0.3)
+
+
+def test_crossings_of_short_steps_are_rices() -> None:
+    """T(u, a) is a / (2 pi) exp(-u^2 / 2) but for (2 + u^2) a^2 / 6 of it (Owen 1956)."""
+    of = Crossings(1e6, 1e-3, 1e3, 0.0)
+    for u in (1.0, 3.0, 5.0):
+        rice = 1e6 * 1e-3 / np.pi * np.exp(-0.5 * u**2)
+        assert of.groups(u) == pytest.approx(rice, rel=1.01 * (2.0 + u**2) / 6e6)
+        assert of.level(of.groups(u)) == pytest.approx(u, rel=1e-9)
+
+
+def test_crossings_of_white_noise_are_counted() -> None:
+    """Of independent values p = Q (1 - Q), Q being the probability above u, to five standard errors
+    of such a count."""
+    count = 400000
+    z = np.random.default_rng(9).normal(size=count)
+    of = crossings(np.mean((z[:-1] < 0.0) & (z[1:] >= 0.0)), 0.0, np.array([3.0]), 1, count)
+    assert of.steepness == pytest.approx(1.0, abs=0.02)
+    for u in (1.0, 2.0, 3.0):
+        expected = count * norm.sf(u) * norm.cdf(u)
+        rate = 2.0 * count * owens_t(u, of.steepness)
+        assert rate == pytest.approx(expected, abs=5.0 * np.sqrt(expected) + 0.02 * expected)
+
+
+def test_stationary_records_are_not_said_to_change(figure: Figure) -> None:
+    """None of the kinds, slow drift with little damping the hardest; 1 % is asked for in all."""
+    told = []
+    for k, kind in enumerate(KINDS.values()):
+        random = np.random.default_rng(k)
+        for _ in range(40):
+            x = kind.record(kind.draw(random))
+            told.append(any(changes(x, memories(x))))
+    figure("share of stationary records said to change", float(np.mean(told)))
+    assert np.mean(told) <= 0.01 + 3.0 * np.sqrt(0.01 * 0.99 / len(told))
+
+
+@pytest.mark.parametrize(
+    ("trend", "expected"),
+    [
+        (lambda x, t: x + t, Basis.MEAN_CHANGES),
+        (lambda x, t: x + (t > 0.7), Basis.MEAN_CHANGES),
+        (lambda x, t: x * (1.0 + t), Basis.STD_CHANGES),
+    ],
+)
+def test_changes_are_told(trend: Callable, expected: Basis) -> None:
+    """A mean that goes by one standard deviation, waves that grow to twice their height."""
+    kind, told = KINDS["Gaussian wave motion"], []
+    for seed in range(20):
+        x = kind.draw(np.random.default_rng(seed))
+        x = trend(x, np.linspace(0.0, 1.0, x.size))
+        told.append(extremes(x, kind.step, None, kind.slowest)[1].basis == expected)
+    assert np.mean(told) >= 0.9
+
+
+def test_quantiles_are_those_of_the_process() -> None:
+    """Of a Gaussian process, by Rice's rate of upcrossings: the most probable largest of n waves is
+    at most sqrt(2 ln n), and near it where the band is broad."""
+    for name, near in (("Gaussian wave motion", 0.05), ("broad band", 0.05)):
+        kind = KINDS[name]
+        power, omega = kind.draw.size**2, kind.draw.omega
+        rice = np.sqrt((omega**2 * power).sum()) / (2 * np.pi)
+        bound = np.sqrt(2 * np.log(rice * DURATION))
+        assert bound - near < kind.quantiles[1] < bound + 0.01, name
+
+
+def test_independent_waves_have_rayleighs_extremes() -> None:
+    """n = 1080: 3.7376 standard deviations are most probable, 4.2977 exceeded once in ten times
+    (sqrt(-2 ln(1 - 0.9^(1/n))), here by n exp(-u^2 / 2) = -ln 0.9, which is 4e-5 off)."""
+    count = 1080.0
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
+    fit = fit_gaussian(x, memories(x), 50)
+    assert fit is not None
+    values = 1e7  # in short steps: Rice's rate, a / pi of the values in groups of one each
+    alone = Crossings(values, np.pi * count / values, 1e3, 0.0)
+    fit = fit._replace(mean=0.0, std=1.0, crossings=alone)
+    assert fit.expected(1.0) == pytest.approx(3.7376, abs=5e-5)
+    exceeded = count / -np.log(0.9)
+    assert fit.expected(exceeded / count) == pytest.approx(4.2977, abs=1e-4)
+
+
+def test_clipped_fit_finds_what_was_clipped() -> None:
+    """Mean and standard deviation of the force before it was clipped, to the scatter of a record:
+    standard errors of 2 and 1.3 % (1400 memories), four of them."""
+    kind = KINDS["the same, open for 84 %"]
+    whole = kind.draw(np.random.default_rng(3))
+    x = kind.record(whole)
+    fit = fit_gaussian(x, memories(whole), 50)
+    assert fit is not None
+    assert fit.mean == pytest.approx(whole.mean(), abs=0.08)
+    assert fit.std == pytest.approx(whole.std(), rel=0.06)
+    free = fit_gaussian(whole, memories(whole), 50)
+    assert free is not None
+    assert (free.mean, free.std) == pytest.approx((whole.mean(), whole.std()), rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [8, 30])
+def test_gumbels_intervals_are_exact(count: int) -> None:
+    """90 % of 600 samples, within three standard errors (3.7 %) and that of the draws."""
+    random, holds = np.random.default_rng(5), []
+    for _ in range(600):
+        *maxima, other = 3.0 - 2.0 * np.log(-np.log(random.random(count + 1)))
+        law = fit_maxima(np.array(maxima))
+        (a, b), (c, d) = law.confidence(20.0), law.prediction(1.0)
+        holds.append((a <= 3.0 + 2.0 * np.log(20.0) <= b, c <= other <= d))
+    np.testing.assert_allclose(np.mean(holds, axis=0), 0.9, atol=0.04)
+
+
+def test_gumbel_fit_has_the_greatest_likelihood() -> None:
+    x = np.random.default_rng(6).gumbel(2.0, 0.5, 40)
+    law = fit_maxima(x)
+
+    def likelihood(a: float, b: float) -> float:
+        z = (x - a) / b
+        return float(-np.log(b) * x.size - (z + np.exp(-z)).sum())
+
+    best = likelihood(law.location, law.scale)
+    for da, db in ((1e-3, 0.0), (-1e-3, 0.0), (0.0, 1e-3), (0.0, -1e-3)):
+        assert likelihood(law.location + da, law.scale + db) < best
+
+
+def test_gumbel_fit_is_scipys() -> None:
+    """Location, scale and P90 of the greatest likelihood, by another's search for it."""
+    for count, seed in ((20, 3), (500, 4)):
+        maxima = gumbel_r.rvs(3.0, 0.7, size=count, random_state=np.random.default_rng(seed))
+        law, (location, scale) = fit_maxima(maxima), gumbel_r.fit(maxima)
+        assert (law.location, law.scale) == pytest.approx((location, scale), rel=1e-6)
+        p90 = law.expected(exceeding(0.9))
+        assert p90 == pytest.approx(gumbel_r.ppf(0.9, location, scale), rel=1e-6)
+
+
+def test_p90_over_seeds(figure: Figure) -> None:
+    """Of 20 runs whose largest values have Gumbel's law its interval holds the true P90 in 90 % of
+    600 studies, within three standard errors."""
+    random, true = np.random.default_rng(20), gumbel_r.ppf(0.9)
+    laws = [fit_maxima(gumbel_r.rvs(size=20, random_state=random)) for _ in range(600)]
+    low, high = np.array([law.confidence(exceeding(0.9)) for law in laws]).T
+    share = float(np.mean((low <= true) & (true <= high)))
+    figure("P90 over 20 seeds", share)
+    assert abs(share - 0.9) <= 3.0 * np.sqrt(0.9 * 0.1 / 600)
+
+
+def test_a_record_that_is_cut_off_above_has_no_largest() -> None:
+    """Rarely enough not to be called clipped, but in every window: there is no law."""
+    x = np.random.default_rng(8).normal(size=20000)
+    x[::300] = 9.0
+    assert extremes(x, 1.0)[1].basis == Basis.CLIPPED
+
+
+def test_the_largest_of_few_values_is_no_clip() -> None:
+    """Once in 150 values is more than half a percent of them, and no clip."""
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(9))[:1200]
+    part = x[::8]
+    assert part.size == 150
+    assert {each.basis for each in extremes(part, 4.0)} <= {*LAWS, Basis.TOO_SHORT}
+    clipped = np.minimum(part, np.sort(part)[-4])
+    assert extremes(clipped, 4.0)[1].basis == Basis.CLIPPED
+
+
+def test_nothing_of_a_law_without_a_basis() -> None:
+    x = np.random.default_rng(7).normal(size=300)
+    short = extremes(x[:20], 1.0)[1]
+    assert short.basis not in LAWS
+    assert np.isnan(short[:5]).all()
+    assert np.exp(-1.0) == MOST_PROBABLE
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-3, 1e300])
+def test_units_do_not_matter(size: float) -> None:
+    kind = KINDS["clipped contact force"]
+    x = kind.record(kind.draw(np.random.default_rng(1)))
+    one, other = extremes(x, 1.0)[1], extremes(size * x, 1.0)[1]
+    assert one.basis == other.basis == Basis.CLIPPED_GAUSSIAN
+    np.testing.assert_allclose(np.array(other[:5]) / size, one[:5], rtol=1e-9)
+
+
+def test_one_value_far_beyond_all_others_has_no_law() -> None:
+    """An impact says what the waves do not; nor does it make a Gaussian record of them."""
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
+    x[5000] = 300.0
+    assert extremes(x, 0.5)[1].basis == Basis.ALONE
+
+
+def test_two_values_in_turn_are_neither_regular_nor_a_law() -> None:
+    x = (np.random.default_rng(2).random(5000) > 0.5).astype(float)
+    assert extremes(x, 0.5)[1].basis == Basis.CLIPPED

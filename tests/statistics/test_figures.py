@@ -1,0 +1,55 @@
+"""Figures of a run: statistics of its channels, of all times and of a phase."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.statistics.figures import Figure, figure_of
+
+TIME = np.arange(6.0)
+X = np.array([0.0, 1.0, -3.0, 2.0, 4.0, -1.0])
+
+
+@pytest.fixture
+def run() -> xr.Dataset:
+    position = np.zeros((6, 1, 1))
+    position[:, 0, 0] = X
+    return xr.Dataset(
+        {
+            "position": (("time", "body", "dof"), position, {"units": "m or rad"}),
+            "contact_phase": (("time", "contact_group"), np.array([[0, 0, 1, 1, 1, 2]]).T),
+        },
+        {"time": TIME, "body": ["barge"], "dof": ["surge"], "contact_group": ["interface"]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("statistic", "phase", "expected"),
+    [
+        ("end", None, -1.0),
+        ("end_absolute", None, 1.0),
+        ("change", "initial contact", 7.0),
+        ("largest_absolute", "initial contact", 4.0),
+        ("mean", None, 0.5),
+        ("smallest", "moored", 0.0),
+        ("std", "moored", 0.5),
+        ("largest", "stuck", np.nan),
+    ],
+)
+def test_figures(run: xr.Dataset, statistic: str, phase: str | None, expected: float) -> None:
+    found = figure_of(run, Figure("a", "position.barge.surge", statistic, phase))
+    assert float(found) == pytest.approx(expected, nan_ok=True)
+    assert found.attrs["units"] == "m"
+
+
+def test_times_before_the_start_are_left_out(run: xr.Dataset) -> None:
+    assert float(figure_of(run, Figure("a", "position.barge.surge", "mean", None, 4.0))) == 1.5
+
+
+def test_phases_need_contacts(run: xr.Dataset) -> None:
+    figure = Figure("a", "position.barge.surge", "end", "moored")
+    with pytest.raises(InputError, match="found phase moored, but the run has no contacts"):
+        figure_of(run.drop_vars("contact_phase"), figure)

@@ -1,0 +1,321 @@
+"""`simulate_many`: the same as single runs, whatever the number of threads; failures, interrupts.
+
+Nothing here has a tolerance: a run among others is the same run to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from dry_scenes import block, on_floor, steady
+from dry_scenes import scene as dry
+from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.forces import StickSlip
+from hydrosim.results.growing import growing
+from hydrosim.results.runs_file import LARGE
+from hydrosim.scene import Scene, Solver, Start, WaveTrain
+from hydrosim.statistics.figures import Figure
+from hydrosim.statistics.statistics import statistics
+from hydrosim.studies.many import shared
+
+SHORT = 60.0  # s: with contact from the start
+
+
+def seeds(*numbers: int) -> list[Scene]:
+    """The barge that knocks against the topside, in seas of these seeds."""
+    return [in_waves(in_contact(SHORT), WaveTrain(SEA, seed=seed)) for seed in numbers]
+
+
+def turning_over() -> Scene:
+    """The same barge under a moment that turns it over."""
+    scene = in_contact(SHORT)
+    return replace(scene, forces={**scene.forces, "push": steady("barge", pitch=3e12)})
+
+
+def same(found: xr.Dataset, expected: xr.Dataset) -> bool:
+    """Whether all variables of the one are in the other, bit for bit."""
+    return all(
+        np.array_equal(found[name].values, expected[name].values, equal_nan=True)
+        for name in expected.data_vars
+    )
+
+
+@pytest.fixture(scope="module")
+def singles() -> list[xr.Dataset]:
+    """Three runs, each on its own."""
+    return [hs.simulate(scene) for scene in seeds(1, 2, 3)]
+
+
+def test_each_run_is_a_single_run_to_the_bit(singles: list[xr.Dataset]) -> None:
+    """Motions, other variables, statistics; the waves are all that is made anew for each."""
+    chosen = ["position", "wave_elevation", "fender_normal_force", "force_interface"]
+    runs = hs.simulate_many(seeds(1, 2, 3), variables=chosen, workers=2, start=20.0)
+    assert list(runs.seed) == [1, 2, 3]
+    assert list(runs.status) == ["complete"] * 3
+    for k, single in enumerate(singles):
+        run = runs.isel(run=k)
+        assert same(run, single[chosen])
+        expected = statistics(single, 20.0)
+        assert same(run, expected.drop_vars("phase_crawl"))
+        assert np.array_equal(run.phase_crawl.sel(axis=["x", "y"]), expected.phase_crawl)
+        assert np.array_equal(run.end_position, single.position[-1])
+        touching = single.time[(single.fender_mode > 0).any("fender").values]
+        assert run.first_contact.item() == float(touching[0])
+        for name in ("solver_steps", "solver_events", "energy_residual_relative"):
+            assert float(run[name]) == single.attrs[name]
+        assert str(run.warnings.values) == single.attrs.get("warnings", "")
+
+
+def test_runs_may_differ_in_more_than_their_waves(singles: list[xr.Dataset]) -> None:
+    """What is taken over from the run before is taken over from a like one only."""
+    (barge,) = in_contact(SHORT).bodies
+    heavy = [with_body(scene, mass=1.001 * barge.mass) for scene in seeds(1, 2)]
+    mixed = [seeds(1)[0], *heavy, seeds(3)[0]]
+    runs = hs.simulate_many(mixed, labels={"mass": [s.bodies[0].mass for s in mixed]})
+    assert runs.mass.dims == ("run",)
+    expected = [singles[0], *(hs.simulate(scene) for scene in heavy), singles[2]]
+    for k, single in enumerate(expected):
+        assert same(runs.isel(run=k), single[["position"]])
+    assert not np.array_equal(expected[1].position, singles[0].position)
+
+
+def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+
+    def counted(name: str) -> None:
+        function = getattr(shared, name)
+
+        def call(*arguments: object) -> object:
+            calls.append(name)
+            return function(*arguments)
+
+        monkeypatch.setattr(shared, name, call)
+
+    counted("opened")
+    counted("compile_calm")
+    cases = [
+        hs.load_case(CASES / "base.yaml", {"duration": 5.0, "environment.waves.seed": seed})
+        for seed in (1, 2, 3)
+    ]
+    runs = hs.simulate_many(cases)
+    assert sorted(calls) == ["compile_calm", "opened"]
+    assert same(runs.isel(run=1), hs.simulate(cases[1])[["position"]])
+    assert "seed: 2" in str(runs.case[1].values)  # the texts differ, so each run has its own
+    assert "case" not in runs.attrs
+
+
+@pytest.mark.slow
+def test_the_file_is_the_same_to_the_byte_for_any_number_of_workers(tmp_path: Path) -> None:
+    """The first run takes five times as long as the others, which end before it."""
+    slow, *others = seeds(1, 2, 3, 4, 5)
+    scenes = [replace(slow, solver=Solver(step=0.02)), turning_over(), *others]
+    made = []
+    for workers in (1, 2, 3):
+        path = tmp_path / f"{workers}" / "runs.nc"
+        path.parent.mkdir()
+        hs.simulate_many(scenes, path, workers=workers).close()
+        made.append(path.read_bytes())
+    assert made[0] == made[1] == made[2]
+
+
+def test_a_run_that_fails_is_marked_and_the_others_go_on(singles: list[xr.Dataset]) -> None:
+    """One that cannot go on, and one whose sea would repeat itself; first of all, and within."""
+    repeating = in_waves(in_contact(SHORT), WaveTrain(replace(SEA, peak_period=1.0)))
+    runs = hs.simulate_many([turning_over(), *seeds(1), repeating, *seeds(2)], workers=2)
+    assert list(runs.status) == ["failed", "complete", "failed", "complete"]
+    assert "is beyond 85 deg, or the heel of its hull" in str(runs.status_message[0].values)
+    assert "outside the frequencies" in str(runs.status_message[2].values)
+    assert np.isnan(runs.position[[0, 2]]).all()
+    assert np.isnan(runs.motion[[0, 2]]).all()
+    assert same(runs.isel(run=1), singles[0][["position"]])
+    assert same(runs.isel(run=3), singles[1][["position"]])
+
+
+def test_a_set_of_failures_has_a_file_all_the_same(tmp_path: Path) -> None:
+    runs = hs.simulate_many([turning_over()] * 2, tmp_path / "runs.nc")
+    assert list(runs.status) == ["failed", "failed"]
+    assert "position" not in runs
+
+
+def test_runs_are_in_the_folder_as_soon_as_they_are_done(tmp_path: Path) -> None:
+    """It is read after each run as if this process had been killed, and has all runs until then, as
+    the file has them in the end."""
+    path, done, parts = tmp_path / "runs.nc", [], []
+
+    def look(count: int, total: int) -> None:
+        part = growing(tmp_path / "runs.nc.partial")
+        status = part.status.values.tolist()
+        assert total == 3
+        assert status[:count] == ["complete"] * count
+        assert {*status[count:]} <= {"complete", "not run"}  # one may be there before its turn
+        assert part.attrs["gathered"] == f"{status.count('complete')} of 3 runs are in"
+        parts.append(part)
+        done.append(count)
+
+    with hs.simulate_many(seeds(1, 2, 3), path, workers=2, progress=look) as runs:
+        assert runs.position.dims == ("run", "time", "body", "dof")
+        assert runs.encoding["source"] == str(path)
+        runs.load()
+    assert done == [1, 2, 3]
+    assert not Path(f"{path}.partial").exists()
+    assert all(runs[name][0].size < LARGE for name in runs)  # else it is not in the parts
+    assert differences(runs, parts[-1], ["gathered"]) == []
+    assert differences(runs.isel(run=0), parts[0].isel(run=0), ["gathered"]) == []
+
+
+def test_an_interrupt_keeps_what_is_done(tmp_path: Path, singles: list[xr.Dataset]) -> None:
+    long = seeds(*range(1, 41))
+    runs = hs.simulate_many(long, tmp_path / "runs.nc", workers=2, progress=interrupt_after(2))
+    status = runs.status.values.tolist()
+    assert status[:2] == ["complete", "complete"]
+    assert {*status[2:]} <= {"complete", "interrupted", "not run"}
+    assert status[-1] == "not run"
+    assert same(runs.isel(run=1), singles[1][["position"]])
+    complete = runs.status == "complete"
+    assert np.isfinite(runs.position[complete]).all()
+    assert np.isnan(runs.position[~complete]).all()
+
+
+def interrupt_after(count: int) -> Callable[[int, int], None]:
+    """Progress that is interrupted from the keyboard after so many runs."""
+
+    def progress(done: int, _: int) -> None:
+        if done == count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+@pytest.mark.slow
+def test_runs_from_the_state_of_another(tmp_path: Path) -> None:
+    """Opened once; their times go on from there."""
+    before = tmp_path / "before.nc"
+    hs.simulate(in_contact(20.0)).to_netcdf(before)
+    starts = [replace(scene, initial=Start(before)) for scene in seeds(1, 2)]
+    runs = hs.simulate_many(starts)
+    assert float(runs.time[0]) == 20.0
+    for k, scene in enumerate(starts):
+        assert same(runs.isel(run=k), hs.simulate(scene)[["position"]])
+    mixed = hs.simulate_many([*starts[:1], *seeds(1)])
+    assert mixed.status.values.tolist() == ["complete", "failed"]
+    assert "its time is not that of the runs before it" in str(mixed.status_message[1].values)
+
+
+def test_seeds_of_several_wave_trains() -> None:
+    swell = replace(SEA, peak_period=12.0)
+    trains = [(WaveTrain(SEA, seed=k), WaveTrain(swell, seed=k + 10)) for k in (1, 2)]
+    runs = hs.simulate_many([in_waves(in_contact(5.0), *pair) for pair in trains])
+    assert runs.seed.values.tolist() == [[1, 11], [2, 12]]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"duration": 30.0}, ("duration 60.0 in run 0 and 30.0 in run 1", "the same")),
+        ({"output_step": 1.0}, ("output_step 0.5 in run 0 and 1.0 in run 1",)),
+        ({"bodies": ()}, ("bodies",)),
+    ],
+)
+def test_runs_that_do_not_fit_together_are_refused(
+    change: dict[str, object], words: tuple[str, ...]
+) -> None:
+    one, other = seeds(1, 2)
+    with pytest.raises(hs.InputError) as caught:
+        hs.simulate_many([one, replace(other, **change)])  # type: ignore[arg-type]
+    assert all(word in str(caught.value) for word in words)
+
+
+def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(hs.InputError, match="found no case"):
+        hs.simulate_many([])
+    with pytest.raises(hs.InputError, match=r"labels.mass: found 1 values; .* the 2 runs"):
+        hs.simulate_many(seeds(1, 2), labels={"mass": [1.0]})
+    with pytest.raises(hs.InputError, match=r"start 60 s; expected a time well before the end"):
+        hs.simulate_many(seeds(1), start=60.0)
+    with pytest.raises(hs.InputError, match=r"found surge; expected some of: position, velocity"):
+        hs.simulate_many(seeds(1, 2), tmp_path / "runs.nc", variables=["surge"])
+    assert not (tmp_path / "runs.nc").exists()
+
+
+def test_scenes_are_alike_entry_by_entry() -> None:
+    """Two readings of one file are alike; any number, array or name that differs tells."""
+    one, other = (hs.load_case(CASES / "base.yaml").scene() for _ in range(2))
+    assert one is not other
+    assert shared.alike(one, other)
+    assert shared.alike(one.bodies, other.bodies)
+    (barge,) = one.bodies
+    inertia = barge.inertia.copy()
+    inertia[0, 0] += 1.0
+    for change in ({"inertia": inertia}, {"name": "ship"}, {"dofs": ("surge",)}, {"mass": 1.0}):
+        assert not shared.alike(one, with_body(other, **change))
+    assert not shared.alike(one, replace(other, forces={}))
+    assert not shared.alike(one, scene_of("free_floating"))
+    assert not shared.alike(object(), object())
+
+
+def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = False) -> Scene:
+    """A block that stands on the floor and is pushed."""
+    places = [[0.0, float(k), 0.0] for k in range(points)]
+    law = StickSlip(static=0.2, kinetic=kinetic, stiffness=1e6, damping=1e4)
+    floor = on_floor(1e6, law, places)
+    body = block(1e3, ("surge", "heave"))
+    forces = {"floor": floor, "weight": steady(heave=-1e4), "push": steady(surge=3e3)}
+    return replace(dry(body, forces, 2.0, 0.1, step=0.01), output_impulses=impulses)
+
+
+@pytest.mark.parametrize(
+    ("scenes", "found"),
+    [
+        ([sliding(0.1, impulses=True), sliding(0.15, impulses=True)], "fender_kinetic 0.1 in run"),
+        ([sliding(), sliding(), sliding(points=2)], "fender floor 1 in run 0 and .* in run 2"),
+        ([sliding(), sliding(impulses=True)], "fender_kinetic missing in run 0"),
+    ],
+)
+def test_runs_that_cannot_be_in_one_file_are_refused_before_the_first(
+    scenes: list[Scene], found: str, tmp_path: Path
+) -> None:
+    done: list[int] = []
+    labels = {"way": list(range(len(scenes)))}
+    with pytest.raises(hs.InputError, match=rf"(?s){found}.*as way differ.*study of its own"):
+        hs.simulate_many(
+            scenes, tmp_path / "runs.nc", labels=labels, progress=lambda n, _: done.append(n)
+        )
+    assert not done
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["force_push", "acceleration"])
+def test_a_variable_that_some_runs_lack_is_told_before_the_first(name: str, tmp_path: Path) -> None:
+    have = replace(sliding(), output_accelerations=True)
+    lack = replace(
+        have,
+        output_accelerations=False,
+        forces={k: f for k, f in have.forces.items() if k != "push"},
+    )
+    scenes, file = [have, have, lack], tmp_path / "runs.nc"
+    with pytest.raises(hs.InputError, match=f"run 2, as way differ: variables: found {name}"):
+        hs.simulate_many(scenes, file, variables=[name], labels={"way": [0, 0, 1]})
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_that_some_runs_lack_is_told_before_the_first(tmp_path: Path) -> None:
+    have = sliding()
+    lack = replace(have, forces={k: f for k, f in have.forces.items() if k != "push"})
+    pushed = Figure("pushed", "force_push.block.surge", "largest")
+    with pytest.raises(hs.InputError, match=r"run 1: found force_push\.block\.surge"):
+        hs.simulate_many([have, lack], tmp_path / "runs.nc", figures=[pushed])
+    assert not list(tmp_path.iterdir())
+
+
+def test_runs_that_differ_in_what_is_not_kept_fit_together() -> None:
+    runs = hs.simulate_many([sliding(0.1), sliding(0.15)], labels={"kinetic": [0.1, 0.15]})
+    assert list(runs.status) == ["complete"] * 2
+    assert float(runs.end_position[1, 0, 0]) < float(runs.end_position[0, 0, 0])

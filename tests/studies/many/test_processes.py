@@ -1,0 +1,100 @@
+"""Sweeps by processes of this machine: nobody can reach them, and they come to the file of threads.
+A process that dies takes no other run with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Thread
+
+import psutil
+import pytest
+import xarray as xr
+from command_line import Command, command
+from moored_barge import CASES, SEA, in_contact, in_waves
+
+from hydrosim.compare.exact import differences
+from hydrosim.errors import InputError
+from hydrosim.scene import WaveTrain
+from hydrosim.studies.many.processes import Processes
+from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.work import Work
+
+FATAL, REFUSED = 3, 5  # seeds
+
+
+@pytest.fixture
+def sweep(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    monkeypatch.chdir(tmp_path)
+    text = f"case: {CASES}/base.yaml\nduration: 20 s\nseeds: 1-24\noutput: {{step: 1 s}}\n"
+    Path("study.yaml").write_text(text)
+    return command(monkeypatch, capsys, "sweep", "study.yaml", "--workers", "2")
+
+
+def look_and_kill(kept: Path, listening: list[object]) -> None:
+    """Once runs come in, see what the processes listen on, and kill one of them."""
+    for _ in range(3000):
+        if kept.exists() and kept.stat().st_size > 5000:
+            break
+        time.sleep(0.02)
+    own = psutil.Process()
+    children = [each for each in own.children() if "spawn_main" in " ".join(each.cmdline())]
+    for process in (own, *children):
+        sockets = process.net_connections("all")
+        listening += [each for each in sockets if each.status == psutil.CONN_LISTEN]
+    children[0].kill()
+
+
+@pytest.mark.slow
+def test_nobody_can_reach_the_processes_of_a_sweep(sweep: Command) -> None:
+    """One of them is killed: its run is made again, and the file is that of threads."""
+    listening: list[object] = []
+    other = Thread(target=look_and_kill, args=(Path("there.nc.partial") / "runs", listening))
+    other.start()
+    result = sweep("-o", "there.nc", "--scheduler", "local")
+    other.join()
+    assert result.code == 0, result.err
+    assert listening == []
+    assert sweep("-o", "here.nc").code == 0
+    with xr.open_dataset("here.nc") as here, xr.open_dataset("there.nc") as there:
+        assert list(differences(here, there)) == []
+
+
+@pytest.fixture
+def pool() -> Iterator[Processes]:
+    processes = Processes(2)
+    yield processes
+    processes.close()
+
+
+def fatal_digest(run: xr.Dataset) -> xr.Dataset:
+    """Kills its process, or raises, for one seed each."""
+    if run.attrs["seeds"] == [FATAL]:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if run.attrs["seeds"] == [REFUSED]:
+        raise InputError("variables: found nothing")
+    return run[["position"]]
+
+
+@pytest.mark.slow
+def test_a_run_that_kills_its_processes_has_failed_and_no_other(pool: Processes) -> None:
+    """After `stop`, runs end."""
+    shared = Shared()
+    scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(7)]
+    works = [shared.prepared(scene) for scene in scenes]
+    assert all(isinstance(work, Work) for work in works)
+    found = [pool.submit(work, fatal_digest) for work in works]
+    ends = [future.exception() or future.result().status for future in found]
+    assert ends[FATAL] == "failed"
+    assert "its process ended without an answer, 2 times" in found[FATAL].result().message
+    assert isinstance(ends[REFUSED], InputError)
+    assert [ends[k] for k in range(7) if k not in (FATAL, REFUSED)] == ["complete"] * 5
+    failed = pool.submit(InputError("no such database"), fatal_digest).result()
+    assert (failed.status, failed.message) == ("failed", "no such database")
+    pool.stop()
+    assert pool.submit(works[0], fatal_digest).result().status == "not run"

@@ -1,0 +1,294 @@
+"""Sets of runs that were ended on their way and go on: the same file in the end."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from damaged import message
+from moored_barge import SEA, in_contact, in_waves, with_body
+
+import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.errors import WritingError
+from hydrosim.outputs import Output
+from hydrosim.results import journal
+from hydrosim.results.runs_file import RunsFile
+from hydrosim.scene import Scene, WaveTrain
+from hydrosim.studies.many import outcome, shared
+from hydrosim.studies.many.unfinished import alone_with, begun, folder_of
+
+
+def seeds(count: int, duration: float = 20.0) -> list[Scene]:
+    return [in_waves(in_contact(duration), WaveTrain(SEA, seed=k)) for k in range(count)]
+
+
+class Killed(BaseException):
+    """Nothing is done any more."""
+
+
+def killed_after(count: int) -> Callable[[int, int], None]:
+    def progress(done: int, _: int) -> None:
+        if done >= count:
+            raise Killed
+
+    return progress
+
+
+def result(path: Path) -> xr.Dataset:
+    return xr.load_dataset(path, engine="netcdf4")
+
+
+def test_a_set_goes_on_to_the_same_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed, interrupted, and cut short on the disk; no run that is there is made again."""
+    scenes, path = seeds(8), tmp_path / "runs.nc"
+    hs.simulate_many(scenes, tmp_path / "whole.nc").close()
+    with pytest.raises(Killed):
+        hs.simulate_many(scenes, path, workers=1, progress=killed_after(2))
+    assert not path.exists()
+    runs = tmp_path / "runs.nc.partial" / "runs"
+    runs.write_bytes(runs.read_bytes()[:-5])  # the last one was being written
+    with pytest.raises(hs.InputError, match=r"holds runs of a set .*--resume .*--overwrite"):
+        hs.simulate_many(scenes, path)
+
+    def interrupted(done: int, _: int) -> None:
+        if done == 4:
+            raise KeyboardInterrupt
+
+    part = hs.simulate_many(scenes, path, workers=1, progress=interrupted, resume=True)
+    assert part.status.values.tolist()[:4] == ["complete"] * 4
+    assert part.status.values.tolist()[-1] == "not run"
+    part.close()
+    made = []
+    once = outcome.run_compiled
+    monkeypatch.setattr(outcome, "run_compiled", lambda *a: made.append(1) or once(*a))
+    hs.simulate_many(scenes, path, workers=2, resume=True).close()
+    assert len(made) <= 4
+    assert differences(result(path), result(tmp_path / "whole.nc")) == []
+    assert {p.name for p in tmp_path.iterdir()} == {"runs.nc", "whole.nc"}
+
+
+def test_another_set_is_refused(tmp_path: Path) -> None:
+    scenes, path = seeds(3), tmp_path / "runs.nc"
+    with pytest.raises(Killed):
+        hs.simulate_many(scenes, path, workers=1, progress=killed_after(1))
+    database = scenes[0].bodies[0].hydrodynamics
+    mass = database.added_mass.copy()
+    mass[3, 0, 0] *= 1.0 + 1e-15
+    longer = [replace(s, duration=s.duration + 1.0) for s in scenes]
+    other = [with_body(s, hydrodynamics=replace(database, added_mass=mass)) for s in scenes]
+    for changed, options, words in (
+        (other, {}, "another state of: a database"),
+        (seeds(4), {}, "another state of: the seeds or parameters; the cases"),
+        (longer, {}, "another state of: the cases"),
+        (scenes, {"variables": ["velocity"]}, "another state of: what is kept of the runs"),
+    ):
+        with pytest.raises(hs.InputError, match=words):
+            hs.simulate_many(changed, path, resume=True, **options)
+
+
+def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever it raises, where it runs and where it is made."""
+    once, prepared = outcome.run_compiled, shared.check_scene
+
+    def run(compiled: object, watch: object) -> xr.Dataset:
+        if compiled.scene.environment.waves[0].seed == 1:
+            raise ZeroDivisionError("of nothing")
+        return once(compiled, watch)
+
+    def check(scene: Scene) -> None:
+        if scene.environment.waves[0].seed == 2:
+            raise MemoryError
+        prepared(scene)
+
+    monkeypatch.setattr(outcome, "run_compiled", run)
+    monkeypatch.setattr(shared, "check_scene", check)
+    runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
+    assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]
+    messages = runs.status_message.values.tolist()
+    assert messages == ["", "ZeroDivisionError: of nothing", "MemoryError: ", ""]
+    assert np.isfinite(runs.position[3]).all()
+
+
+def test_a_set_that_cannot_be_written_goes_on_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes, path, once = seeds(4), tmp_path / "runs.nc", RunsFile.add
+
+    def full(self: RunsFile, run: int, *rest: object) -> None:
+        if run == 2:
+            raise RuntimeError("NetCDF: HDF error")
+        once(self, run, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RunsFile, "add", full)
+        with pytest.raises(WritingError, match=r"runs\.nc: cannot be written \(NetCDF: HDF error"):
+            hs.simulate_many(scenes, path)
+    assert not path.exists()
+    runs = hs.simulate_many(scenes, path, resume=True)
+    assert runs.status.values.tolist() == ["complete"] * 4
+
+
+def test_what_is_kept_of_a_run_is_what_it_was(tmp_path: Path) -> None:
+    """Types of attributes as well: those that all runs have are told by them."""
+    found = xr.Dataset(
+        {"a": ("x", np.array([1.0, np.nan, -0.0])), "n": np.int64(7)}, {"x": [3.0, 4.0, 5.0]}
+    )
+    found.a.attrs["flag_values"] = np.arange(3, dtype=np.int8)
+    attributes = {"f": np.float64(0.1), "g": 0.1, "i": np.int64(3), "t": "x", "l": [1.5, 2.5]}
+    attributes["array"] = np.array([[1, 2]], dtype=np.int16)
+    book = journal.Journal(tmp_path, {"the program": "x"})
+    book.add(5, journal.Kept(found, attributes, "careful"))
+    book.add(6, journal.Kept(found.isel(x=[0]), {}, ""))  # of another form: it is run again
+    book.close()
+    again = journal.Journal(tmp_path, {"the program": "x"})
+    assert (5 in again, 6 in again, len(again)) == (True, False, 1)
+    kept = again.read(5)
+    assert differences(found, kept.found) == []
+    assert kept.warnings == "careful"
+    assert {k: type(v) for k, v in kept.attributes.items()} == {
+        k: type(v) for k, v in attributes.items()
+    }
+    assert kept.attributes["array"].dtype == np.int16
+    again.remove()
+
+
+def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
+    """The second is told who writes; what a killed one has left is in nobody's way."""
+    read, write = os.pipe()
+    path, pid = tmp_path / "runs.nc", os.fork()
+    if pid == 0:
+        with alone_with(Output(path, "sweep", tmp_path / "x.yaml")):
+            os.write(write, b"!")
+            signal.pause()
+    os.read(read, 1)
+    for _ in range(2):
+        with pytest.raises(hs.InputError, match=rf"another process, {pid}@.*; wait"):
+            hs.simulate_many(seeds(1), path)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    assert (tmp_path / ".hydrosim-runs.nc.lock").exists()
+    hs.simulate_many(seeds(1), path).close()
+    assert [p.name for p in tmp_path.iterdir()] == ["runs.nc"]
+
+
+def kept_in(result: Output) -> None:
+    """Three runs of a set that did not come to its end, one of which has failed."""
+    with alone_with(result):
+        book = begun(result, False, IDENTITY)
+        for k in (1, 2):
+            found = xr.Dataset({"a": ("x", [k + 0.5, 2.0])}, {"x": [3.0, 4.0]})
+            book.add(k, journal.Kept(found, {"k": k, "g": np.float64(k)}, ""))
+        book.note(3, "failed", "it turned over")
+        book.close()
+
+
+def read_again(result: Output) -> dict[int, journal.Kept]:
+    """The runs that a set which goes on takes over."""
+    with alone_with(result):
+        book = begun(result, True, IDENTITY)
+        found = {run: book.read(run) for run in range(100) if run in book}
+        book.close()
+    return found
+
+
+IDENTITY = {"the program": "one", "the cases": "two"}
+
+
+@pytest.mark.parametrize("name", [journal.RUNS, journal.FIRST])
+def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: str) -> None:
+    """A run is what it was, or is made again, or the file is named with what to do."""
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    kept_in(result)
+    whole = {f.name: f.read_bytes() for f in folder_of(result).iterdir()}
+    before, told, lost = read_again(result), 0, 0
+    assert [*before] == [1, 2]
+    content = whole[name]
+    step = 3 if name == journal.RUNS else 97
+    for at in range(0, len(content), step):
+        for file, data in whole.items():
+            (folder_of(result) / file).write_bytes(data)
+        flipped = content[at] ^ (1 << at % 8)
+        (folder_of(result) / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
+        again = dict[int, journal.Kept]()
+        said = message(lambda _: again.update(read_again(result)), tmp_path)  # noqa: B023
+        if said is not None:
+            assert re.search(rf"{name}: is .*(--overwrite|Move it away)", said), at
+            told += 1
+            continue
+        lost += len(before) - len(again)
+        for run, kept in again.items():
+            assert kept.found.identical(before[run].found), at
+            assert kept.attributes == before[run].attributes, at
+            assert kept.warnings == before[run].warnings, at
+    if name == journal.FIRST:
+        assert (lost, told) == (0, len(range(0, len(content), step)))
+    else:
+        assert told == len(range(0, content.index(b"\n") + 1, step))
+        assert lost > 0
+
+
+def test_a_number_of_a_run_that_was_changed_is_not_believed(tmp_path: Path) -> None:
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    kept_in(result)
+    runs = folder_of(result) / journal.RUNS
+    assert runs.read_bytes().count(b'"run": 2') == 1
+    runs.write_bytes(runs.read_bytes().replace(b'"run": 2', b'"run": 22'))
+    assert [*read_again(result)] == [1]
+
+
+def test_a_journal_of_an_earlier_version_is_refused_in_words(tmp_path: Path) -> None:
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
+    folder_of(result).mkdir()
+    line = b'{"the program": "one", "the cases": "two"}\n'
+    (folder_of(result) / journal.RUNS).write_bytes(line)
+    with pytest.raises(hs.InputError, match=r"--resume: .*earlier version.*--overwrite"):
+        read_again(result)
+    with alone_with(result):
+        begun(replace(result, overwrite=True), False, IDENTITY).close()
+    assert read_again(result) == {}
+
+
+def put(path: Path, content: str | Path) -> Path:
+    """A file or a link of others."""
+    path.parent.mkdir(exist_ok=True)
+    if isinstance(content, Path):
+        path.symlink_to(content)
+    else:
+        path.write_text(content)
+    return path
+
+
+@pytest.mark.parametrize("name", ["runs", "first.nc", "known.nc.partial", "result.nc", "notes.txt"])
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_what_others_keep_among_the_runs_stays(tmp_path: Path, name: str, overwrite: bool) -> None:
+    """Texts and links, with whatever name; so does a folder that a link leads to."""
+    folder, elsewhere = tmp_path / "runs.nc.partial", put(tmp_path / "there" / "runs", "a letter")
+    result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml", overwrite=overwrite)
+    for content in ("a letter\n", elsewhere):
+        path = put(folder / name, content)
+        said = rf"runs\.nc\.partial/{name}: is .*Move it away, or give the result another name"
+        with pytest.raises(hs.InputError, match=said):
+            hs.simulate_many(seeds(1), result, resume=not overwrite)
+        assert path.read_text() in ("a letter", "a letter\n")
+        path.unlink()
+    folder.rmdir()
+    folder.symlink_to(elsewhere.parent)
+    with pytest.raises(hs.InputError, match=r"runs\.nc\.partial: is a link"):
+        hs.simulate_many(seeds(1), result, resume=not overwrite)
+    folder.unlink()
+    lock = put(tmp_path / ".hydrosim-runs.nc.lock", elsewhere)
+    with pytest.raises(hs.InputError, match=r"\.lock: expected no file, or a lock file"):
+        hs.simulate_many(seeds(1), result)
+    lock.unlink()
+    put(lock, "a letter")
+    with pytest.raises(hs.InputError, match=r"\.lock: expected no file.*it holds something else"):
+        hs.simulate_many(seeds(1), result)
+    assert lock.read_text() == elsewhere.read_text() == "a letter"

@@ -1,0 +1,273 @@
+"""Studies: all combinations of parameters and seeds; a run of a study is the run of its case."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from command_line import Command, command
+from moored_barge import CASES
+
+import hydrosim as hs
+from hydrosim.studies.sweep.study import load_study
+
+HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
+
+
+def study(folder: Path, text: str, case: str = "base") -> Path:
+    """A study file about one of the reverse float-over cases, 10 s long."""
+    path = folder / "study.yaml"
+    path.write_text(f"case: {CASES}/{case}.yaml\nduration: 10 s\n{text}\n")
+    return path
+
+
+@pytest.fixture
+def sweep(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    return command(monkeypatch, capsys, "sweep")
+
+
+def test_all_combinations_with_the_seeds_of_one_after_each_other(tmp_path: Path) -> None:
+    text = f"parameters: {{{HEIGHT}: [1 m, 2 m], {STATIC}: [0.2, 0.4]}}\nseeds: 3-4"
+    found = load_study(study(tmp_path, text))
+    assert found.labels[HEIGHT].values.tolist() == [1.0] * 4 + [2.0] * 4
+    assert found.labels[HEIGHT].attrs == {"units": "m"}
+    assert found.labels[STATIC].values.tolist() == [0.2, 0.2, 0.4, 0.4] * 2
+    trains = [scene.environment.waves[0] for scene in found.scenes]
+    assert [train.seed for train in trains] == [3, 4] * 4
+    assert [train.spectrum.significant_height for train in trains] == [1.0] * 4 + [2.0] * 4  # type: ignore[union-attr]
+    assert {scene.duration for scene in found.scenes} == {10.0}
+
+
+@pytest.mark.parametrize(
+    ("seeds", "expected"), [("7", [7]), ("[1, 5, 9]", [1, 5, 9]), ("0 - 2", [0, 1, 2])]
+)
+def test_seeds_are_a_number_a_list_or_a_span(
+    tmp_path: Path, seeds: str, expected: list[int]
+) -> None:
+    found = load_study(study(tmp_path, f"seeds: {seeds}"))
+    assert [scene.environment.waves[0].seed for scene in found.scenes] == expected
+    assert found.labels == {}
+
+
+def test_a_run_of_a_study_is_that_of_its_case(tmp_path: Path, sweep: Command) -> None:
+    text = f"parameters: {{{HEIGHT}: [1, 2]}}\nseeds: 1-2\noutput: {{step: 1 s}}"
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc", "--workers", 2)
+    assert result.code == 0
+    assert "4 runs: 4 complete" in result.out
+    assert "barge surge: " in result.out
+    settings = {"duration": 10, "output.step": 1, HEIGHT: 2, "environment.waves.seed": 1}
+    single = hs.simulate(hs.load_case(CASES / "base.yaml", settings))
+    with xr.open_dataset(tmp_path / "runs.nc") as runs:
+        assert runs[HEIGHT].values.tolist() == [1, 1, 2, 2]
+        assert runs.seed.values.tolist() == [1, 2, 1, 2]
+        assert np.array_equal(runs.position[2], single.position)
+
+
+def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Command) -> None:
+    """Of the steps, one is above the stable limit, and the case has that refused."""
+    text = "parameters: {solver.step: [0.1, 0.25]}"
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
+    assert result.code == 3
+    assert "2 runs: 1 complete, 1 failed" in result.out
+    assert "run 1: solver.step 0.25 s: largest stable step" in result.out
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("seeds: 9-1", ("study.yaml:3: seeds", 'found "9-1"', "1-100")),
+        ("seeds: [1, 1]", ("study.yaml:3: seeds", "each once")),
+        ("seeds: [-1]", ("study.yaml:3: seeds.0", "found -1", "not negative")),
+        ("parameters: {solver.step: []}", ("parameters", "one value or more")),
+        ("parameters: {solver.stop: [1]}", ("solver.stop", 'did you mean "step"')),
+        (f"parameters: {{{HEIGHT}: [1 kg]}}", ("significant_height", "1 kg")),
+        ("parameters: {solver.step: {from: 1 s, to: 2 s}}", ("a list of values", "design grid")),
+        (
+            "design: sobol\nsamples: 3\nparameters: {solver.step: {from: 1, to: 2}}",
+            ("power of two",),
+        ),
+        ("design: sobol\nsamples: 4\nparameters: {solver.step: [1, 2]}", ("{from: .., to: ..}",)),
+        (
+            f"design: sobol\nsamples: 4\nparameters: {{{HEIGHT}: {{from: 2, to: 1}}}}",
+            (f"{HEIGHT}: found from 2 to 1", "rises"),
+        ),
+        (
+            "parameters: {a: {keys: {solver.step: [1, 2], duration: [1, 2, 3]}}}",
+            ("found 2, 3 values", "as many for each key"),
+        ),
+        (
+            f"seeds: 1-100000\nparameters: {{{HEIGHT}: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}}",
+            ("1,100,000 runs", "1,000,000 or fewer", "days"),
+        ),
+        ("figures: {a: {channel: wave_elevation, statistic: median}}", ("median", "mean")),
+        ("figures: {a b: {channel: wave_elevation, statistic: mean}}", ("digits and _",)),
+        ("criteria: {a: {channel: wave_elevation, statistic: mean}}", ('no key "limit"',)),
+        (
+            f"parameters: {{{HEIGHT}: [1 m, 100 cm]}}",
+            (f"study.yaml: parameters: found {HEIGHT} 1.0 twice", "once"),
+        ),
+        ("parameters: {solver.stp: [1]}", ("study.yaml: solver.stp=1: ",)),
+        (
+            "figures: {status: {channel: wave_elevation, statistic: mean}}",
+            ("study.yaml:3: figures.status", "not taken"),
+        ),
+        (
+            "parameters: {a/b: {keys: {solver.step: [0.1, 0.05]}}}",
+            ("study.yaml:3: parameters.a/b", "without /"),
+        ),
+        (
+            "parameters: {wind: {keys: {}}}",
+            ("study.yaml:3: parameters.wind.keys: found an empty mapping; expected one or more",),
+        ),
+        ("seed: 1", ("study.yaml:3: seed", "unknown key", 'did you mean "seeds"')),
+    ],
+)
+def test_a_study_that_is_not_valid_is_refused_with_its_line(
+    tmp_path: Path, text: str, words: tuple[str, ...]
+) -> None:
+    with pytest.raises(hs.InputError) as caught:
+        load_study(study(tmp_path, text))
+    assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("figure", "words"),
+    [
+        ("{channel: position.barge.surg, statistic: end}", ("position.barge.surge",)),
+        ("{channel: speed.tug, statistic: end}", ("speed.barge",)),
+        ("{channel: clearance.deck, statistic: end}", ("clearances",)),
+    ],
+)
+def test_a_channel_that_is_not_there_is_refused_before_the_runs(
+    tmp_path: Path, sweep: Command, figure: str, words: tuple[str, ...]
+) -> None:
+    result = sweep(study(tmp_path, f"figures: {{a: {figure}}}"), "-o", tmp_path / "runs.nc")
+    assert result.code == 2
+    assert all(word in result.err for word in words)
+    assert "study.yaml: a: found" in " ".join(result.err.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("until: {figure: a, wide: 1 kN}\nfigures: {a: {%s}}", 'until.wide: found "1 kN"'),
+        ("criteria: {a: {%s, limit: 1 kN}}", 'criteria.a.limit: found "1 kN"'),
+        ("output: {start: 11 s}\nfigures: {a: {%s}}", "output: found start 11 s"),
+    ],
+)
+def test_a_bound_of_another_kind_and_a_late_start_are_refused_before_the_runs(
+    tmp_path: Path, sweep: Command, text: str, words: str
+) -> None:
+    asked = text.replace("%s", "channel: position.barge.surge, statistic: end")
+    result = sweep(study(tmp_path, f"seeds: 1-2\n{asked}"), "-o", tmp_path / "runs.nc")
+    assert result.code == 2
+    assert f"study.yaml: {words}" in " ".join(result.err.split())
+
+
+@pytest.mark.parametrize("until", ["", "until: {figure: a, wide: 100 m}\n"])
+def test_figures_are_drawn_over_seeds_alone(
+    tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch, until: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "figures: {a: {channel: position.barge.surge, statistic: end}}"
+    result = sweep(study(tmp_path, f"seeds: 1-2\n{until}{text}"), "-o", "runs.nc", "--plot")
+    assert result.code == 0, result.err
+    assert Path("runs.png").exists()
+    assert "all a " in " ".join(result.out.split())
+
+
+def test_a_study_until_of_which_no_run_ends_is_said_and_not_gone_on_with(
+    tmp_path: Path, sweep: Command
+) -> None:
+    """The step is above the stable limit, and the case has that refused."""
+    asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
+    text = (
+        f"seeds: 1-2\nuntil: {{figure: a, wide: 1 m}}\nparameters: {{solver.step: [0.25]}}\n{asked}"
+    )
+    result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
+    assert result.code == 3
+    assert "2 seeds: some combination has fewer than two values of a" in result.out
+    assert "2 runs: 2 failed" in result.out
+
+
+LINKED = """
+figures: {crawl: {channel: position.barge.surge, statistic: end}}
+seeds: 1-2
+output: {step: 1 s, variables: []}
+studies:
+  one: {parameters: {environment.waves.peak_period: [7 s, 8 s]}}
+  two:
+    parameters:
+      pair:
+        keys:
+          forces.interface.friction.static: [0.7, 0.2]
+          forces.interface.friction.kinetic: [0.4, 0.1]
+        called: [high, low]
+"""
+
+
+def test_several_studies_of_one_file_with_tables_and_pictures(
+    tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Values that a study does not vary are those of the case; all can be made again from the
+    file of the runs."""
+    monkeypatch.chdir(tmp_path)
+    result = sweep(study(tmp_path, LINKED), "-o", "runs.nc", "--plot")
+    assert result.code == 0, result.err
+    with xr.open_dataset("runs.nc") as runs:
+        assert runs.study.values.tolist() == ["one"] * 4 + ["two"] * 4
+        assert runs["environment.waves.peak_period"].values.tolist() == [7, 7, 8, 8] + [8] * 4
+        assert runs["environment.waves.peak_period"].attrs["units"] == "s"
+        assert runs[STATIC].values.tolist() == [0.2] * 4 + [0.7, 0.7, 0.2, 0.2]
+        assert runs.pair.values.tolist() == [""] * 4 + ["high", "high", "low", "low"]
+        assert runs.crawl.attrs["units"] == "m"
+        end = runs.end_position.sel(body="barge", dof="surge")
+        assert np.array_equal(runs.crawl, end)
+    assert Path("runs_one.png").exists()
+    assert Path("runs_two.png").exists()
+    table = Path("runs.csv").read_text().splitlines()
+    assert len(table) == 2 + 4
+    assert table[2].startswith("one,7.0,,crawl,m,2,")
+    assert "pair low" in result.out
+
+
+def test_seeds_need_waves(tmp_path: Path) -> None:
+    path = study(tmp_path, "seeds: 1-2\nparameters: {environment.waves: [null]}")
+    with pytest.raises(hs.InputError, match=r"study\.yaml: seeds: the case .* has no waves"):
+        load_study(path)
+
+
+PERIOD = "environment.waves.peak_period"
+
+
+def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep: Command) -> None:
+    """Whatever their seeds; those that are refused fail, and with ``accept`` none does."""
+    text = f"parameters: {{{PERIOD}: [2.5 s, 8 s], {HEIGHT}: [0.1 m]}}\nseeds: 1-2"
+    output = "-o", tmp_path / "runs.nc"
+    result = sweep(study(tmp_path, text), *output)
+    assert result.code == 3
+    assert result.err.count("in 2 of 4 runs found ") == 1
+    assert "2 failed, 2 complete" in result.out
+    every = text.replace("[2.5 s, 8 s]", "[2.5 s]")
+    refused = sweep(study(tmp_path, every), *output)
+    assert refused.code == 2
+    assert "in 2 of 2 runs found " in refused.err
+    accept = every.replace("}", ", accept: [[range]]}")
+    accepted = sweep(study(tmp_path, accept), "-o", tmp_path / "accepted.nc")
+    assert accepted.code == 0
+    assert "no first-order loads there" in accepted.err
+
+
+def test_the_table_in_the_readme_is_that_of_the_study() -> None:
+    """Means of the crawl, to the digits that are shown."""
+    table = CASES / "studies" / "sensitivities.csv"
+    lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
+    rows = [row for row in csv.DictReader(lines) if row["figure"] == "crawl"]
+    readme = (CASES / "README.md").read_text().partition("## The five sensitivities")[2]
+    shown = [line for line in readme.splitlines() if line.startswith("|")][2:]
+    assert len(rows) == 17
+    for row, line in zip(rows, shown, strict=False):
+        assert line.split("|")[3].split()[0] == f"{float(row['mean']):.2f}"
