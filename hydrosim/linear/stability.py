@@ -18,7 +18,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import linalg
 
 from hydrosim.forces import new_modes, own_modes, spring
 from hydrosim.forces.contact import guide
@@ -33,6 +32,7 @@ from hydrosim.forces.signal import crest, value
 from hydrosim.forces.spring import TAUT, stretch
 from hydrosim.forces.trigger import DURING
 from hydrosim.integrate import Method
+from hydrosim.linear.freedom import Freedom, constraint_rows
 from hydrosim.linear.linearise import Linear, inertia, linearise
 from hydrosim.linear.modes import participation
 from hydrosim.rigid import place_bodies
@@ -100,7 +100,7 @@ def combinations(
     found = []
     for contact, modes in watch(modes_of, "contacts and springs"):
         linear = _linearise(model, state, modes, time)
-        found.append(Combination(contact, modes, linear, linalg.eigvals(linear.jacobian)))
+        found.append(Combination(contact, modes, linear, linear.eigenvalues()))
     return found
 
 
@@ -133,7 +133,8 @@ def _mobility(model: Model, state: State) -> np.ndarray:
         touches = [touch(point, model.bodies, motion) for point in model.elements.fenders.points]
         rates.append([(each.rate, *each.velocity) for each in touches])
     J = np.reshape(rates, (n, -1, 3))
-    yielding = np.linalg.solve(inertia(model, state.y), J.reshape(n, -1)).reshape(J.shape)
+    freedom = Freedom(constraint_rows(model, state.y, _open(model)), inertia(model, state.y))
+    yielding = freedom.accelerations(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
 
 

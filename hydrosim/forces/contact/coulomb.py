@@ -137,6 +137,8 @@ def _independent(r, rows, holds):
         return 2
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
     u1, u2 = cos(angle), sin(angle)
+    if u2 < -u1:  # along the second axis: of two signs always the same, so that rows are smooth
+        u1, u2 = -u1, -u2
     for j in range(rows.J.shape[1]):
         rows.J[r, j] = u1 * rows.J[r, j] + u2 * rows.J[r + 1, j]
     rows.bound[r] = u1 * rows.bound[r] + u2 * rows.bound[r + 1]
