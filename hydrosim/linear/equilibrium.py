@@ -28,7 +28,7 @@ from scipy.integrate import solve_ivp
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
-from hydrosim.linear.freedom import Freedom, constraint_rows
+from hydrosim.linear.freedom import DEPENDENT, Freedom, constraint_rows
 from hydrosim.linear.linearise import inertia
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid import generalised_force, place_bodies
@@ -116,8 +116,9 @@ class _Loads:
         y = _at(q, self.state, self.model)
         return constraint_rows(self.smooth, y, self.state.modes)
 
-    def stiffness(self, q: np.ndarray, reactions: np.ndarray = NONE) -> np.ndarray:
-        """-dQ/dq, (n, n), of loads with the ``reactions`` (m,) of constraints, which turn."""
+    def stiffness(self, q: np.ndarray) -> np.ndarray:
+        """-dQ/dq, (n, n), of loads with the reactions of constraints, which turn."""
+        reactions = self.reactions(q)
         ahead, behind = (
             np.array([self._with(reactions, q + sign * s) for s in SMALL * np.eye(q.size)])
             for sign in (1, -1)
@@ -133,26 +134,36 @@ class _Loads:
         rows = self.constraints(q)
         if known and not len(rows):
             return known
-        scale = np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
+        scale = self.scale(q)
         free = Freedom(rows / scale, np.eye(q.size))
-        reactions = NONE if free.whole else free.reactions(-self.at(q) / scale)
-        K = self.stiffness(q, reactions) / np.multiply.outer(scale, scale)
+        K = self.stiffness(q) / np.multiply.outer(scale, scale)
         U, sizes, V = np.linalg.svd(free.matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
         r = len(known.loads) if known else r
         U, V = free.motion(U), free.motion(V.T).T
         left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
-        carried = self.carried(q)
-        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, carried)
+        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried(q))
+
+    def scale(self, q: np.ndarray) -> np.ndarray:
+        """Roots (n,) of the inertias of all coordinates at ``q``."""
+        return np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
+
+    def reactions(self, q: np.ndarray) -> np.ndarray:
+        """Forces (m,) of constraints that balance all loads at ``q`` best."""
+        rows = self.constraints(q)
+        if not len(rows):
+            return NONE
+        scale = self.scale(q)
+        return np.asarray(-self.at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
 
     def carried(self, q: np.ndarray) -> np.ndarray:
         """What constraints carry of loads at ``q``, see `Held`."""
         rows = self.constraints(q)
         if not len(rows):
             return np.zeros((q.size, q.size))
-        scale = np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
+        scale = self.scale(q)
         J = rows / scale
-        return np.asarray(scale[:, None] * (np.linalg.pinv(J) @ J) / scale)
+        return np.asarray(scale[:, None] * (np.linalg.pinv(J, DEPENDENT) @ J) / scale)
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """The place a ``step`` (n,) from ``q`` (n,), along motions that constraints allow."""

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
+from hydrosim.forces.events import held_directions
 from hydrosim.rigid import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, new_work
 
@@ -106,9 +107,10 @@ class Freedom:
 
 def constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """J (m, n) of all constraints of a model in a state ``y`` with contact ``modes``."""
-    n, work = model.bodies.active.size, new_work(model)
-    if not work.constraints.force.size:
+    n = model.bodies.active.size
+    if not held_directions(model.elements):
         return np.zeros((0, n))
+    work = new_work(model)
     place_bodies(y[:n], np.zeros(n), model.bodies, work.motion)
     constrain(modes, model, work)
     return work.constraints.J[: work.constraints.number[0]].copy()
