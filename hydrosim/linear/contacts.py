@@ -16,6 +16,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
+from hydrosim.forces.contact.coulomb import NO_POINT
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.modes import MODE, OPEN, STICK
 from hydrosim.linear.freedom import Freedom, constraint_rows
@@ -75,6 +76,6 @@ def rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarra
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
     constrain(state.modes, model, work)
     found = np.zeros((*forces.shape[:-1], *work.holds.reaction.shape), dtype=forces.dtype)
-    for r in range(forces.shape[-1]):
+    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_POINT):
         found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
     return found

@@ -8,7 +8,8 @@ J N = 0, the motions are q = N p, and p obeys
 
 Q are all other loads. The second term is the geometric stiffness: reactions lambda0 that carry
 load at rest turn with the bodies. It is in the derivative of the right hand side, which states J
-anew at every place.
+anew at every place. With `kinematics: linear` J does not change, and there is no such term, in runs
+neither. About a motion, not a rest, d(J) q' is left out: what is allowed is what is allowed there.
 """
 
 from __future__ import annotations
@@ -19,9 +20,8 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from hydrosim.forces.events import held_directions
 from hydrosim.rigid import place_bodies
-from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.dynamics import Model, constrain, most_constraints, new_work
 
 DEPENDENT = 1e-9  # of the largest: rows that are less apart hold one direction
 
@@ -108,7 +108,7 @@ class Freedom:
 def constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """J (m, n) of all constraints of a model in a state ``y`` with contact ``modes``."""
     n = model.bodies.active.size
-    if not held_directions(model.elements):
+    if not most_constraints(model):
         return np.zeros((0, n))
     work = new_work(model)
     place_bodies(y[:n], np.zeros(n), model.bodies, work.motion)

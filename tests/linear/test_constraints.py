@@ -13,7 +13,7 @@ from math import pi
 import numpy as np
 import pytest
 from dry_scenes import FLOOR, INERTIA, block, moving, on_floor, scene, steady
-from moored_barge import hull, in_waves, scene_of
+from moored_barge import SEA, hull, in_waves, scene_of
 from numpy.testing import assert_allclose
 from scipy import linalg
 from scipy.optimize import minimize
@@ -40,7 +40,7 @@ from hydrosim.linear.freedom import Freedom
 from hydrosim.linear.impedance import impedance, largest_change
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
-from hydrosim.scene import Body, Kinematics, Scene, Weight
+from hydrosim.scene import Body, Kinematics, Scene, WaveTrain, Weight
 from hydrosim.studies.resolution import scene_combinations
 from hydrosim.studies.response import Radiation, responder
 from hydrosim.studies.seakeeping import Wanted, linear_analysis
@@ -414,10 +414,10 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
 # in water
 
 
-def held_barge() -> Scene:
+def held_barge(force: float = 50.0) -> Scene:
     """The moored barge, a point of its deck held along the horizontal."""
-    free = scene_of("free_floating")
-    grip = replace(gripped((30.0, 0.0, 10.0), (0.0, 0.0, 1.0), "barge"), plane=FLOOR)
+    free, place, up = scene_of("free_floating"), (30.0, 0.0, 10.0), (0.0, 0.0, 1.0)
+    grip = replace(gripped(place, up, "barge", force=force), plane=FLOOR)
     return replace(in_waves(free), forces={**free.forces, "grip": grip})
 
 
@@ -443,6 +443,18 @@ def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     assert_allclose(HELD_POINT @ q, 0.0, atol=1e-9)
     assert_allclose(q, expected, atol=1e-4 * np.abs(expected).max())
     assert_allclose(reaction, force, atol=1e-4 * np.abs(force).max())
+
+
+def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
+    """The reaction in small waves is below mu N, that in waves a thousand times as high is not."""
+    still = held_barge(1e6)
+    grip = replace(still.forces["grip"], friction=Coulomb(0.5, 0.4))
+    for height, slips in ((0.01, False), (10.0, True)):
+        train = WaveTrain(replace(SEA, significant_height=height))
+        held = in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
+        remarks = linear_analysis(held, Wanted()).remarks
+        assert ("grip 1 would slip" in remarks) == slips
+        assert "no motion along the plane" in remarks
 
 
 def test_natural_periods_of_a_held_barge() -> None:
