@@ -14,11 +14,12 @@ from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
+from hydrosim.linear.freedom import constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Kinematics, Scene
-from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import spring_names
 
 if TYPE_CHECKING:
@@ -81,15 +82,13 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
 
 def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     """Refuse rigid friction in more directions than there is motion to hold."""
-    fenders, work, n = model.elements.fenders, new_work(model), model.bodies.active.size
+    fenders = model.elements.fenders
     rigid = fenders.points["law"] == COULOMB
     if not rigid.any():
         return
     held = state.modes.copy()
     held[fenders.mode :][: rigid.size, MODE] = np.where(rigid, STICK, OPEN)
-    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, work.motion)
-    constrain(held, model, work)
-    rows = work.constraints.J[: work.constraints.number[0]]
+    rows = constraint_rows(model, state.y, held)
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))

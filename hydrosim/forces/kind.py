@@ -20,7 +20,6 @@ from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.scene import ForceElement, Scene
 
 if TYPE_CHECKING:
-    from hydrosim.forces import Elements
     from hydrosim.tanks.contents import Tanks
 
 Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
@@ -31,7 +30,7 @@ class Parts(Protocol):
     """What has the constants of all kinds: a model."""
 
     @property
-    def elements(self) -> Elements:
+    def elements(self) -> Any:
         """Those of force elements."""
 
     @property

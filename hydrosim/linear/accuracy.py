@@ -32,7 +32,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
@@ -157,7 +156,7 @@ def vibrations(
     for contact, modes, linear, eigenvalues in found:
         if not wrong(eigenvalues).any():
             continue
-        values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+        values, left, right = linear.eigenvectors()
         share, n = shares(left, right), linear.active.size
         for k in np.flatnonzero(wrong(values)):
             felt, rate = left[n : 2 * n, k].conj(), right[n : 2 * n, k]

@@ -1,9 +1,10 @@
 """Contacts that are pressed where a scene is at rest, made linear.
 
 Friction that holds is linear: a contact node that sticks is the spring K2 with the damper C2
-between body and plane, and a friction slope below its limit is a damper. Friction that slips is
-not, and rigid friction holds without any motion; so contacts are taken as held by their nodes, as
-without friction, or as open, and all else is refused.
+between body and plane, a friction slope below its limit is a damper, and rigid friction is a
+constraint: no motion along the plane at its point. Friction that slips is not linear; so contacts
+are taken as held, as without friction, or as open. Where constraints leave no motion at all, there
+is nothing to be linear, and that is refused.
 """
 
 from __future__ import annotations
@@ -15,10 +16,14 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
+from hydrosim.forces.contact.coulomb import NO_POINT
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.linear.freedom import Freedom, constraint_rows
+from hydrosim.linear.linearise import inertia
 from hydrosim.modes import MODE
-from hydrosim.stepping.dynamics import Model
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.dynamics import Model, constrain, new_work
 from hydrosim.stepping.state import State
 
 
@@ -40,20 +45,38 @@ def with_contacts(
     model: Model, rest: State, contacts: Contacts, names: Sequence[str]
 ) -> tuple[Model, State]:
     """The model, and the state at ``rest`` with its contact points, called ``names``, as
-    ``contacts`` has them. Raises InputError where rigid friction would hold them."""
+    ``contacts`` has them. Raises InputError where rigid friction would leave no motion."""
     modes, points = rest.modes.copy(), pressed(model, rest)
     law = model.elements.fenders.points["law"]
     if contacts == Contacts.STUCK:
+        modes[points[law[points] != FRICTIONLESS], MODE] = STICK
         rigid = [names[i] for i in points[law[points] == COULOMB]]
-        if rigid:
+        if rigid and not _moves(model, rest.y, modes):
             raise InputError(
                 f"contacts: rigid friction (coulomb) holds {', '.join(rigid)} at rest, and leaves"
-                " no motion there to be linear. Take stick_slip with a stiffness, or contacts"
+                " no motion to be linear. Take stick_slip with a stiffness, or contacts"
                 f" {Contacts.SLIDING} (no friction) or {Contacts.OPEN}."
             )
-        modes[points[law[points] != FRICTIONLESS], MODE] = STICK
         return model, rest._replace(modes=modes)
     if contacts == Contacts.OPEN:
         modes[points, MODE] = OPEN
     smooth = model._replace(elements=without_friction(model.elements))
     return smooth, rest._replace(modes=modes)
+
+
+def _moves(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
+    """Whether constraints leave any motion."""
+    freedom = Freedom(constraint_rows(model, y, modes), inertia(model, y))
+    return freedom.whole or freedom.basis.shape[1] > 0
+
+
+def rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:
+    """Friction (..., points, 2) of all contact points along their planes, of ``forces`` (..., m)
+    of constraints in a ``state``."""
+    n, work = model.bodies.active.size, new_work(model)
+    place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
+    constrain(state.modes, model, work)
+    found = np.zeros((*forces.shape[:-1], *work.holds.reaction.shape), dtype=forces.dtype)
+    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_POINT):
+        found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
+    return found

@@ -10,18 +10,25 @@ found by Newton's method with K = -dQ/dq by central differences, in the directio
 its singular values over the inertia of each coordinate, [1/s^2]. All others stay where they are,
 and the loads along them are what makes the bodies drift. Contacts and slack lines are looked at
 anew in every iteration.
+
+Constraints J q' = 0 that are no friction hold, with reactions: N^T Q = 0 in the directions N that
+they allow, and K = -d(Q + J^T lambda)/dq with the reactions lambda of the place. Steps go along
+q' = N p, integrated, so that the place stays one that the constraints allow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from hydrosim.errors import InputError
+from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
+from hydrosim.linear.freedom import DEPENDENT, Freedom, constraint_rows
 from hydrosim.linear.linearise import inertia
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid import generalised_force, place_bodies
@@ -40,16 +47,23 @@ ITERATIONS = 100
 SMALL = 1e-5  # m, rad: of the central differences
 WIDE = 1e-3  # of those of fourth order
 ENOUGH = 1e-9  # of the weight: a residual that counts as rest
+ALONG: Any = {"rtol": 1e-12, "atol": 1e-13}  # of places along what constraints allow
+NONE = np.zeros(0)
 
 
 class Held(NamedTuple):
     """The directions that have a stiffness: the loads that count there are ``loads`` Q (r, n), and
     the coordinates change by ``moves`` (n, r) times r numbers. ``left`` (n, n) takes from loads Q
-    what nothing holds."""
+    what nothing holds, ``carried`` (n, n) what constraints carry."""
 
     loads: np.ndarray
     moves: np.ndarray
     left: np.ndarray
+    carried: np.ndarray
+
+    def felt(self, loads: np.ndarray) -> np.ndarray:
+        """The part of ``loads`` (n,) that counts."""
+        return loads - self.left @ loads - self.carried @ loads
 
 
 @dataclass(frozen=True)
@@ -82,6 +96,7 @@ class _Loads:
         self, model: Model, state: State, time: float, rows: Sequence[int] | None = None
     ) -> None:
         self.model, self.state, self.time, self.rows = model, state, time, rows
+        self.smooth = model._replace(elements=without_friction(model.elements))
         self.work: Work = new_work(model)
 
     def at(self, q: np.ndarray) -> np.ndarray:
@@ -96,20 +111,71 @@ class _Loads:
         generalised_force(model.bodies, work.motion, work.total, load)
         return load
 
+    def constraints(self, q: np.ndarray) -> np.ndarray:
+        """J (m, n) of what is held other than by friction at ``q``."""
+        y = _at(q, self.state, self.model)
+        return constraint_rows(self.smooth, y, self.state.modes)
+
     def stiffness(self, q: np.ndarray) -> np.ndarray:
-        """-dQ/dq, (n, n)."""
+        """-dQ/dq, (n, n), of loads with the reactions of constraints, which turn."""
+        reactions = self.reactions(q)
         ahead, behind = (
-            np.array([self.at(q + sign * s) for s in SMALL * np.eye(q.size)]) for sign in (1, -1)
+            np.array([self._with(reactions, q + sign * s) for s in SMALL * np.eye(q.size)])
+            for sign in (1, -1)
         )
         return (behind - ahead).T / (2.0 * SMALL)
 
-    def held(self, q: np.ndarray) -> Held:
-        """The directions that have a stiffness at ``q``."""
-        scale = np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
-        U, sizes, V = np.linalg.svd(self.stiffness(q) / np.multiply.outer(scale, scale))
+    def _with(self, reactions: np.ndarray, q: np.ndarray) -> np.ndarray:
+        load = self.at(q)
+        return load + self.constraints(q).T @ reactions if reactions.size else load
+
+    def held(self, q: np.ndarray, known: Held | None = None) -> Held:
+        """The directions that have a stiffness at ``q``; as many as were ``known`` before."""
+        rows = self.constraints(q)
+        if known and not len(rows):
+            return known
+        scale = self.scale(q)
+        free = Freedom(rows / scale, np.eye(q.size))
+        K = self.stiffness(q) / np.multiply.outer(scale, scale)
+        U, sizes, V = np.linalg.svd(free.matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
-        free = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
-        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], free)
+        r = len(known.loads) if known else r
+        U, V = free.motion(U), free.motion(V.T).T
+        left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
+        return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried(q))
+
+    def scale(self, q: np.ndarray) -> np.ndarray:
+        """Roots (n,) of the inertias of all coordinates at ``q``."""
+        return np.sqrt(np.diag(inertia(self.model, _at(q, self.state, self.model))))
+
+    def reactions(self, q: np.ndarray) -> np.ndarray:
+        """Forces (m,) of constraints that balance all loads at ``q`` best."""
+        rows = self.constraints(q)
+        if not len(rows):
+            return NONE
+        scale = self.scale(q)
+        return np.asarray(-self.at(q) / scale @ np.linalg.pinv(rows / scale, DEPENDENT))
+
+    def carried(self, q: np.ndarray) -> np.ndarray:
+        """What constraints carry of loads at ``q``, see `Held`."""
+        rows = self.constraints(q)
+        if not len(rows):
+            return np.zeros((q.size, q.size))
+        scale = self.scale(q)
+        J = rows / scale
+        return np.asarray(scale[:, None] * (np.linalg.pinv(J, DEPENDENT) @ J) / scale)
+
+    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """The place a ``step`` (n,) from ``q`` (n,), along motions that constraints allow."""
+        if not len(self.constraints(q)):
+            return q + step
+
+        def along(_: float, place: np.ndarray) -> np.ndarray:
+            M = inertia(self.model, _at(place, self.state, self.model))
+            free = Freedom(self.constraints(place), M)
+            return free.motion(free.part(step))
+
+        return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])
 
 
 def equilibrium(
@@ -124,16 +190,15 @@ def equilibrium(
     loads, q = _Loads(model, state, time), state.y[: model.bodies.active.size].copy()
     here, now = loads.at(q), held
     for _ in range(ITERATIONS):
-        now = held or loads.held(q)
-        felt = here - now.left @ here
-        if np.abs(felt).max(initial=0.0) <= 1e-3 * ENOUGH * weight:
+        now = loads.held(q, held)
+        if np.abs(now.felt(here)).max(initial=0.0) <= 1e-3 * ENOUGH * weight:
             break
         stiffness = now.loads @ loads.stiffness(q) @ now.moves
         step = now.moves @ np.linalg.lstsq(stiffness, now.loads @ here, rcond=FLAT)[0]
         q, here = _shortened(q, step, here, loads, now)
-    now = held or loads.held(q)
+    now = loads.held(q, held)
     drift = now.left @ here
-    residual = float(np.abs(here - drift).max(initial=0.0) / weight)
+    residual = float(np.abs(now.felt(here)).max(initial=0.0) / weight)
     if not residual <= ENOUGH:
         raise InputError(
             f"equilibrium at {time:g} s: none found; at the best place the loads left are"
@@ -171,10 +236,10 @@ def _shortened(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step, halved until the loads that are held become less; the last one tried if they never
     do."""
-    size = np.linalg.norm(load - held.left @ load)
+    size = np.linalg.norm(held.felt(load))
     for halvings in range(30):
-        trial = q + step / 2.0**halvings
+        trial = loads.moved(q, step / 2.0**halvings)
         found = loads.at(trial)
-        if np.linalg.norm(found - held.left @ found) < size:
+        if np.linalg.norm(held._replace(carried=loads.carried(trial)).felt(found)) < size:
             break
     return trial, found

@@ -4,7 +4,7 @@ Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces made linear 
 force dZ v more changes v by -Z^-1 dZ v. With coordinates scaled by the roots of their inertias, so
 that metres and radians compare, the spectral norm of Z^-1 dZ is the largest change that is possible
 at a frequency, relative to the motion there: at resonance, dZ over the damping. In a run of T s,
-which knows no resonance sharper than 1/T, s = 1/T + i w.
+which knows no resonance sharper than 1/T, s = 1/T + i w. Only motions that constraints allow count.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.linear.freedom import Freedom, constraint_rows
 from hydrosim.linear.linearise import STEP, inertia
 from hydrosim.radiation import convolution_model
 from hydrosim.stepping.dynamics import Model, jacobian, new_work
@@ -32,7 +33,8 @@ def impedance(
     s: np.ndarray, memory: np.ndarray, model: Model, state: State, time: float = 0.0
 ) -> np.ndarray:
     """Z (nw, n, n) of the free coordinates at ``s`` (nw,) [1/s], with K^ ``memory``
-    (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s]."""
+    (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s].
+    Forces of constraints are in Z, too, but take no part in motions that are allowed."""
     model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
     n, active, work = model.bodies.active.size, model.bodies.active, new_work(model)
     own, scratch = np.arange(2 * n), np.zeros((3, model.size))
@@ -48,9 +50,14 @@ def largest_change(
     w: np.ndarray, Z: np.ndarray, dZ: np.ndarray, model: Model, state: State
 ) -> Change:
     """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
-    active = model.bodies.active
-    root = np.sqrt(np.diag(inertia(model, state.y)))
-    relative = np.linalg.solve(Z, dZ[:, active[:, None], active]) * root[:, None] / root
+    active, M = model.bodies.active, inertia(model, state.y)
+    root = np.sqrt(np.diag(M))
+    free = Freedom(constraint_rows(model, state.y, state.modes), M)
+    changed = np.linalg.solve(free.matrix(Z), free.matrix(dZ[:, active[:, None], active]))
+    # allowed motions are orthonormal where those of whole bodies are over their roots
+    relative = (
+        changed * root[:, None] / root if free.whole else root[:, None] * free.motion(changed)
+    )
     size = np.linalg.norm(relative, 2, axis=(1, 2))
     k = int(size.argmax())
     left = np.linalg.svd(relative[k])[0][:, 0]

@@ -3,11 +3,16 @@
 About a state y0 and with the contact modes held, the mechanical, radiation and stretch states z
 obey z' = J z + G F, with J the derivative of the right hand side by central differences (exact but
 for rounding where the scene is linear) and G the inverse inertia in the rows of the velocities.
+
+Where something is held, J has the reactions in it, and only motions that are allowed count: see
+`freedom`. D(w) is the stiffness without those reactions, but with those at rest turning along:
+D q = F + J^T lambda.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -15,6 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
+from hydrosim.errors import InputError
+from hydrosim.linear.freedom import Freedom, constraint_rows
 from hydrosim.rigid import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import (
@@ -24,6 +31,7 @@ from hydrosim.stepping.dynamics import (
     jacobian,
     look_inside,
     new_work,
+    rhs,
 )
 from hydrosim.stepping.state import State
 
@@ -45,19 +53,28 @@ class Others(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Linear:
     """``jacobian`` (m, m) of the ``states`` (m,) of y, the first 2 n of which are the n free
-    coordinates ``active`` (among 6 nb) and their rates; ``inertia`` (n, n), added mass included."""
+    coordinates ``active`` (among 6 nb) and their rates; ``inertia`` (n, n), added mass included.
+    ``constraints`` (c, n) are the rows of what is held, and ``reactions`` (c, m) the changes of
+    their forces by state; NaN where what is held changes with the place."""
 
     jacobian: np.ndarray
     states: np.ndarray
     active: np.ndarray
     inertia: np.ndarray
+    constraints: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    reactions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @cached_property
+    def freedom(self) -> Freedom:
+        """The motions that constraints allow."""
+        return Freedom(self.constraints, self.inertia)
 
     def dynamic_stiffness(self, omega: ArrayLike) -> np.ndarray:
         """D(w) = K - w^2 (M + A(w)) + i w B(w), (n, n), or (nw, n, n) for ``omega`` (nw,) [rad/s]:
         loads Re(D q exp(i w t)) keep up the harmonic motion Re(q exp(i w t)). All other states are
-        eliminated."""
+        eliminated. Raises InputError where forces of constraints are not defined."""
         n, every = self.active.size, np.atleast_1d(np.asarray(omega, dtype=float))
-        own, found = self.jacobian[n : 2 * n], np.empty((every.size, n, n), dtype=complex)
+        own, found = self._unheld[n : 2 * n], np.empty((every.size, n, n), dtype=complex)
         for k in range(0, every.size, TOGETHER):
             s = 1j * every[k : k + TOGETHER, None, None]
             acceleration = own[:, :n] + s * own[:, n : 2 * n] + self._of_others(s)
@@ -66,7 +83,55 @@ class Linear:
 
     def response(self, omega: float, load: np.ndarray) -> np.ndarray:
         """Complex amplitudes (n,) of the coordinates under loads Re(load exp(i omega t)), (n,)."""
-        return linalg.solve(self.dynamic_stiffness(omega), load)
+        D = self.dynamic_stiffness(omega)
+        return linalg.solve(D, load) if self.freedom.whole else self.freedom.solve(D, load)
+
+    def reaction(self, omega: float, load: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (c,) of the forces of constraints under the same loads."""
+        D = self.dynamic_stiffness(omega)
+        return self.freedom.reactions(D @ self.freedom.solve(D, load) - load)
+
+    def eigenvalues(self) -> np.ndarray:
+        """Of the jacobian (k,) [1/s], in motions that constraints allow."""
+        return np.asarray(linalg.eigvals(self._allowed))
+
+    def eigenvectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, a column each.
+        With constraints, only products of left ones with motions that they allow have a meaning."""
+        values, left, right = linalg.eig(self._allowed, left=True, right=True)
+        if self.freedom.whole:
+            return values, left, right
+        free = self.freedom
+        return values, self._each(free.along, left), self._each(free.motion, right)
+
+    @property
+    def _allowed(self) -> np.ndarray:
+        """The jacobian of the states that constraints allow: (p, p', all others), q = N p."""
+        if self.freedom.whole:
+            return self.jacobian
+        rows = self._each(self.freedom.part, self.jacobian)
+        return self._each(self.freedom.load, rows.T).T
+
+    def _each(self, change: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+        """Places and rates of ``x`` (m, ...), changed alike, with all other states."""
+        size = len(x) - len(self.jacobian) + 2 * self.active.size
+        place, rate = np.split(x[:size], 2)
+        return np.concatenate([change(place), change(rate), x[size:]])
+
+    @cached_property
+    def _unheld(self) -> np.ndarray:
+        """The jacobian with all forces of constraints as they are at rest."""
+        if self.freedom.whole:
+            return self.jacobian
+        if self.freedom.dependent or not np.isfinite(self.reactions).all():
+            raise InputError(
+                "linear: rigid friction or joints hold directions that depend on each other, or"
+                " that change with the place; their forces are not defined. Take stick_slip with a"
+                " stiffness there, or fewer points."
+            )
+        n, unheld = self.active.size, self.jacobian.copy()
+        unheld[n : 2 * n] -= linalg.solve(self.inertia, self.constraints.T @ self.reactions)
+        return unheld
 
     def _of_others(self, s: np.ndarray) -> np.ndarray:
         """Accelerations (nw, n, n) by all other states per coordinate, ``s`` = i w (nw, 1, 1)."""
@@ -77,7 +142,7 @@ class Linear:
         return np.asarray(each.reshape(-1, n, n) + others.direct)
 
     def _solved_for(self, s: np.ndarray) -> np.ndarray:
-        n, J = self.active.size, self.jacobian
+        n, J = self.active.size, self._unheld
         drive = J[2 * n :, :n] + s * J[2 * n :, n : 2 * n]
         inner = s * np.eye(len(J) - 2 * n) - J[2 * n :, 2 * n :]
         return np.asarray(J[n : 2 * n, 2 * n :] @ np.linalg.solve(inner, drive))
@@ -86,7 +151,7 @@ class Linear:
     def _others(self) -> Others | None:
         """By diagonalising their part of J, once; None where its eigenvectors are too parallel for
         that (those of radiation are orthogonal, but for rounding)."""
-        n, J = self.active.size, self.jacobian
+        n, J = self.active.size, self._unheld
         poles, vectors = np.linalg.eig(J[2 * n :, 2 * n :])
         if poles.size and np.linalg.cond(vectors) > SEPARATE:
             return None
@@ -117,7 +182,31 @@ def linearise(
     states = dynamic_states(model) if states is None else states
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
-    return Linear(J, states, model.bodies.active, inertia(model, state.y))
+    rows = constraint_rows(model, state.y, held)
+    found = Linear(J, states, model.bodies.active, inertia(model, state.y), rows)
+    if found.freedom.whole:
+        return found
+    at = state._replace(modes=held)
+    return replace(found, reactions=reaction_changes(model, at, time, step, states, len(rows)))
+
+
+def reaction_changes(
+    model: Model, state: State, time: float, step: float, states: np.ndarray, count: int
+) -> np.ndarray:
+    """Derivatives (count, m) of the forces of all constraints by the ``states`` (m,) of y, by
+    central differences; NaN where the ``count`` of constraints changes with the place."""
+    work, slope, y = new_work(model), np.empty(model.size), state.y.copy()
+    constraints = work.constraints
+
+    def forces_at(k: int, shift: float) -> np.ndarray:
+        y[k] = state.y[k] + shift
+        rhs(time, y, state.modes, state.history, model, work, slope)
+        y[k] = state.y[k]
+        alike = constraints.number[0] == count
+        return constraints.force[:count].copy() if alike else np.full(count, np.nan)
+
+    changes = [forces_at(k, step) - forces_at(k, -step) for k in states]
+    return np.transpose(changes) / (2.0 * step)
 
 
 def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:

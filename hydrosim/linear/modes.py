@@ -3,7 +3,8 @@
 A natural mode is a motion in which stiffness balances inertia: det(K - w^2 (M + A(w))) = 0. Its
 free decay is the eigenvalue of J whose eigenvector it is most of, by participation factors in the
 coordinates of the natural modes; so modes of two bodies, or near to modes of the memory, are not
-mistaken for each other. A mode without stiffness is free: it has no period, and drifts.
+mistaken for each other. A mode without stiffness is free: it has no period, and drifts. Where
+constraints hold something, K, M and shapes are those of the motions that they allow.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.linear.freedom import Freedom
 from hydrosim.linear.linearise import Linear
 
 STATIC = 1e-5  # rad/s: as good as static
@@ -82,24 +84,39 @@ class NaturalMode:
 
 
 def natural_modes(linear: Linear) -> list[NaturalMode]:
-    """As many modes as free coordinates, in the order of the coordinates they are named after."""
-    squares, shapes = undamped(linear.dynamic_stiffness, linear.inertia)
+    """As many modes as free coordinates less constraints, in the order of the coordinates they are
+    named after."""
+    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
     values, share = modal_participation(linear, shapes)
     # what does not change with time is no decay: a place without stiffness, a node's own place
     moving = np.flatnonzero((values.imag >= 0.0) & _bound(np.abs(values) ** 2))
     bound, decays = _bound(squares), np.zeros(squares.size, dtype=complex)
-    decays[bound] = values[moving[_matched(share[bound][:, moving])]]
+    decays[bound] = values[moving[_matched(share[bound][:, moving])[1]]]
     return _named(squares, shapes, decays, linear)
 
 
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
     """The same from D(w) alone, of a radiation that is known at frequencies only: free decays are
     those with added mass and damping of the frequency that they oscillate with."""
-    squares, shapes = undamped(stiffness, linear.inertia)
+    squares, shapes = _undamped_shapes(stiffness, linear)
     decays = np.zeros(squares.size, dtype=complex)
+    allowed = _allowed(stiffness, linear.freedom)
+    parts = linear.freedom.part(shapes)
     for k in np.flatnonzero(_bound(squares)):
-        decays[k] = _decay(stiffness, float(np.sqrt(abs(squares[k]))), shapes[:, k])
+        decays[k] = _decay(allowed, float(np.sqrt(abs(squares[k]))), parts[:, k])
     return _named(squares, shapes, decays, linear)
+
+
+def _allowed(stiffness: Stiffness, freedom: Freedom) -> Stiffness:
+    """The stiffness of the motions that constraints allow."""
+    return lambda omega: freedom.matrix(stiffness(omega))
+
+
+def _undamped_shapes(stiffness: Stiffness, linear: Linear) -> tuple[np.ndarray, np.ndarray]:
+    """w^2 (k,) of all natural modes that constraints allow, and their shapes (n, k)."""
+    free = linear.freedom
+    squares, shapes = undamped(_allowed(stiffness, free), free.matrix(linear.inertia))
+    return squares, free.motion(shapes)
 
 
 def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,23 +160,23 @@ def _bound(squares: np.ndarray) -> np.ndarray:
 
 
 def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (m,) [1/s], and the share (m, m) that each state (row) has in the mode of each
+    """Eigenvalues (k,) [1/s], and the share (m, k) that each state (row) has in the mode of each
     (column): participation factors, the products of the left and right eigenvectors' entries, which
     do not depend on units (Perez-Arriaga et al. 1982)."""
-    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    values, left, right = linear.eigenvectors()
     return values, shares(left, right)
 
 
 def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Participation factors (m, m) of left and right eigenvectors (m, m), columns both."""
+    """Participation factors (m, k) of left and right eigenvectors (m, k), columns both."""
     share = np.abs(left.conj() * right)
     return np.asarray(share / np.maximum(share.sum(axis=0), TINY))
 
 
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (m,), and the share (n, m) of each natural mode with its rate (row): the same in
-    coordinates along the ``shapes`` (n, n)."""
-    values, left, right = linalg.eig(linear.jacobian, left=True, right=True)
+    """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row): the same in
+    coordinates along the ``shapes`` (n, k)."""
+    values, left, right = linear.eigenvectors()
     n, along = linear.active.size, np.linalg.pinv(shapes, FLAT)  # free shapes may be parallel
     motion = [
         np.abs((shapes.T @ left[at].conj()) * (along @ right[at]))
@@ -170,11 +187,12 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
     return values, share / np.maximum(share.sum(axis=0) + others, TINY)
 
 
-def _matched(share: np.ndarray) -> np.ndarray:
-    """The column of each row, each once, such that the sum of shares is largest."""
+def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
     from scipy.optimize import linear_sum_assignment  # slow to load, and no run needs it
 
-    return np.asarray(linear_sum_assignment(share, maximize=True)[1])
+    rows, columns = linear_sum_assignment(share, maximize=True)
+    return rows, columns
 
 
 def _named(
@@ -184,7 +202,7 @@ def _named(
     energy = np.abs(shapes * (linear.inertia @ shapes))
     energy = energy / np.maximum(energy.sum(axis=0), TINY)
     found = []
-    for i, k in enumerate(_matched(energy)):
+    for i, k in zip(*_matched(energy), strict=True):
         bound = squares[k] > 0.0 and _bound(squares)[k]
         found.append(
             NaturalMode(

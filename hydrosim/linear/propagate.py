@@ -2,7 +2,8 @@
 
     z' = J z + G (f(t) + rest),   z = (q, q', radiation states),   f = F_wave1 + F_wave2 + F_applied
 
-(`linearity` says which scenes are linear.) The forces f are read at nodes: those of the stages that
+(`linearity` says which scenes are linear; where something is held, J and G are those with its
+reactions, and do no work that counts.) The forces f are read at nodes: those of the stages that
 a stepped run would take, or more where the waves' table or a regular wave needs them. Between the
 nodes f is a polynomial, and the response to it is exact, see `integrate.exponential`; corners of
 tables and ends of ramps are ends of intervals. The energies in y are integrals, by polynomials
@@ -219,7 +220,7 @@ def _equation(calm: _Rest) -> Equation:
     rhs(0.0, state.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
         J=J,
-        G=np.vstack([np.zeros((n, n)), linalg.inv(linear.inertia), np.zeros((m - 2 * n, n))]),
+        G=np.vstack([np.zeros((n, n)), linear.freedom.mobility(), np.zeros((m - 2 * n, n))]),
         rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,

@@ -18,11 +18,11 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import linalg
 
 from hydrosim.forces import kinds_posing, new_modes, own_modes
 from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
+from hydrosim.linear.freedom import Freedom, constraint_rows
 from hydrosim.linear.linearise import Linear, inertia, linearise
 from hydrosim.linear.modes import participation
 from hydrosim.rigid import place_bodies
@@ -96,7 +96,7 @@ def combinations(
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
         linear = _linearise(model, state, modes, time)
-        found.append(Combination(text, modes, linear, linalg.eigvals(linear.jacobian)))
+        found.append(Combination(text, modes, linear, linear.eigenvalues()))
     return found
 
 
@@ -136,7 +136,8 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
         place_bodies(state.y[:n], unit, model.bodies, motion)
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
-    yielding = np.linalg.solve(inertia(model, state.y), J.reshape(n, -1)).reshape(J.shape)
+    freedom = Freedom(constraint_rows(model, state.y, _at_rest(model)), inertia(model, state.y))
+    yielding = freedom.accelerations(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
 
 
@@ -200,6 +201,15 @@ def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
         if unstable.size:
             return float(r[unstable[0]])
     return np.inf
+
+
+def _at_rest(model: Model) -> np.ndarray:
+    """Modes (rows, 3) with all units at rest."""
+    modes = new_modes(model)
+    for kind, p in kinds_posing(model):
+        for posture in kind.postures(p)[:1]:
+            own_modes(kind, p, modes)[:] = posture.modes
+    return modes
 
 
 def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:

@@ -22,8 +22,7 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces import KINDS, kinds_of, losses, own_modes
-from hydrosim.forces.contact.group import remembered_groups
-from hydrosim.forces.contact.kind import group_of_points
+from hydrosim.forces.contact.kind import group_of_points, remembered_groups
 from hydrosim.forces.kind import Columns, Kept, Kind, Modes, Tallying
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
@@ -89,7 +88,7 @@ def to_dataset(
     coords = {**_coordinates(scene, time), **of_states, **of_memory}
     dataset = assembled({**data, **states, **memories}, coords)
     describe(dataset)
-    dataset = staged(dataset, remembered_groups(model.elements, values["y"]))
+    dataset = staged(dataset, remembered_groups(model, values["y"]))
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset

@@ -154,7 +154,7 @@ class Work(NamedTuple):
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
     m, n = 6 * model.bodies.each.size, model.bodies.active.size
-    rows = events.held_directions(model.elements)
+    rows = most_constraints(model)
     return Work(
         new_motion(model.bodies),
         new_hulls(model.bodies),
@@ -173,6 +173,11 @@ def new_work(model: Model) -> Work:
         np.zeros(m),
         np.zeros((2, n)),
     )
+
+
+def most_constraints(model: Model) -> int:
+    """Rows that `constrain` states at most."""
+    return events.held_directions(model.elements)
 
 
 def dynamic_states(model: Model) -> np.ndarray:

@@ -28,6 +28,7 @@ from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
 STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
+NO_POINT = -1  # of a constraint that is not of a contact point
 RANK = 1e-12  # of the larger: a direction of motion less than this is none
 
 
@@ -45,8 +46,8 @@ def constants(law: Coulomb) -> Constants:
 
 
 class Holds(NamedTuple):
-    """Scratch: of each constraint the ``point`` (r,) that it holds and the ``direction`` (r, 2) in
-    the plane, and the ``reaction`` (points, 2) on each point's body."""
+    """Scratch: of each constraint the ``point`` (r,) that it holds, `NO_POINT` if none, and the
+    ``direction`` (r, 2) in the plane, and the ``reaction`` (points, 2) on each point's body."""
 
     point: np.ndarray
     direction: np.ndarray
@@ -55,7 +56,7 @@ class Holds(NamedTuple):
 
 def new_holds(points: int, rows: int) -> Holds:
     """Scratch for so many contact ``points`` and ``rows`` of constraints."""
-    return Holds(np.zeros(rows, dtype=np.int64), np.zeros((rows, 2)), np.zeros((points, 2)))
+    return Holds(np.full(rows, NO_POINT), np.zeros((rows, 2)), np.zeros((points, 2)))
 
 
 @kernel
@@ -137,6 +138,8 @@ def _independent(r, rows, holds):
         return 2
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
     u1, u2 = cos(angle), sin(angle)
+    if u2 < -u1:  # along the second axis: of two signs always the same, so that rows are smooth
+        u1, u2 = -u1, -u2
     for j in range(rows.J.shape[1]):
         rows.J[r, j] = u1 * rows.J[r, j] + u2 * rows.J[r + 1, j]
     rows.bound[r] = u1 * rows.bound[r] + u2 * rows.bound[r + 1]
@@ -149,6 +152,6 @@ def collect_reactions(rows, holds):
     """Reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
     for r in range(rows.number[0]):
-        for a in range(2):
+        for a in range(2 if holds.point[r] != NO_POINT else 0):
             force = rows.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

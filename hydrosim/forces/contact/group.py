@@ -8,16 +8,13 @@ of steps, so that nothing depends on how often a run is recorded; the impulse is
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE
-
-if TYPE_CHECKING:
-    from hydrosim.forces import Elements
 
 STATE_NAMES = (
     *("impulse", "load", "largest load", "first contact", "first open", "last open"),
@@ -79,16 +76,6 @@ class Remembered(NamedTuple):
     group: int
     weight: float
     y: np.ndarray
-
-
-def remembered_groups(elements: Elements, y: np.ndarray) -> list[Remembered]:
-    """All groups that remember, with what they do in y (nt, ny)."""
-    p = elements.fenders
-    starts = p.state + p.groups["first"]
-    return [
-        Remembered(int(each["index"]), float(each["weight"]), y[:, first : first + STATES])
-        for each, first in zip(p.groups, starts, strict=True)
-    ]
 
 
 @kernel

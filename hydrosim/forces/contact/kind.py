@@ -33,7 +33,7 @@ from hydrosim.forces.contact.postures import ContactPostures
 from hydrosim.forces.contact.tally import EACH, SLIPPING, WIDTH
 from hydrosim.forces.contact.tally import MODES as TALLIED
 from hydrosim.forces.contact.tally import SIZE as TALLIES
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of
+from hydrosim.forces.kind import Columns, Kept, Modes, Parts, States, Variable, capacity_of
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
@@ -211,3 +211,15 @@ def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], 
     for name, count in SLIPPING:
         yield name, (POINT, tallies[:, :, at : at + count])
         at += count
+
+
+def remembered_groups(parts: Parts, y: np.ndarray) -> list[group.Remembered]:
+    """All groups that remember, with what they do in y (nt, ny)."""
+    p = KIND.of(parts)
+    starts = p.state + p.groups["first"]
+    return [
+        group.Remembered(
+            int(each["index"]), float(each["weight"]), y[:, first : first + group.STATES]
+        )
+        for each, first in zip(p.groups, starts, strict=True)
+    ]

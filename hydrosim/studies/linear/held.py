@@ -9,9 +9,10 @@ import numpy as np
 
 from hydrosim.forces.contact.fender import pressure
 from hydrosim.forces.contact.geometry import EARTH, Touch, touch
-from hydrosim.forces.contact.laws import FRICTIONLESS, friction
+from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
-from hydrosim.linear.contacts import Contacts, pressed
+from hydrosim.linear.contacts import Contacts, pressed, rigid_tractions, with_contacts
+from hydrosim.linear.equilibrium import Rest
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import contact_names
@@ -47,9 +48,14 @@ def contact_remarks(
         what = "slide without friction" if contacts == Contacts.SLIDING else "are taken as open"
         yield f"pressed at rest, {which} {what}: that was asked for."
         return
+    rigid = compiled.model.elements.fenders.points["law"] == COULOMB
+    how = "springs and dampers along the plane"
+    if rigid[found].any():
+        held = _listed([names[i] for i in found if rigid[i]])
+        how = "no motion along the plane" if rigid[found].all() else f"{how}, none at {held}"
     yield (
-        f"pressed at rest, {which} hold by friction: springs and dampers along the plane. The place"
-        " at rest is that without friction."
+        f"pressed at rest, {which} hold by friction: {how}. The place at rest is that without"
+        " friction."
     )
     active = about.linear.active
     waves = [(w.omega, about.motions(w)[:, active] @ about.map.T) for w in compiled.sea]
@@ -57,8 +63,13 @@ def contact_remarks(
         return
     omega = np.concatenate([w for w, _ in waves])
     motions = np.concatenate([x for _, x in waves])
+    model, stuck = with_contacts(compiled.model, rest.state, contacts, names)
+    forces = np.concatenate([about.reactions(w) for w in compiled.sea])
+    held_by = rigid_tractions(model, stuck, forces)
     for i in found:
-        yield from _let_go(names[i], grip(int(i), compiled, rest), int(i), compiled, omega, motions)
+        each = grip(int(i), compiled, rest)
+        traction = _traction(each, int(i), compiled, omega, motions) + held_by[:, i]
+        yield from _let_go(names[i], each, int(i), compiled, motions, traction)
 
 
 def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
@@ -78,19 +89,38 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     return Grip(contact, load.N, float(point["static"]) * load.N, stiffness, damping)
 
 
-def _let_go(
-    name: str, grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
-) -> Iterator[str]:
-    """Whether the most probable largest traction of a thousand waves is beyond what friction holds,
-    or the largest motion apart beyond the compression."""
+def _apart(i: int, grip: Grip, compiled: Compiled, motions: np.ndarray) -> np.ndarray:
+    """Complex displacements (nw, 3) of point ``i`` against its plane."""
     point = compiled.model.elements.fenders.points[i]
     moved = _moved(int(point["body"]), grip.contact.arm, motions)
     if point["plane_body"] != EARTH:
         moved = moved - _moved(int(point["plane_body"]), grip.contact.plane_arm, motions)
+    return moved
+
+
+def _traction(
+    grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
+) -> np.ndarray:
+    """Complex traction (nw, 2) of the node of point ``i``; rigid friction has none."""
+    moved = _apart(i, grip, compiled, motions)
     along = moved @ np.array([grip.contact.tangent1, grip.contact.tangent2]).T
-    traction = np.abs((grip.stiffness + 1j * omega * grip.damping)[:, None] * along)
+    return np.asarray((grip.stiffness + 1j * omega * grip.damping)[:, None] * along)
+
+
+def _let_go(
+    name: str,
+    grip: Grip,
+    i: int,
+    compiled: Compiled,
+    motions: np.ndarray,
+    traction: np.ndarray,
+) -> Iterator[str]:
+    """Whether the most probable largest ``traction`` (nw, 2) of a thousand waves is beyond what
+    friction holds, or the largest motion apart beyond the compression."""
+    point = compiled.model.elements.fenders.points[i]
+    moved = _apart(i, grip, compiled, motions)
     apart = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(moved @ grip.contact.normal) ** 2)))
-    largest = LARGEST * float(np.sqrt(0.5 * np.sum(traction**2, axis=0).max()))
+    largest = LARGEST * float(np.sqrt(0.5 * np.sum(np.abs(traction) ** 2, axis=0).max()))
     if largest > grip.holds:
         yield (
             f"in these waves {name} would slip: its friction would reach {largest:.3g} N, and holds"

@@ -69,12 +69,21 @@ class Responder:
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
-        loads, active = first_order(waves, self.bodies).amplitude, self.linear.active
-        found = np.zeros(loads.shape, dtype=complex)
-        D = self.dynamic_stiffness(waves.omega)
-        found[:, active] = np.linalg.solve(D, (loads @ self.map)[:, :, None])[:, :, 0]
+        loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
+        found = np.zeros((len(loads), self.map.shape[0]), dtype=complex)
+        found[:, self.linear.active] = self.linear.freedom.solve(D, loads)
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
+
+    def reactions(self, waves: Components) -> np.ndarray:
+        """Complex amplitudes (nw, m) of the forces of constraints in each of some waves."""
+        loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
+        q = self.linear.freedom.solve(D, loads)
+        return self.linear.freedom.reactions((D @ q[:, :, None])[:, :, 0] - loads)
+
+    def loads(self, waves: Components) -> np.ndarray:
+        """Complex amplitudes (nw, n) of the generalised loads of each of some waves."""
+        return np.asarray(first_order(waves, self.bodies).amplitude @ self.map)
 
     def dynamic_stiffness(self, omega: np.ndarray) -> np.ndarray:
         """D(w), (nw, n, n), at ``omega`` (nw,) [rad/s]."""

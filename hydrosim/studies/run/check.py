@@ -94,6 +94,8 @@ def _linear(
             line if time is None else f"{when}: {line}" for line in _limits(compiled, watch)
         )
     linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
+    held = len(linear.constraints)
+    when = f"{when}, {held} directions held" if held else when
     yield _periods(compiled.scene, natural_modes(linear), when)
 
 

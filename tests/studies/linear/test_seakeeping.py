@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from dry_scenes import block, on_floor, scene, steady
+from dry_scenes import block, moving, on_floor, scene, steady
 from markers import few
 from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
 from test_response import eigenvalue
@@ -93,8 +93,12 @@ def test_a_block_on_its_nodes() -> None:
         )
         assert "floor 1 and floor 2" in found.remarks
     rigid = {**forces, "floor": on_floor(1e3, Coulomb(0.5, 0.4))}
-    with pytest.raises(InputError, match=r"rigid friction .* holds floor 1 at rest"):
-        linear_analysis(replace(standing, forces=rigid), Wanted())
+    held = linear_analysis(replace(standing, forces=rigid), Wanted())
+    assert list(held["mode"].values) == ["block heave"]
+    np.testing.assert_allclose((2 * np.pi / held.natural_period) ** 2, 525.0, rtol=1e-6)
+    along = replace(standing, bodies=(block(2.0, ["surge"], position=moving(heave=-0.1)),))
+    with pytest.raises(InputError, match=r"rigid friction .* holds floor 1 at rest, and leaves no"):
+        linear_analysis(replace(along, forces=rigid), Wanted())
     assert linear_analysis(replace(standing, forces=rigid), Wanted(contacts=Contacts.OPEN)).remarks
 
 
