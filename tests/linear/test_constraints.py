@@ -44,7 +44,7 @@ from hydrosim.scene import Body, Kinematics, Scene, WaveTrain, Weight
 from hydrosim.studies.linear.response import Radiation, responder
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 from hydrosim.studies.run.resolution import scene_combinations
-from hydrosim.studies.run.simulation import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_step_limits
 from hydrosim.waves import Components
 
 Figure = Callable[[str, float], None]
