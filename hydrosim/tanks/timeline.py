@@ -6,13 +6,13 @@ it fills or empties have no problem.
 
 from __future__ import annotations
 
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.modes import COLUMNS, MARGINS, MODE, SEGMENT
 from hydrosim.tanks.contents import CLOSE, Tanks
-from hydrosim.tanks.pumping import OVER, RUNNING, SEA, WAITING
+from hydrosim.tanks.pumping import OVER, RUNNING, SEA, margins, settle, switch
 
 MOST = 10_000  # changes of flows
 
@@ -40,96 +40,81 @@ class Timeline(NamedTuple):
         return np.array([np.interp(time, self.time, v) for v in self.volume.T])
 
 
-class _Flow:
-    """A flow on its way."""
-
-    def __init__(self, p: Tanks, i: int) -> None:
-        self.p, self.of, self.piece = p, p.flows[i], int(p.flows["first"][i])
-        self.mode = RUNNING if self.of["start_tank"] == SEA else WAITING
-        if self.of["triggered"]:
-            self.mode = OVER
-        self.begun = 0.0
-
-    @property
-    def rate(self) -> float:
-        return float(self.p.rates["rate"][self.piece]) if self.mode == RUNNING else 0.0
-
-    def into(self, tank: int) -> float:
-        """Its rate into a tank, negative out of it."""
-        here = int(self.of["target"] == tank) - int(self.of["source"] == tank)
-        return self.rate * here
-
-    def next(self, t: float, volume: np.ndarray, speed: np.ndarray) -> float:
-        """Time of its next change."""
-        found, rates = inf, self.p.rates
-        if self.mode == RUNNING and self.piece < self.of["last"]:
-            found = max(float(rates["end"][self.piece]), t)
-        which = {WAITING: "start", RUNNING: "stop"}.get(self.mode)
-        if which and (self.mode == WAITING or self.rate != 0.0):
-            tank, sign = int(self.of[f"{which}_tank"]), float(self.of[f"{which}_sign"])
-            if tank != SEA:
-                missing = sign * (self.of[f"{which}_volume"] - volume[tank])
-                found = min(found, _reached(t, missing, sign * speed[tank]))
-        if self.of["watched"] and self.rate != 0.0:
-            for tank, room in self._rooms(volume):
-                sign = -1.0 if tank == self.of["source"] else 1.0
-                found = min(found, _reached(t, room, sign * speed[tank]))
-        return found
-
-    def _rooms(self, volume: np.ndarray) -> list[tuple[int, float]]:
-        source, target = int(self.of["source"]), int(self.of["target"])
-        rooms = [] if source == SEA else [(source, volume[source])]
-        if target != SEA:
-            rooms.append((target, self.p.each["capacity"][target] - volume[target]))
-        return rooms
-
-    def change(self, t: float) -> None:
-        """Go on to what follows."""
-        if self.mode == WAITING:
-            self.mode, self.begun = RUNNING, t
-            while self.piece < self.of["last"] and self.p.rates["end"][self.piece] <= t:
-                self.piece += 1
-        elif self.piece < self.of["last"] and self.p.rates["end"][self.piece] <= t:
-            self.piece, self.begun = self.piece + 1, t
-        else:
-            self.mode = OVER
-
-
-def _reached(t: float, missing: float, speed: float) -> float:
-    """When what is missing has come at a speed."""
-    if missing <= 0.0:
-        return t
-    return t + missing / speed if speed > 0.0 else inf
-
-
 def follow(p: Tanks, end: float) -> Timeline:
     """The tanks from 0 to ``end`` [s], or to their first problem."""
-    flows = [_Flow(p, i) for i in range(p.flows.size)]
-    t, volume = 0.0, p.each["first_volume"].astype(float)
+    p = p._replace(state=0, mode=0)
+    modes = np.zeros((p.flows.size, COLUMNS), dtype=np.int64)
+    settle(0.0, modes, p)
+    modes[p.flows["triggered"], MODE] = OVER
+    t = 0.0
+    volume = p.each["first_volume"].astype(float)
+    begun = np.zeros(p.flows.size)
     times, volumes = [t], [volume.copy()]
+    problem = None
     for _ in range(MOST):
-        speed = _speeds(flows, p)
-        changes = [flow.next(t, volume, speed) for flow in flows]
-        then = min([*changes, end])
-        problem = _problem(flows, t, then, volume, speed, p)
+        speed = _speeds(modes, p)
+        changes = _times_of_changes(t, volume, speed, modes, p)
+        then = min(changes.min(initial=np.inf), end)
+        problem = _problem(modes, t, then, volume, speed, p)
         if problem:
-            return Timeline(np.array(times), np.array(volumes), problem)
+            break
         volume = volume + speed * (then - t)
         t = then
         times.append(t)
         volumes.append(volume.copy())
-        if t >= end:
+        if t < end:
+            problem = _change(t, changes, modes, begun, p)
+        if problem or t >= end:
             break
-        for i, (flow, at) in enumerate(zip(flows, changes, strict=True)):
-            if at <= then:
-                pumping = flow.rate != 0.0
-                flow.change(t)
-                known = {int(flow.of["source"]), int(flow.of["target"])}.isdisjoint(unforeseen(p))
-                if flow.mode == OVER and pumping and flow.begun == t and known:
-                    return Timeline(
-                        np.array(times), np.array(volumes), Problem(i, None, t, "nothing")
-                    )
-    return Timeline(np.array(times), np.array(volumes), None)
+    return Timeline(np.array(times), np.array(volumes), problem)
+
+
+def _rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
+    """Mass per time (nf,) of the flows."""
+    return np.where(modes[:, MODE] == RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
+
+
+def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
+    """Rates of the volumes (nt,) [m^3/s]."""
+    return (_rates(modes, p) @ _into(p)) / p.each["density"]
+
+
+def _into(p: Tanks) -> np.ndarray:
+    """Of each flow and tank (nf, nt): 1 if it fills the tank, -1 if it empties it."""
+    tanks = np.arange(p.each.size)
+    filled = p.flows["target"][:, None] == tanks
+    emptied = p.flows["source"][:, None] == tanks
+    return filled.astype(float) - emptied
+
+
+def _times_of_changes(
+    t: float, volume: np.ndarray, speed: np.ndarray, modes: np.ndarray, p: Tanks
+) -> np.ndarray:
+    """Times (nf, 4) [s] at which the margins of the flows reach zero: they are linear in time."""
+    now = np.zeros((p.flows.size, MARGINS))
+    later = np.zeros_like(now)
+    margins(t, volume, modes, p, now.reshape(-1))
+    margins(t + 1.0, volume + speed, modes, p, later.reshape(-1))
+    shrinking = np.where(later < now, now - later, np.nan)
+    reached = t + np.nan_to_num(now / shrinking, nan=np.inf)
+    return np.where(now <= 0.0, t, reached)
+
+
+def _change(
+    t: float, changes: np.ndarray, modes: np.ndarray, begun: np.ndarray, p: Tanks
+) -> Problem | None:
+    """Switch the flows that change now; the first that ends as it begins, with ``begun`` (nf,) [s],
+    is a problem, unless a trigger fills or empties its tanks."""
+    rates = _rates(modes, p)
+    foreseen = unforeseen(p)
+    for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
+        switch(i, int(np.argmax(changes[i] <= t)), t, modes, p)
+        ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
+        over = modes[i, MODE] == OVER and rates[i] != 0.0
+        if over and begun[i] == t and ends.isdisjoint(foreseen):
+            return Problem(i, None, t, "nothing")
+        begun[i] = begun[i] if modes[i, MODE] == OVER else t
+    return None
 
 
 def unforeseen(p: Tanks) -> set[int]:
@@ -138,24 +123,19 @@ def unforeseen(p: Tanks) -> set[int]:
     return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA}
 
 
-def _speeds(flows: list[_Flow], p: Tanks) -> np.ndarray:
-    """Rates of the volumes (nt,) [m^3/s]."""
-    speed = [sum(flow.into(tank) for flow in flows) for tank in range(p.each.size)]
-    return np.array(speed) / p.each["density"]
-
-
 def _problem(
-    flows: list[_Flow], t: float, then: float, volume: np.ndarray, speed: np.ndarray, p: Tanks
+    modes: np.ndarray, t: float, then: float, volume: np.ndarray, speed: np.ndarray, p: Tanks
 ) -> Problem | None:
     """A tank that runs dry or over before ``then``, with a flow that does it."""
     size = p.each["capacity"]
     after = volume + speed * (then - t)
     beyond = (after < -CLOSE * size) | (after > (1.0 + CLOSE) * size)
     beyond[[*unforeseen(p)]] = False
+    given = _rates(modes, p)[:, None] * _into(p)
     for tank in np.flatnonzero(beyond).tolist():
         dry = after[tank] < 0.0
         room = volume[tank] if dry else size[tank] - volume[tank]
-        guilty = next(i for i, f in enumerate(flows) if f.into(tank) * (-1.0 if dry else 1.0) > 0.0)
+        guilty = int(np.argmax(given[:, tank] * (-1.0 if dry else 1.0) > 0.0))
         when = t + max(room, 0.0) / abs(speed[tank])
         return Problem(guilty, tank, float(when), "dry" if dry else "over")
     return None
