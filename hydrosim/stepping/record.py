@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from math import prod
 
 import numpy as np
@@ -10,12 +11,12 @@ from hydrosim.forces import events, new_modes
 from hydrosim.jit.kernels import assign, root
 from hydrosim.rigid import accelerations
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
-from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Record
+from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import wave_loads
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
-    """Names and shapes of the channels of a record, in their order."""
+    """Names and shapes of the channels of a record, in their order: the table of it."""
     m = 6 * model.bodies.each.size
     return {
         "time": (),
@@ -24,7 +25,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "y": (model.size,),
         "coordinates": (m,),
         "velocity": (m,),
-        **({"momentum": (m,)} if model.impulse < model.size else {}),
+        "momentum": (m if model.impulse < model.size else 0,),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
         **events.observed(model.elements),
@@ -34,40 +35,39 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Record:
     """Room for all output times, the first included, with or without ``accelerations``."""
     nt = -(-clock.points // clock.every) + 1  # the end is recorded, on an output time or not
-    width = sum(prod(shape) for shape in channels(model).values())
+    shapes = channels(model).values()
+    *places, width = accumulate(map(prod, shapes), initial=0)
+    at = Places(*places[: len(Places._fields)])
     modes = new_modes(model)
     rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
-    return Record(np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
+    return Record(at, np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
 
 
 @root
 def keep(t, run):
-    """Record the state and everything that follows from it, in the order of `channels`; the slope
-    that is found for that begins the next step."""
+    """Record the state and everything that follows from it; the slope that is found for that begins
+    the next step."""
     model, work, scratch, counters = run.model, run.work, run.scratch, run.counters
-    y, modes, motion = run.state.y, run.state.modes, work.motion
+    y, modes, motion, at = run.state.y, run.state.modes, work.motion, run.record.at
     row, kept = run.record.channels[counters[RECORDS]], run.record.modes[counters[RECORDS]]
-    m, at = 6 * model.bodies.each.size, 3 + y.size
-    moving = row[at + 2 * m :]
-    stored = moving[m if model.impulse < model.size else 0 :]
-    wrench = stored[model.rows :]
-    row[2] = stored_energies(t, y, modes, model, work, stored[: model.rows])
+    stored = row[at.stored : at.wrench]
+    row[at.kinetic] = stored_energies(t, y, modes, model, work, stored)
     if model.impulse < model.size:
-        momentum(work, moving)
+        momentum(work, row[at.momentum :])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
     scratch.known[START_SLOPE] = 1
     if run.record.accelerations.size > 0:
         n, changes = model.bodies.active.size, run.record.accelerations[counters[RECORDS]]
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
-    row[0] = t
-    assign(row[3:], y)
-    assign(row[at:], motion.coordinates)
-    assign(row[at + m :], motion.velocity)
+    row[at.time] = t
+    assign(row[at.y :], y)
+    assign(row[at.coordinates :], motion.coordinates)
+    assign(row[at.velocity :], motion.velocity)
     for r in range(model.rows):
-        assign(wrench[m * r :], work.wrench[r])
-    observed, reactions = wrench[m * model.rows :], work.holds.reaction
-    events.observe(t, y, modes, motion, model.bodies, model.elements, reactions, observed)
+        assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
+    elements, reactions, observed = model.elements, work.holds.reaction, row[at.observed :]
+    events.observe(t, y, modes, motion, model.bodies, elements, reactions, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
-    row[1] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
+    row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
     counters[RECORDS] += 1

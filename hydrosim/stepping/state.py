@@ -70,10 +70,26 @@ class Clock(NamedTuple):
     solver_step: float
 
 
+class Places(NamedTuple):
+    """The first entries of channels in a row of the record, see `record.channels`."""
+
+    time: int
+    elevation: int
+    kinetic: int
+    y: int
+    coordinates: int
+    velocity: int
+    momentum: int
+    stored: int
+    wrench: int
+    observed: int
+
+
 class Record(NamedTuple):
-    """What is kept at every output time: ``channels`` (nt, nc), see `record.channels`, the
+    """What is kept at every output time: ``channels`` (nt, nc), which are ``at`` their places, the
     ``modes`` (nt, rows, 3) of elements, and the ``accelerations`` (nt, 6 nb) of bodies, or none."""
 
+    at: Places
     channels: np.ndarray
     modes: np.ndarray
     accelerations: np.ndarray
