@@ -22,7 +22,7 @@ from scipy import linalg
 
 from hydrosim.errors import InputError
 from hydrosim.linear.freedom import Freedom, constraint_rows
-from hydrosim.rigid import acceleration_map, place_bodies
+from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import (
     Model,
