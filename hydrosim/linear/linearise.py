@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,7 +33,9 @@ from hydrosim.stepping.dynamics import (
     new_work,
     rhs,
 )
-from hydrosim.stepping.state import State
+
+if TYPE_CHECKING:
+    from hydrosim.stepping.state import State
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
 TOGETHER = 1000  # frequencies at a time
