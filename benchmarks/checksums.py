@@ -231,7 +231,7 @@ def _attributes(attributes: Mapping[Any, Any], folder: Path) -> str:
 
 def said(arguments: list[str], folder: Path) -> str:
     """What a command prints."""
-    from hydrosim.cli import main
+    from hydrosim.__main__ import main
 
     sys.argv[1:], printed = arguments, io.StringIO()
     try:

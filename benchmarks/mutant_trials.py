@@ -31,7 +31,7 @@ import xarray as xr
 from benchmarks.mutants import CASES, SHORT, Mutant, mutants, text_of
 from benchmarks.random_trial import Outcome
 from benchmarks.worker import Question, Worker
-from hydrosim.cli import app
+from hydrosim.__main__ import app
 from hydrosim.errors import HydrosimError
 from hydrosim.results.stages import FIGURES, TIME
 

@@ -28,7 +28,7 @@ IMPORTS = (
     "from hydrosim import simulate",
 )
 CASE = "cases/reverse_float_over/base.yaml"
-RUN = f"from hydrosim.cli import main; import sys; sys.argv[1:] = {['run', CASE]!r}"
+RUN = f"from hydrosim.__main__ import main; import sys; sys.argv[1:] = {['run', CASE]!r}"
 
 
 def answer() -> Answer:

@@ -167,7 +167,7 @@ def commands() -> str:
     """The commands with their options, as `--help` says them."""
     from typer.main import get_command
 
-    from hydrosim.cli import app
+    from hydrosim.__main__ import app
 
     return "# Commands\n" + "".join(_command(get_command(app), "hydrosim"))
 

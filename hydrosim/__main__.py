@@ -1,6 +1,145 @@
-"""`python -m hydrosim` is the command `hydrosim`."""
+"""The command line: thin commands over `load_case`, `simulate` and `plot`.
 
-from hydrosim.cli import main
+Exit codes: 0 done, 1 a strict check failed or a comparison is out of tolerance, 2 the input is
+wrong, 3 the simulation failed, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import os
+import sys
+import warnings
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from hydrosim.commands import db
+from hydrosim.commands.ballast import ballast
+from hydrosim.commands.case import case
+from hydrosim.commands.check import check
+from hydrosim.commands.compare import compare, record
+from hydrosim.commands.converge import converge
+from hydrosim.commands.example import example
+from hydrosim.commands.explain import explain
+from hydrosim.commands.export import export
+from hydrosim.commands.linear import linear
+from hydrosim.commands.operability import operability
+from hydrosim.commands.plot import plot
+from hydrosim.commands.replay import replay
+from hydrosim.commands.report import report
+from hydrosim.commands.run import run
+from hydrosim.commands.schema import schema
+from hydrosim.commands.statistics import statistics
+from hydrosim.commands.streams import make_streams_last
+from hydrosim.commands.sweep import sweep
+from hydrosim.commands.terminal import printable, say, show
+from hydrosim.errors import HydrosimError
+from hydrosim.interrupts import taken_as_interrupts
+
+# in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
+COMMANDS = (
+    *(check, run, linear, ballast, converge),
+    *(plot, report, replay, statistics, explain, export, compare, record, case),
+    *(sweep, operability, schema, example),
+)
+
+MEMORY = (
+    "error: not enough memory ({}). Close other programs or raise the limit of this shell or job"
+    " (ulimit -v); a long run needs less with a larger output.step."
+)
+NEEDED = 900_000_000  # bytes of addresses, to load all libraries and run a small case
+LACKS = "failed to map segment", "Cannot allocate memory"  # dynamic linker, operating system
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
+)
+for command in COMMANDS:
+    app.command()(command)
+app.add_typer(db.app, name="db")
+err = Console(stderr=True)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from hydrosim.outputs import program_version
+
+        show(f"hydrosim {program_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _of_all(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+# Loading makes many objects that stay: they need not be gone through for garbage all the time, nor
+# at the end, where it would take a third of a second.
+gc.set_threshold(50_000)
+atexit.register(gc.freeze)
+
+
+def main() -> None:
+    """Run the command line; a message meant for people ends it with its own exit code."""
+    taken_as_interrupts()
+    make_streams_last()
+    warnings.showwarning = lambda message, *_, **__: say(f"warning   {message}")
+    try:
+        try:
+            _require_memory()
+            app(prog_name="hydrosim")
+        finally:
+            sys.stdout.flush()
+    except HydrosimError as error:
+        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        raise SystemExit(error.exit_code) from None
+    except Exception as error:
+        if lack := _lack_of_memory(error):
+            print(MEMORY.format(lack), file=sys.stderr)  # colours would need more of it
+            raise SystemExit(3) from None
+        if not isinstance(error, OSError):
+            raise
+        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        os._exit(3)  # what is left to be printed cannot be
+
+
+def _require_memory() -> None:
+    """Refuse a limit below which OpenBLAS and LLVM end the process, or hang, without a message."""
+    if sys.platform != "win32":
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if 0 < limit < NEEDED:  # none is negative
+            raise MemoryError(f"the limit is {limit / 1e6:.0f} MB; {NEEDED / 1e6:.0f} are needed")
+
+
+def _lack_of_memory(error: BaseException | None) -> str:
+    """What an error, or one that it comes of, says of missing memory; empty if it is another one.
+    Libraries that cannot be loaded say so in words, modules in C that fail without a word raise
+    SystemError."""
+    while error is not None:
+        text = str(error)
+        if isinstance(error, MemoryError | SystemError) or any(each in text for each in LACKS):
+            return text or "no memory is left"
+        error = error.__cause__ or error.__context__
+    return ""
+
+
+def _plain(error: Exception) -> str:
+    return printable(str(error)).replace("[", "\\[")
+
 
 if __name__ == "__main__":
     main()

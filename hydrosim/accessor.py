@@ -82,7 +82,8 @@ class RunAccessor:
     def report(self, path: str | Path) -> Path:
         """Write the report of the run as a page, and say where it is."""
         from hydrosim.outputs import as_output
-        from hydrosim.report import run_document, written_page
+        from hydrosim.report.page import written_page
+        from hydrosim.report.run import run_document
 
         output = as_output(path, "report")
         written_page(run_document(self._run), output)

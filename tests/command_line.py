@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from hydrosim.cli import main
+from hydrosim.__main__ import main
 
 
 class Result(NamedTuple):

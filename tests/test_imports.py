@@ -32,7 +32,6 @@ studies
 plot report
 accessor
 commands
-cli
 __main__ __init__
 """
 FLOOR = {room: k for k, line in enumerate(ROOMS.strip().splitlines()) for room in line.split()}

@@ -114,8 +114,8 @@ def compare(
     from hydrosim.compare.comparison import beyond, by_channel
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
-    from hydrosim.plot import open_run
     from hydrosim.plot.compare import draw_comparison
+    from hydrosim.plot.load import open_run
     from hydrosim.recordings import read_recording
     from hydrosim.results.netcdf import write
 
@@ -205,7 +205,7 @@ def record(
     Without --channels those of motions, waves, forces, fenders and springs that are not zero.
     """
     from hydrosim.documents.series import columns_of
-    from hydrosim.plot import open_run
+    from hydrosim.plot.load import open_run
     from hydrosim.recordings import write_recording
     from hydrosim.results.channels import chosen, usual
 

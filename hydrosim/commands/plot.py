@@ -40,8 +40,9 @@ def plot(
     long runs, bands go from the smallest to the largest value of each stretch of time.
     """
     from hydrosim.commands.study import draw_runs, so_far
-    from hydrosim.plot import draw, open_run
+    from hydrosim.plot import draw
     from hydrosim.plot.draw import Format, View, Window
+    from hydrosim.plot.load import open_run
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
 

@@ -20,7 +20,8 @@ def replay(
     overwrite: Overwrite = False,
 ) -> None:
     """Write a run as a moving scene in three dimensions: one HTML file that needs no network."""
-    from hydrosim.report import replay_of, written_page
+    from hydrosim.report.document import replay_of
+    from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_replay"
     page = placed(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")

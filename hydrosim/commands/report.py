@@ -25,7 +25,8 @@ def report(
     """Write a report as one HTML file that needs no network: of a run its case, assumptions,
     stages, statistics with intervals, series to look closer at and energy; or what a study, its
     limits of operation or a comparison has found."""
-    from hydrosim.report import report_of, written_page
+    from hydrosim.report.document import report_of
+    from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_report"
     page = placed(output, name, "report", run_file, overwrite=overwrite, suffix=".html")

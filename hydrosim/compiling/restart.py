@@ -25,7 +25,7 @@ from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGME
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.netcdf import read
-from hydrosim.rigid import Motion, place_bodies
+from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene import Body, Place, Scene, Start
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import (

@@ -21,7 +21,7 @@ from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import LATERAL, turned
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scaled, value
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
 from hydrosim.scene import ForceElement, Turns
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
+from hydrosim.rigid.kinematics import wrench_of_coordinates
+from hydrosim.rigid.stiffness import spring_energy, spring_force
 
 
 @kernel

@@ -20,7 +20,8 @@ from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import spring_energy, spring_force, wrench_of_coordinates
+from hydrosim.rigid.kinematics import wrench_of_coordinates
+from hydrosim.rigid.stiffness import spring_energy, spring_force
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
 

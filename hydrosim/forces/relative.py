@@ -6,7 +6,7 @@ A stream is the steady and uniform flow of water (current) or air (wind) along t
 from __future__ import annotations
 
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import add_wrench
+from hydrosim.rigid.kinematics import add_wrench
 from hydrosim.rigid.vectors import matvec, product, sub, vector
 
 

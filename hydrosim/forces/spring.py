@@ -47,7 +47,7 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.rigid import add_wrench, attachment, point_velocity
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, Scene
 

@@ -30,7 +30,8 @@ from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid import add_wrench, attachment, heading, point_velocity
+from hydrosim.rigid import heading
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 

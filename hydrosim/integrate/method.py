@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.integrate.runge_kutta import Tableau
+if TYPE_CHECKING:
+    from hydrosim.integrate.runge_kutta import Tableau
 
 
 @dataclass(frozen=True, eq=False)

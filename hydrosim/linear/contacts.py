@@ -19,8 +19,8 @@ from hydrosim.forces import without_friction
 from hydrosim.forces.contact.coulomb import NO_POINT
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import Freedom, constraint_rows
-from hydrosim.linear.linearise import inertia
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, new_work

@@ -28,10 +28,10 @@ from scipy.integrate import solve_ivp
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
+from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, Freedom, constraint_rows
-from hydrosim.linear.linearise import inertia
 from hydrosim.linear.modes import FLAT, FREE
-from hydrosim.rigid import generalised_force, place_bodies
+from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
 from hydrosim.stepping.dynamics import (
     Model,

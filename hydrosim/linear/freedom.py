@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from hydrosim.rigid import place_bodies
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, most_constraints, new_work
 
 DEPENDENT = 1e-9  # of the largest: rows that are less apart hold one direction

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.linear.coordinates import STEP, inertia
 from hydrosim.linear.freedom import Freedom, constraint_rows
-from hydrosim.linear.linearise import STEP, inertia
 from hydrosim.radiation import convolution_model
 from hydrosim.stepping.dynamics import Model, jacobian, new_work
 from hydrosim.stepping.state import State

@@ -14,28 +14,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
 from hydrosim.errors import InputError
+from hydrosim.linear.coordinates import STEP, inertia
 from hydrosim.linear.freedom import Freedom, constraint_rows
-from hydrosim.rigid import acceleration_map, place_bodies
-from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import (
     Model,
     dynamic_states,
-    find_mass,
     jacobian,
-    look_inside,
     new_work,
     rhs,
 )
-from hydrosim.stepping.state import State
 
-STEP = 1e-4  # of the central differences: m, rad and their rates
+if TYPE_CHECKING:
+    from hydrosim.stepping.state import State
+
 TOGETHER = 1000  # frequencies at a time
 SEPARATE = 1e7  # condition of the eigenvectors up to which other states are taken one by one
 
@@ -207,28 +205,3 @@ def reaction_changes(
 
     changes = [forces_at(k, step) - forces_at(k, -step) for k in states]
     return np.transpose(changes) / (2.0 * step)
-
-
-def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
-    """S (6 nb, n) at coordinates ``q`` (n,): velocities v = S q', generalised loads S^T F."""
-    motion = new_work(model).motion
-    columns = []
-    for rates in np.eye(q.size):
-        place_bodies(q, rates, model.bodies, motion)
-        columns.append(motion.velocity.copy())
-    return np.reshape(columns, (q.size, -1)).T
-
-
-def inertia(model: Model, y: np.ndarray) -> np.ndarray:
-    """Inertia (n, n) of the free coordinates, added mass included, in the state ``y``, with its
-    slow draughts and what is in its tanks."""
-    work, n, A = new_work(model), model.bodies.active.size, model.added_mass
-    found = np.zeros((n, n))
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    if model.family.body.size:
-        blend(y[model.draught :], model.family, A, work.blend)
-        A = work.blend.added_mass
-    look_inside(y, model, work)
-    find_mass(model, A, work)
-    acceleration_map(model.bodies, work.motion, work.mass, found)
-    return found

@@ -12,14 +12,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.linear.freedom import Freedom
-from hydrosim.linear.linearise import Linear
+
+if TYPE_CHECKING:
+    from hydrosim.linear.freedom import Freedom
+    from hydrosim.linear.linearise import Linear
 
 STATIC = 1e-5  # rad/s: as good as static
 FREE, FLAT = 1e-3, 1e-9  # rad/s; of the largest stiffness over inertia: there is no stiffness

@@ -22,10 +22,11 @@ import numpy as np
 from hydrosim.forces import kinds_posing, new_modes, own_modes
 from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
+from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import Freedom, constraint_rows
-from hydrosim.linear.linearise import Linear, inertia, linearise
+from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import participation
-from hydrosim.rigid import place_bodies
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, dynamic_states, new_work
 from hydrosim.stepping.state import State

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from hydrosim.radiation.memory import AT_ONCE, ConstantDamping, RadiationStates
-from hydrosim.radiation.state_space import StateSpace
+
+if TYPE_CHECKING:
+    from hydrosim.radiation.state_space import StateSpace
 
 
 def _offsets(sizes: Sequence[int]) -> np.ndarray:

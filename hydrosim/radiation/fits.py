@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import astuple, fields
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.radiation.kept import Arrays, kept
-from hydrosim.radiation.retardation import Retardation
 from hydrosim.radiation.state_space import (
     TOLERANCE,
     FitReport,
@@ -19,6 +19,9 @@ from hydrosim.radiation.state_space import (
     coupled_groups,
     fit_group,
 )
+
+if TYPE_CHECKING:
+    from hydrosim.radiation.retardation import Retardation
 
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 

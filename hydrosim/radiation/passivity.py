@@ -13,11 +13,13 @@ with w^-2, counts as any other frequency.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
 
-from hydrosim.radiation.emphasis import Emphasis
+if TYPE_CHECKING:
+    from hydrosim.radiation.emphasis import Emphasis
 
 GRID = 400  # frequencies, on top of those about each pole
 ZOOMS, FINER = 5, 9  # a minimum is sought between its neighbours: so often, among so many points

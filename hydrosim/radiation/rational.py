@@ -10,12 +10,13 @@ imaginary part. ``s`` (ns,) are points i w.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.linalg
 
-from hydrosim.radiation.emphasis import Emphasis
+if TYPE_CHECKING:
+    from hydrosim.radiation.emphasis import Emphasis
 
 ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
 DAMPED = 0.5  # of critical damping, at least, of poles that are held back

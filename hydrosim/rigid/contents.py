@@ -5,11 +5,12 @@ Fluids are part of the body as ice would be, but that their free surfaces may st
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.rigid.kinematics import Bodies
+if TYPE_CHECKING:
+    from hydrosim.rigid.kinematics import Bodies
 
 
 class Contents(NamedTuple):

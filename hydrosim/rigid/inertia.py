@@ -16,14 +16,16 @@ factored instead (`mass`).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel
-from hydrosim.rigid.kinematics import Bodies
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, sub, vector
+
+if TYPE_CHECKING:
+    from hydrosim.rigid.kinematics import Bodies
 
 
 class Inertia(NamedTuple):

@@ -16,7 +16,7 @@ from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root
 from hydrosim.modes import MARGINS, MODE
-from hydrosim.rigid import place_bodies
+from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import kick, still
 from hydrosim.stepping.state import (
     AFTER,

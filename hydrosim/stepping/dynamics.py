@@ -42,35 +42,7 @@ from hydrosim.radiation.memory import (
     radiation_damping,
     radiation_states,
 )
-from hydrosim.rigid import (
-    Bodies,
-    Contents,
-    Headings,
-    Hulls,
-    Inertia,
-    Motion,
-    Turning,
-    accelerate_freely,
-    acceleration_map,
-    add_turning,
-    all_to_earth,
-    all_to_heading,
-    cholesky,
-    cholesky_solve,
-    generalised_force,
-    kinetic_energy,
-    look_along,
-    mass_matrix,
-    motion_along,
-    new_contents,
-    new_hulls,
-    new_motion,
-    new_turning,
-    place,
-    place_bodies,
-    stream_energy,
-    translations_to_earth,
-)
+from hydrosim.rigid.added_mass import add_turning, stream_energy
 from hydrosim.rigid.constraints import (
     Constraints,
     eliminate,
@@ -79,6 +51,28 @@ from hydrosim.rigid.constraints import (
     restore,
     solve_for_pivots,
 )
+from hydrosim.rigid.contents import Contents, new_contents
+from hydrosim.rigid.heading import (
+    Headings,
+    Hulls,
+    all_to_earth,
+    all_to_heading,
+    look_along,
+    motion_along,
+    new_hulls,
+    translations_to_earth,
+)
+from hydrosim.rigid.inertia import Inertia, Turning, accelerate_freely, new_turning
+from hydrosim.rigid.kinematics import (
+    Bodies,
+    Motion,
+    acceleration_map,
+    generalised_force,
+    new_motion,
+    place,
+    place_bodies,
+)
+from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.stepping.blending import (
     Blend,

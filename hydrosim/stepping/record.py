@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim.forces import events, new_modes
 from hydrosim.jit.kernels import assign, root
-from hydrosim.rigid import accelerations
+from hydrosim.rigid.kinematics import accelerations
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import wave_loads

@@ -13,7 +13,8 @@ from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
 from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.radiation.history import count_anew, drop, push
-from hydrosim.rigid import accelerations, accelerations_along, place_bodies
+from hydrosim.rigid.heading import accelerations_along
+from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
 from hydrosim.stepping.record import keep

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.dofs import about_z, loads_about_z
-from hydrosim.scene import WaveForces
-from hydrosim.waves.components import Components
-from hydrosim.waves.quadratic import QuadraticFunctions
+
+if TYPE_CHECKING:
+    from hydrosim.scene import WaveForces
+    from hydrosim.waves.components import Components
+    from hydrosim.waves.quadratic import QuadraticFunctions
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,11 @@ second-order loads from a wave of one set with a wave of another are left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.scene import SecondOrder
-from hydrosim.waves.body import WaveBody
-from hydrosim.waves.components import Components
 from hydrosim.waves.following import follows
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
@@ -26,6 +25,10 @@ from hydrosim.waves.second_order import (
 )
 from hydrosim.waves.synthesis import Lines, summed, time_grid
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.waves.body import WaveBody
+    from hydrosim.waves.components import Components
 
 
 def wave_loads_model(

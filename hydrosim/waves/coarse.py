@@ -11,11 +11,13 @@ that is below a half.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.waves.components import Components
-from hydrosim.waves.transfer import TransferFunctions
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
+    from hydrosim.waves.transfer import TransferFunctions
 
 FEWEST = 8  # headings for an estimate
 EVEN = 1e-6  # rad: what the spacing of headings may differ by

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import fft
 
-from hydrosim.waves.components import Components
 from hydrosim.waves.loads import rise
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
 
 _ENOUGH = 100  # times that are worth a transform
 _WHOLE = 1e-9  # of a step: closer than this to a multiple is the multiple

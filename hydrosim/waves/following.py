@@ -18,18 +18,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil, cos, floor, pi, sin
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
-from hydrosim.waves.body import WaveBody
-from hydrosim.waves.components import Components
 from hydrosim.waves.loads import POINTS, lagrange, rise
 from hydrosim.waves.splines import slopes
 from hydrosim.waves.synthesis import row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
+
+if TYPE_CHECKING:
+    from hydrosim.waves.body import WaveBody
+    from hydrosim.waves.components import Components
 
 NODES = 6  # of heading between two of a database
 CUT = 0.25  # of the mean frequency of the sea: what is slower is slow

@@ -9,14 +9,16 @@ one heading only, waves of different headings load nothing together.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.waves.components import Components
 from hydrosim.waves.second_order import Factors, newman, together
 from hydrosim.waves.transfer import NOISE, TransferFunctions, apart, heading_weights, mean_drift_at
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
 
 _SAME = 1e-6  # rad: headings closer than this are one
 MOST_HEADINGS = 8  # of a sea, where waves of different headings load nothing together

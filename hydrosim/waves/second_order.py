@@ -20,13 +20,16 @@ are the splines that interpolate it (`quadratic`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import fft
 
 from hydrosim.errors import InputError
-from hydrosim.waves.components import Components
 from hydrosim.waves.synthesis import Lines
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
 
 MOST_WAVES = 60  # off a grid: their pairs are summed one by one, at every stage of every step
 

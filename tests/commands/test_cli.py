@@ -347,7 +347,7 @@ def test_help_names_the_commands(hydrosim: Command) -> None:
 
 def test_in_a_process_of_its_own(project: Path) -> None:
     """The exit code reaches the shell, and a message is all that people see of an error."""
-    code = "from hydrosim.cli import main; main()"
+    code = "from hydrosim.__main__ import main; main()"
     command = [sys.executable, "-c", code, "run", "base.yaml", "--set", "duration=0 s"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (2, "")
@@ -379,7 +379,7 @@ def test_lack_of_memory_is_told(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("hydrosim.cli.app", fail)
+    monkeypatch.setattr("hydrosim.__main__.app", fail)
     result = hydrosim("run", "base.yaml")
     assert result.code == 3
     assert f"error: not enough memory ({said}" in result.err
@@ -405,6 +405,6 @@ def test_other_errors_are_not_taken_for_lack_of_memory(
     def fail(*_: object, **__: object) -> None:
         raise caused_by(ImportError("no such module"), KeyError("key"))
 
-    monkeypatch.setattr("hydrosim.cli.app", fail)
+    monkeypatch.setattr("hydrosim.__main__.app", fail)
     with pytest.raises(ImportError, match="no such module"):
         hydrosim("run", "base.yaml")

@@ -14,7 +14,7 @@ import xarray as xr
 from rich.table import Table
 from typer.main import get_command
 
-from hydrosim.cli import app
+from hydrosim.__main__ import app
 from hydrosim.commands.terminal import printable, show
 
 ROOT = Path(__file__).parents[2]

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
-from hydrosim.linear.linearise import inertia
+from hydrosim.linear.coordinates import inertia
 from hydrosim.scene import (
     Body,
     Box,

@@ -24,8 +24,9 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
+from hydrosim.linear.coordinates import velocity_map
 from hydrosim.linear.impedance import at_frequencies
-from hydrosim.linear.linearise import Linear, linearise, velocity_map
+from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names

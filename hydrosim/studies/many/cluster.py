@@ -28,7 +28,8 @@ from typing import TYPE_CHECKING, Any
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
-from hydrosim.studies.many.outcome import Outcome, outcome_of
+from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.pools import outcome_of
 from hydrosim.studies.many.work import Work, pack, unpack
 from hydrosim.studies.run.checkpoint import program
 

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.calm import in_waves
-from hydrosim.errors import HydrosimError, InputError
+from hydrosim.errors import InputError
 from hydrosim.results.assembled import assembled
-from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.statistics.explain import explained
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.statistics.statistics import columns, of_contacts
-from hydrosim.studies.run.simulation import run_compiled
-
-if TYPE_CHECKING:
-    from hydrosim.studies.many.work import Work
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
@@ -40,52 +34,6 @@ class Outcome(NamedTuple):
     warnings: str = ""
     found: xr.Dataset | None = None
     attributes: Mapping[str, object] = {}
-
-
-class Stop(Protocol):
-    """Tells runs on their way to end, as `threading.Event` does."""
-
-    def is_set(self) -> bool:
-        """Whether they are to end now."""
-
-
-def outcome_of(
-    work: Work | Exception, digest: Callable[[xr.Dataset], xr.Dataset], stop: Stop
-) -> Outcome:
-    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
-    it is its own failure, but for what is asked of all runs."""
-
-    def watch(*_: float) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-
-    if isinstance(work, Exception):
-        return Outcome("failed", _told(work))
-    if stop.is_set():
-        return Outcome(NOT_RUN)
-    try:
-        compiled = in_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch)
-    except KeyboardInterrupt:
-        return Outcome("interrupted")
-    except Exception as error:
-        return Outcome("failed", _told(error))
-    status = str(run.attrs["status"])
-    if status != COMPLETE:
-        return Outcome(status)
-    common = {name: value for name, value in run.attrs.items() if name not in OWN}
-    try:
-        found = digest(run)
-    except InputError:
-        raise
-    except Exception as error:
-        return Outcome("failed", _told(error))
-    return Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
-
-
-def _told(error: Exception) -> str:
-    """A message; of an error that nobody has thought of also what it is."""
-    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
 
 
 def digested(

@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import xarray as xr
 
-from hydrosim.studies.many.outcome import Outcome, outcome_of
+from hydrosim.compiling.calm import in_waves
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.results.runs_file import COMPLETE, NOT_RUN
+from hydrosim.studies.many.outcome import OWN, Outcome
+from hydrosim.studies.run.simulation import run_compiled
 
 if TYPE_CHECKING:
     from hydrosim.studies.many.work import Work
@@ -18,6 +22,50 @@ if TYPE_CHECKING:
 AHEAD = 2  # runs for each worker that may be done or wait while an earlier one is not finished
 Digest = Callable[[xr.Dataset], xr.Dataset]
 """What is kept of a run."""
+
+
+class Stop(Protocol):
+    """Tells runs on their way to end, as `threading.Event` does."""
+
+    def is_set(self) -> bool:
+        """Whether they are to end now."""
+
+
+def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
+    """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
+    it is its own failure, but for what is asked of all runs."""
+
+    def watch(*_: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    if isinstance(work, Exception):
+        return Outcome("failed", _told(work))
+    if stop.is_set():
+        return Outcome(NOT_RUN)
+    try:
+        compiled = in_waves(work.calm, work.scene, work.sea)
+        run = run_compiled(compiled, watch)
+    except KeyboardInterrupt:
+        return Outcome("interrupted")
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    status = str(run.attrs["status"])
+    if status != COMPLETE:
+        return Outcome(status)
+    common = {name: value for name, value in run.attrs.items() if name not in OWN}
+    try:
+        found = digest(run)
+    except InputError:
+        raise
+    except Exception as error:
+        return Outcome("failed", _told(error))
+    return Outcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+
+
+def _told(error: Exception) -> str:
+    """A message; of an error that nobody has thought of also what it is."""
+    return str(error) if isinstance(error, HydrosimError) else f"{type(error).__name__}: {error}"
 
 
 class Pool(Protocol):

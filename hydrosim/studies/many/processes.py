@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.errors import InputError
 from hydrosim.interrupts import ENDING
-from hydrosim.studies.many.outcome import Outcome, outcome_of
-from hydrosim.studies.many.pools import AHEAD, Digest
+from hydrosim.studies.many.outcome import Outcome
+from hydrosim.studies.many.pools import AHEAD, Digest, outcome_of
 from hydrosim.studies.many.work import Work, pack, unpack
 
 if TYPE_CHECKING:

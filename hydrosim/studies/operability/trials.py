@@ -12,7 +12,7 @@ import xarray as xr
 
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.studies.many.garbage import collected_here
-from hydrosim.studies.many.outcome import outcome_of
+from hydrosim.studies.many.pools import outcome_of
 from hydrosim.studies.many.shared import Shared
 
 if TYPE_CHECKING:

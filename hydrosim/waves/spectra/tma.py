@@ -13,12 +13,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.scene import Tma
 from hydrosim.waves.dispersion import wavenumber
 from hydrosim.waves.spectra.peaks import peakedness, shape
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Tma
 
 _NOTHING_BELOW = 0.4  # in peak frequencies: exp(-5/4 u^-4) is 6e-22
 

@@ -8,10 +8,14 @@ is the swell's. The squares of the two heights add up to Hs^2.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from hydrosim.scene import Torsethaugen
 from hydrosim.waves.spectra.peaks import Peak
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Torsethaugen
 
 _EXPONENT = 4.0
 

@@ -25,6 +25,7 @@ from hydrosim.scene import Scene, Solver, Start, WaveTrain
 from hydrosim.statistics.figures import Figure
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
+from hydrosim.studies.many.alike import alike
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -249,16 +250,16 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     """Two readings of one file are alike; any number, array or name that differs tells."""
     one, other = (hs.load_case(CASES / "base.yaml").scene() for _ in range(2))
     assert one is not other
-    assert shared.alike(one, other)
-    assert shared.alike(one.bodies, other.bodies)
+    assert alike(one, other)
+    assert alike(one.bodies, other.bodies)
     (barge,) = one.bodies
     inertia = barge.inertia.copy()
     inertia[0, 0] += 1.0
     for change in ({"inertia": inertia}, {"name": "ship"}, {"dofs": ("surge",)}, {"mass": 1.0}):
-        assert not shared.alike(one, with_body(other, **change))
-    assert not shared.alike(one, replace(other, forces={}))
-    assert not shared.alike(one, scene_of("free_floating"))
-    assert not shared.alike(object(), object())
+        assert not alike(one, with_body(other, **change))
+    assert not alike(one, replace(other, forces={}))
+    assert not alike(one, scene_of("free_floating"))
+    assert not alike(object(), object())
 
 
 def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = False) -> Scene:

@@ -22,7 +22,7 @@ from hydrosim.outputs import Output
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsFile
 from hydrosim.scene import Scene, WaveTrain
-from hydrosim.studies.many import outcome, shared
+from hydrosim.studies.many import pools, shared
 from hydrosim.studies.many.unfinished import alone_with, begun, folder_of
 
 
@@ -67,8 +67,8 @@ def test_a_set_goes_on_to_the_same_result(tmp_path: Path, monkeypatch: pytest.Mo
     assert part.status.values.tolist()[-1] == "not run"
     part.close()
     made = []
-    once = outcome.run_compiled
-    monkeypatch.setattr(outcome, "run_compiled", lambda *a: made.append(1) or once(*a))
+    once = pools.run_compiled
+    monkeypatch.setattr(pools, "run_compiled", lambda *a: made.append(1) or once(*a))
     hs.simulate_many(scenes, path, workers=2, resume=True).close()
     assert len(made) <= 4
     assert differences(result(path), result(tmp_path / "whole.nc")) == []
@@ -96,7 +96,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
 
 def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it raises, where it runs and where it is made."""
-    once, prepared = outcome.run_compiled, shared.check_scene
+    once, prepared = pools.run_compiled, shared.check_scene
 
     def run(compiled: object, watch: object) -> xr.Dataset:
         if compiled.scene.environment.waves[0].seed == 1:
@@ -108,7 +108,7 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
             raise MemoryError
         prepared(scene)
 
-    monkeypatch.setattr(outcome, "run_compiled", run)
+    monkeypatch.setattr(pools, "run_compiled", run)
     monkeypatch.setattr(shared, "check_scene", check)
     runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
     assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]

@@ -14,7 +14,7 @@ import xarray as xr
 from moored_barge import ROOT
 
 import hydrosim as hs
-from hydrosim.cli import main
+from hydrosim.__main__ import main
 from hydrosim.studies.run.stages import outdated
 
 FIRST = """\

@@ -1,0 +1,36 @@
+"""Free coordinates of a scene: their velocities, their inertia, steps of differences in them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrosim.rigid.kinematics import acceleration_map, place_bodies
+from hydrosim.stepping.blending import blend
+from hydrosim.stepping.dynamics import Model, find_mass, look_inside, new_work
+
+STEP = 1e-4  # of the central differences: m, rad and their rates
+
+
+def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
+    """S (6 nb, n) at coordinates ``q`` (n,): velocities v = S q', generalised loads S^T F."""
+    motion = new_work(model).motion
+    columns = []
+    for rates in np.eye(q.size):
+        place_bodies(q, rates, model.bodies, motion)
+        columns.append(motion.velocity.copy())
+    return np.reshape(columns, (q.size, -1)).T
+
+
+def inertia(model: Model, y: np.ndarray) -> np.ndarray:
+    """Inertia (n, n) of the free coordinates, added mass included, in the state ``y``, with its
+    slow draughts and what is in its tanks."""
+    work, n, A = new_work(model), model.bodies.active.size, model.added_mass
+    found = np.zeros((n, n))
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    if model.family.body.size:
+        blend(y[model.draught :], model.family, A, work.blend)
+        A = work.blend.added_mass
+    look_inside(y, model, work)
+    find_mass(model, A, work)
+    acceleration_map(model.bodies, work.motion, work.mass, found)
+    return found
