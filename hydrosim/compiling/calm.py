@@ -3,13 +3,14 @@ in common."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
@@ -18,10 +19,9 @@ from hydrosim.compiling.questions.doubt import About
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
-from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Kinematics, Place, Scene
-from hydrosim.waves import places
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import Components, check_span
@@ -29,7 +29,9 @@ from hydrosim.waves.following import following_model
 from hydrosim.waves.places import grid_step, steps_per_block
 
 if TYPE_CHECKING:
+    from hydrosim.database.database import HydroDatabase
     from hydrosim.forces.kind import Parts
+    from hydrosim.scene import WaveForces
 
 
 def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Compiled:
@@ -39,9 +41,10 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
     Raises InputError where the scene cannot be compiled, or started.
     """
     model = model_of(scene, wet, known)
+    facts = facts_of(scene, wet, model)
     fresh = first_state(scene, model)
     check_start(scene, model, fresh)
-    return Compiled(scene, tuple(wet), model, start_of(scene, model, fresh))
+    return Compiled(scene, tuple(wet), facts, start_of(scene, model, facts.layout, fresh))
 
 
 def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:
@@ -50,7 +53,8 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     the sea is shorter than the run."""
     end = begin(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
-    bodies = [_as_locked(body, scene) for body in wave_bodies(scene, calm.wet)]
+    loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
+    bodies = [_as_locked(body, scene) for body in loaded]
     # from 0, wherever the run begins: its loads are then to the bit those of a longer run
     bodies = list(_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
@@ -58,10 +62,11 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     following = following_model(sea, bodies, block)
     model = calm.model._replace(waves=loads, following=following)
     state = with_slow_places(scene, model, calm.state)
-    compiled = replace(calm, scene=scene, model=model, state=state, sea=tuple(sea))
+    facts = facts_of(scene, calm.wet, model)
+    compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
-    notes = notes_of_sea(scene, calm.wet, model, sea, known)
-    about = About(scene, model, state, each_alone(calm.wet), tuple(sea))
+    notes = notes_of_sea(scene, calm.wet, facts, sea, known)
+    about = About(scene, facts, state, tuple(sea))
     return replace(compiled, notes=notes.warned(asked(about)))
 
 
@@ -88,14 +93,17 @@ def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
     return body.moved(at)
 
 
-def wave_bodies(scene: Scene, wet: Sequence[WetGroup]) -> list[WaveBody]:
-    """All bodies of a scene in waves, with their own parts of those databases that have loads."""
-    alone = {name: db for name, db in each_alone(wet).items() if db.heading.size}
+def wave_bodies(
+    scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
+) -> list[WaveBody]:
+    """All bodies of a scene in waves, with those of their ``databases`` that have loads, and where
+    waves meet them (`facts.met_by_waves`)."""
+    alone = {name: db for name, db in databases.items() if db.heading.size}
     return [
         WaveBody(
             alone.get(body.name),
             body.location,
-            places(scene, body, alone.get(body.name)),
+            met[body.name],
             6 * index,
             np.array([dof in body.dofs for dof in DOFS]),
             body.centre_of_gravity[:2],

@@ -14,6 +14,7 @@ from hydrosim.compiling.restart import begin
 from hydrosim.integrate import Method, method_named
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.facts import Facts
     from hydrosim.compiling.wet import WetGroup
     from hydrosim.linear.accuracy import Vibration
     from hydrosim.scene import Scene
@@ -29,13 +30,14 @@ class Compiled:
     ``scene`` is the one that is solved: the run that it starts from is in memory, and what is zero
     by symmetry is out of it; ``whole`` is then the same in calm water in all degrees of freedom.
     ``vibrations`` are modes that the step does not resolve, which matter if a run excites them.
-    ``wet`` are its databases, ``model`` its constants, ``state`` that of the start, ``sea`` its
-    waves as drawn (none in calm water), ``notes`` what there is to say. Unpacks as model and state.
+    ``wet`` are its databases, ``facts`` hold its ``model``, the constants, and what follows from
+    it, ``state`` is that of the start, ``sea`` its waves as drawn (none in calm water), ``notes``
+    what there is to say. Unpacks as model and state.
     """
 
     scene: Scene
     wet: tuple[WetGroup, ...]
-    model: Model
+    facts: Facts
     state: State
     sea: tuple[Components, ...] = ()
     notes: Notes = field(default_factory=Notes)
@@ -44,6 +46,11 @@ class Compiled:
 
     def __iter__(self) -> Iterator[Model | State]:
         return iter((self.model, self.state))
+
+    @property
+    def model(self) -> Model:
+        """Its constants."""
+        return self.facts.model
 
     @property
     def method(self) -> Method:

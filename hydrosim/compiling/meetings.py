@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.wet import WetGroup, each_alone
 from hydrosim.forces.stream_load import CurrentLoad
 from hydrosim.scene import Body, Place, Scene
-from hydrosim.waves import places
 from hydrosim.waves.coarse import lost_between_headings
 from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import apart
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.facts import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
 
@@ -35,15 +34,13 @@ class Meeting(NamedTuple):
     lost: tuple[float, float] | None
 
 
-def meetings(
-    scene: Scene, wet: Sequence[WetGroup], seas: Sequence[Components]
-) -> Iterator[Meeting]:
+def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator[Meeting]:
     """Of each body that waves load at first order."""
-    alone = each_alone(wet)
+    alone = facts.databases
     for body in scene.bodies if seas else ():
         if body.name in alone and body.wave_forces.first_order:
             db = alone[body.name]
-            chosen = places(scene, body, db)
+            chosen = facts.met[body.name]
             between = chosen.headings != Place.MEAN or _between(body, seas, db)
             lost = lost_between_headings(db, seas) if between else None
             yield Meeting(body, db, chosen.position, chosen.headings, lost)

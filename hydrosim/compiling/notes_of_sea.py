@@ -15,7 +15,7 @@ from hydrosim.compiling.meetings import (
     said_of_waves,
 )
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
-from hydrosim.compiling.wet import WetGroup, each_alone, each_database
+from hydrosim.compiling.wet import WetGroup, each_database
 from hydrosim.dofs import DOFS
 from hydrosim.forces import signals_of
 from hydrosim.forces.signal import Recorded
@@ -26,6 +26,7 @@ from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import separate_headings
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.facts import Facts
     from hydrosim.compiling.notes import Notes
     from hydrosim.database.database import HydroDatabase
     from hydrosim.stepping.dynamics import Model
@@ -35,23 +36,24 @@ OUTSIDE_WARNED = 1e-3  # share of a sea's energy, or of its loads', beyond a dat
 
 
 def notes_of_sea(
-    scene: Scene, wet: Sequence[WetGroup], model: Model, seas: Seas, notes: Notes
+    scene: Scene, wet: Sequence[WetGroup], facts: Facts, seas: Seas, notes: Notes
 ) -> Notes:
     """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
-    alone, warnings = each_alone(wet), [*_fit_warnings(wet)]
+    alone = facts.databases
+    warnings = [*_fit_warnings(wet)]
     warnings.extend(text for group in wet for text in group.doubts(seas))
     for body in scene.bodies:
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    met = list(meetings(scene, wet, seas))
+    met = list(meetings(scene, facts, seas))
     warnings.extend(text for each in met for text in coarse_headings(each))
     said = [text for each in met for text in said_of_waves(each)]
     return replace(
         notes,
-        skipped=tuple(_skipped(scene, model, alone, seas, notes.zero)),
+        skipped=tuple(_skipped(scene, facts.model, alone, seas, notes.zero)),
         records=tuple(_records(scene)),
-        meetings=(*said, *said_of_current(scene, model)),
+        meetings=(*said, *said_of_current(scene, facts.model)),
         warnings=(*warnings, *notes.warnings),
     )
 

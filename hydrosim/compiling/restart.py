@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -33,8 +33,11 @@ from hydrosim.stepping.names import (
     memory_names,
 )
 from hydrosim.stepping.state import State
-from hydrosim.stepping.state_layout import MOVING, StateKind, state_layout
+from hydrosim.stepping.state_layout import MOVING, StateKind
 from hydrosim.waves import slow_bodies
+
+if TYPE_CHECKING:
+    from hydrosim.stepping.state_layout import StateLayout
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
@@ -122,7 +125,7 @@ def before(scene: Scene) -> MemoryBefore:
     return MemoryBefore(frozenset(map(str, convolved)), frozenset(map(str, states)))
 
 
-def resume(scene: Scene, model: Model, fresh: State) -> State:
+def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
     """The state that an `opened` scene starts from; ``fresh`` is that of a start from rest.
 
     Raises InputError if the stored state is not finite, or its memory too short.
@@ -133,7 +136,6 @@ def resume(scene: Scene, model: Model, fresh: State) -> State:
         text = f"its state at {time:g} s is not finite; start from an earlier time"
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
-    layout = state_layout(scene, model)
     names = layout.names()
     known = np.array([name in there for name in names])
     y = np.array([there.get(name, 0.0) for name in names])
@@ -180,11 +182,11 @@ def _recorded(run: xr.Dataset, time: float | None) -> float:
     raise InputError(f"{text} no state then; the nearest is at {nearest:g} s.")
 
 
-def check_fit(scene: Scene, model: Model) -> None:
+def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     """Raises InputError where the bodies, degrees of freedom or radiation of an `opened` scene are
     not those of the run that it starts from."""
     run = _run(scene)
-    moving = state_layout(scene, model).moving()
+    moving = layout.moving()
     names = {entry.name: [q.name for q in entry.coordinates] for entry in moving}
     names |= {f"memory of {name}": [name] for name in memory_names(scene, model)}
     kinds = zip(run.state.values, run.state_kind.values, strict=True)
@@ -197,7 +199,7 @@ def check_fit(scene: Scene, model: Model) -> None:
         "it has, and this scene has not,": [name for name in stored if name not in names],
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
-    if not found and not _same_fit(scene, model, run):
+    if not found and not _same_fit(model, layout, run):
         found = "its radiation states are of another fit (another database, or program version)"
     if found:
         raise InputError(
@@ -211,9 +213,9 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:SHOWN]) + more
 
 
-def _same_fit(scene: Scene, model: Model, run: xr.Dataset) -> bool:
+def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
     """Whether the radiation states that both have are of one fit."""
-    names = state_layout(scene, model).names()[model.radiation :]
+    names = layout.names()[model.radiation :]
     here = radiation.input_rates(model.states)
     there = dict(zip(run.state.values, run.state_input.values, strict=True))
     missed = [there.get(name, x) - x for name, x in zip(names, here, strict=False)]

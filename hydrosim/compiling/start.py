@@ -21,6 +21,7 @@ from hydrosim.waves.slow import first_states
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
+    from hydrosim.stepping.state_layout import StateLayout
 
 
 def first_state(scene: Scene, model: Model) -> State:
@@ -45,15 +46,16 @@ def first_state(scene: Scene, model: Model) -> State:
     return state
 
 
-def start_of(scene: Scene, model: Model, fresh: State) -> State:
-    """The state that an `opened` scene starts from; ``fresh`` is its `first_state`.
+def start_of(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
+    """The state that an `opened` scene starts from; ``fresh`` is its
+    `first_state`, ``layout`` that of y.
 
     Raises InputError where the run to start from does not fit the scene.
     """
     if scene.initial is None:
         return fresh
-    restart.check_fit(scene, model)
-    return restart.resume(scene, model, fresh)
+    restart.check_fit(scene, model, layout)
+    return restart.resume(scene, model, layout, fresh)
 
 
 def with_slow_places(scene: Scene, model: Model, state: State) -> State:

@@ -36,7 +36,6 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.stepping.names import Coordinate, coordinates
-from hydrosim.stepping.state_layout import state_layout
 from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.waves.components import Components
 from hydrosim.waves.quadratic import difference_factors, sum_factors
@@ -64,7 +63,7 @@ def in_plane(calm: Compiled, sea: Sequence[Components]) -> tuple[Scene | None, N
         return None, calm.notes
     ignored = scene.solver.symmetry == Symmetry.IGNORE
     reasons = ["asked for by solver.symmetry"] if ignored else list(_asymmetries(calm, sea))
-    moving = state_layout(scene, calm.model).moving()
+    moving = calm.facts.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:

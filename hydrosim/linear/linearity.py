@@ -13,24 +13,10 @@ import numpy as np
 
 from hydrosim.forces import Recorded, signals_of
 from hydrosim.forces.layout import ROWS
-from hydrosim.scene import LinearScenes, Scene, Turns
+from hydrosim.scene import Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
 ANGLES = range(3, 6)
-
-
-def propagated(scene: Scene, model: Model) -> bool:
-    """Whether a run of the scene is propagated exactly, not stepped."""
-    asked = scene.solver.linear == LinearScenes.EXACT
-    return asked and next(nonlinearities(scene, model), None) is None
-
-
-def solution(scene: Scene, model: Model) -> str:
-    """How the motions of a scene are found, in words."""
-    if scene.solver.linear == LinearScenes.STEP:
-        return "stepped: asked for by solver.linear"
-    reasons = "; ".join(nonlinearities(scene, model))
-    return f"stepped, not linear: {reasons}" if reasons else "propagated exactly: linear"
 
 
 def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:

@@ -40,7 +40,7 @@ from hydrosim.stepping.names import (
     supplies,
 )
 from hydrosim.stepping.record import channels
-from hydrosim.stepping.state_layout import StateKind, state_layout
+from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import Components, elevations
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ MOTION = ("time", "body", "dof")
 def to_dataset(
     scene: Scene,
     model: Model,
+    layout: StateLayout,
     sea: Sequence[Components],
     record: Record,
     count: int,
@@ -83,7 +84,7 @@ def to_dataset(
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
-    states, of_states = _states(scene, model, values, modes)
+    states, of_states = _states(scene, model, layout, values, modes)
     memories, of_memory = memory.packed(scene, model, history)
     coords = {**_coordinates(scene, time), **of_states, **of_memory}
     dataset = assembled({**data, **states, **memories}, coords)
@@ -111,11 +112,14 @@ def _by_body(flat: np.ndarray) -> np.ndarray:
 
 
 def _states(
-    scene: Scene, model: Model, values: dict[str, np.ndarray], modes: np.ndarray
+    scene: Scene,
+    model: Model,
+    layout: StateLayout,
+    values: dict[str, np.ndarray],
+    modes: np.ndarray,
 ) -> tuple[Columns, dict[str, object]]:
     """What a run can start from, at the end or at every output time, and its coordinates."""
     kept = slice(None) if scene.output_states else slice(-1, None)
-    layout = state_layout(scene, model)
     of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,6 +11,7 @@ from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 
 if TYPE_CHECKING:
+    from hydrosim.compiling.facts import Facts
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene import Body, Scene
     from hydrosim.stepping.state import State
@@ -30,20 +31,23 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """A scene as compiled, the ``databases`` of its wet bodies by name, each one's own part, and
-    its ``sea`` as drawn."""
+    """A scene as compiled with its ``facts``, and its ``sea`` as drawn."""
 
     scene: Scene
-    model: Model
+    facts: Facts
     state: State
-    databases: Mapping[str, HydroDatabase]
     sea: tuple[Components, ...]
 
     def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """Wet bodies that may move: index, body, database."""
         for i, body in enumerate(self.scene.bodies):
-            if body.name in self.databases and body.dofs:
-                yield i, body, self.databases[body.name]
+            if body.name in self.facts.databases and body.dofs:
+                yield i, body, self.facts.databases[body.name]
+
+    @property
+    def model(self) -> Model:
+        """Its constants."""
+        return self.facts.model
 
     @cached_property
     def index(self) -> dict[str, int]:

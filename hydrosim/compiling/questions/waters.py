@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-from hydrosim.linear.linearity import propagated
 
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
@@ -95,7 +94,7 @@ def ramp(about: About) -> Iterator[Doubt]:
 def step(about: About) -> Iterator[Doubt]:
     """Steps too large for the waves, or so small that a run takes hours."""
     solver, duration = about.scene.solver, about.scene.duration
-    free = solver.method.adapts or propagated(about.scene, about.model)
+    free = solver.method.adapts or about.facts.exact
     if not free and duration > MOST_STEPS * solver.step:
         found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual are up to {MOST_STEPS:g} steps, which may take an hour"

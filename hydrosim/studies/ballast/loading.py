@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.facts import facts_of
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
@@ -102,7 +103,8 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
         y[:n], y[slow] = found.state.y[:n], found.state.y[slow]
     except InputError:
         y[:n], y[slow] = state.y[:n], state.y[slow]
-    return replace(compiled, model=waveless, state=state._replace(y=y))
+    facts = facts_of(scene, compiled.wet, waveless)
+    return replace(compiled, facts=facts, state=state._replace(y=y))
 
 
 def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:

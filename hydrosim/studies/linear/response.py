@@ -22,6 +22,7 @@ from scipy import linalg
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.facts import met_by_waves
 from hydrosim.dofs import about_z
 from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.coordinates import velocity_map
@@ -133,7 +134,9 @@ def responder(
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
     linear, n = linearise(model, about, time=time), model.bodies.active.size
-    met = wave_bodies(replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies))), compiled.wet)
+    at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
+    databases = compiled.facts.databases
+    met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
     place = model.bodies.locked.copy()
     place[model.bodies.active] = about.y[:n]
     bodies = [body.moved(at) for body, at in zip(met, place.reshape(-1, 6), strict=True)]

@@ -10,6 +10,7 @@ import numpy as np
 from hydrosim.compiling.calm import wave_bodies
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
+from hydrosim.compiling.facts import met_by_waves
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
@@ -59,7 +60,9 @@ def at_rest(
 def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     """The model under the mean second-order loads of the whole sea."""
     scene, seas = calm.scene, calm.sea or sea(calm.scene.environment)
-    drifting = wave_bodies(replace(scene, bodies=tuple(map(_drifting, scene.bodies))), calm.wet)
+    pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
+    databases = calm.facts.databases
+    drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
     steady = [replace(waves, ramp=0.0) for waves in seas]
     loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)
     return model._replace(waves=loads)

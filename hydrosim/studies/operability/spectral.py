@@ -21,7 +21,6 @@ from scipy.optimize import brentq
 
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
-from hydrosim.linear.linearity import nonlinearities
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -80,8 +79,8 @@ def spectral(scene: Scene, figures: Sequence[Figure], swell: bool) -> Spectral |
     if any(body.wave_forces.second_order != SecondOrder.NONE for body in scene.bodies):
         return "second-order loads are not Gaussian"
     calm = compile_for_linear(scene, Radiation.MODEL)
-    reason = next(nonlinearities(calm.scene, calm.model), None)
-    return reason or Spectral(calm)
+    reasons = calm.facts.nonlinear
+    return reasons[0] if reasons else Spectral(calm)
 
 
 def _rooms(statistic: str, limit: float, mean: float) -> list[float]:

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.compiling.wet import WetGroup, each_alone
+from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
 from hydrosim.scene import Body, Kinematics, Place, SecondOrder
-from hydrosim.waves import places
 from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
@@ -59,10 +58,10 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
     """Bodies that were not where waves met them."""
-    scene, alone = compiled.scene, each_alone(compiled.wet)
+    scene, alone = compiled.scene, compiled.facts.databases
     for body in scene.bodies:
         if body.name in alone and body.wave_forces.first_order:
-            chosen = places(scene, body, alone[body.name])
+            chosen = compiled.facts.met[body.name]
             slow = _slow(run, body.name, sea)
             if chosen.position == Place.MEAN:
                 yield from _drifted(body, run, slow, sea)

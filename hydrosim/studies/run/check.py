@@ -15,11 +15,11 @@ from hydrosim.compiling import sizes
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
 from hydrosim.linear.linearise import linearise
-from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
 from hydrosim.studies.ballast.loading import as_at
@@ -57,8 +57,8 @@ def survey(
     yield f"about {memory} of memory, {size} of result"
     if notes.symmetry:
         yield f"solved {notes.symmetry}"
-    yield solution(own.scene, own.model)
-    if propagated(own.scene, own.model):
+    yield solution(own.scene, own.facts)
+    if own.facts.exact:
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
     elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
@@ -89,7 +89,7 @@ def _linear(
     compiled: Compiled, whole: Compiled, when: str, watch: Watch, time: float | None = None
 ) -> Iterator[RenderableType]:
     """Step limits of a run, and natural periods of the ``whole`` scene."""
-    if not propagated(compiled.scene, compiled.model):
+    if not compiled.facts.exact:
         yield from (
             line if time is None else f"{when}: {line}" for line in _limits(compiled, watch)
         )
@@ -105,7 +105,9 @@ def linearisable(compiled: Compiled) -> Compiled:
         return compiled
     scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
     fresh = compile_calm(replace(scene, initial=None), wet)
-    state = fresh.state if scene.initial is None else resume(scene, fresh.model, fresh.state)
+    state = fresh.state
+    if scene.initial is not None:
+        state = resume(scene, fresh.model, fresh.facts.layout, state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
     return in_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)
 

@@ -12,7 +12,6 @@ from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
-from hydrosim.stepping.state_layout import state_layout
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -50,9 +49,8 @@ def scene_vibrations(
     """What of the combinations ``found`` vibrates with more than an ``error`` of its amplitude at
     the step of the scene, see `accuracy`."""
     scene = compiled.scene
-    layout = state_layout(scene, compiled.model)
     of = (scene.duration, scene.solver.step, error)
-    return tuple(vibrations(found, compiled.method, compiled.model, layout, *of))
+    return tuple(vibrations(found, compiled.method, compiled.model, compiled.facts.layout, *of))
 
 
 def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:

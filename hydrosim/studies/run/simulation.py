@@ -13,11 +13,10 @@ import xarray as xr
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.restart import HEADINGS, MET, initial_headings, started_from
-from hydrosim.compiling.wet import each_alone
+from hydrosim.compiling.facts import solution
+from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
-from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import propagate
 from hydrosim.outputs import program_version
 from hydrosim.results.ledger import warn
@@ -47,7 +46,7 @@ from hydrosim.stepping.state import (
     State,
     new_run,
 )
-from hydrosim.stepping.state_layout import StateKind, state_layout
+from hydrosim.stepping.state_layout import StateKind
 from hydrosim.studies.run.aftermath import noticed
 from hydrosim.studies.run.blow_up import blown_up, holder
 from hydrosim.studies.run.checkpoint import Checkpoint, Keeper
@@ -57,7 +56,6 @@ from hydrosim.studies.run.resolution import (
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.studies.run.twin import doubted
-from hydrosim.waves import places
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -136,7 +134,7 @@ def run_compiled(
     record = new_record(model, clock, scene.output_accelerations)
     run = new_run(clock, model, compiled.method.tableau, compiled.first_state(), record)
     counters = run.counters
-    exact = propagated(scene, model)  # in no time: it is not kept
+    exact = compiled.facts.exact  # in no time: it is not kept
     keeper = Keeper(kept, compiled, run) if kept and not exact else None
     if keeper:
         keeper.take_up()
@@ -159,7 +157,7 @@ def run_compiled(
     message = _failure(compiled, run, time) if failed else None
     attributes = {
         **_provenance(compiled),
-        "solver_linear": solution(scene, model),
+        "solver_linear": solution(scene, compiled.facts),
         "solver_steps": int(counters[STEPS]),
         "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
@@ -171,7 +169,8 @@ def run_compiled(
     count, history = int(counters[RECORDS]), run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
-    dataset = to_dataset(scene, model, compiled.sea, record, count, history, attributes)
+    layout = compiled.facts.layout
+    dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
     warn(dataset, noticed(compiled, dataset))
     if status == "complete" and not failed:
         warn(dataset, doubted(compiled, run))
@@ -221,7 +220,7 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     if counters[STATUS] == BLOWN_UP:
         where = holder(scene, model, run.record, count)
     else:
-        where = _where(scene, model, run.state)
+        where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
     name, size = _largest_force(scene, model, run.record, count)
     message = (
@@ -231,16 +230,19 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
 
 
-def _where(scene: Scene, model: Model, state: State) -> str:
+def _where(compiled: Compiled, state: State) -> str:
     """What is not finite in the state, or else the body with the steepest angle."""
-    n, y = model.bodies.active.size, state.y
+    scene = compiled.scene
+    model = compiled.model
+    n = model.bodies.active.size
+    y = state.y
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         judged = model.bodies.active % 6 == PITCH
         judged[model.hulls.roll] = True
         steepest = np.argmax(np.abs(y[:n]) * judged)
         return scene.bodies[model.bodies.active[steepest] // 6].name
-    kind, entry = state_layout(scene, model).at(first)
+    kind, entry = compiled.facts.layout.at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in NAMED:
@@ -274,7 +276,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
-        HEADINGS: initial_headings(scene) if np.any(compiled.model.headings.stream) else None,
+        HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
@@ -290,10 +292,6 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
 
 def _met(compiled: Compiled) -> dict[str, str]:
     """Where waves meet each wet body, for runs that go on from this one."""
-    alone, scene = each_alone(compiled.wet), compiled.scene
-    chosen = {
-        body.name: places(scene, body, alone[body.name])
-        for body in scene.bodies
-        if body.name in alone
-    }
-    return {f"{MET}_{name}": f"{of.position} {of.headings}" for name, of in chosen.items()}
+    met = compiled.facts.met
+    wet = [name for name in met if name in compiled.facts.databases]
+    return {f"{MET}_{name}": f"{met[name].position} {met[name].headings}" for name in wet}

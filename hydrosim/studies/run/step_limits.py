@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 from hydrosim.errors import InputError
 from hydrosim.integrate import methods_for_any_step
-from hydrosim.linear.linearity import propagated
 from hydrosim.linear.stability import step_limits
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
-from hydrosim.stepping.state_layout import state_layout
 from hydrosim.studies.ballast.loading import as_at
 from hydrosim.studies.run.resolution import (
     fitting_step,
@@ -32,7 +30,7 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     InputError if a step above the limit is not wanted."""
     scene = compiled.scene
     step = scene.solver.step
-    if compiled.method.adapts or propagated(scene, compiled.model):
+    if compiled.method.adapts or compiled.facts.exact:
         return compiled
     looked_at = scene_combinations(compiled)
     limits = [] if compiled.method.any_step else scene_step_limits(compiled, looked_at)
@@ -66,5 +64,4 @@ def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> 
     """What limits the step of a scene with its method, of the combinations of contacts ``found``,
     see `stability.step_limits`."""
     found = found or scene_combinations(compiled)
-    layout = state_layout(compiled.scene, compiled.model)
-    return step_limits(found, compiled.method, layout, compiled.scene.solver.step)
+    return step_limits(found, compiled.method, compiled.facts.layout, compiled.scene.solver.step)

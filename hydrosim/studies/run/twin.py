@@ -22,6 +22,7 @@ import numpy as np
 
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.clock import compile_clock
+from hydrosim.compiling.facts import facts_of
 from hydrosim.jit.refs import Held
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.output import unpack
@@ -74,7 +75,8 @@ def _finer(compiled: Compiled) -> Compiled:
     calm, ours = compile_calm(scene, compiled.wet), compiled.model
     if ours.following.slow.any():  # paths are taken anew every so many steps
         return in_waves(calm, scene, compiled.sea)
-    return replace(calm, model=calm.model._replace(waves=ours.waves, following=ours.following))
+    model = calm.model._replace(waves=ours.waves, following=ours.following)
+    return replace(calm, facts=facts_of(scene, calm.wet, model))
 
 
 def _finer_solver(scene: Scene) -> Solver:

@@ -1,0 +1,74 @@
+"""`Facts`: what is asked of a compiled scene again and again, found out once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hydrosim.compiling.restart import initial_headings
+from hydrosim.compiling.wet import each_alone
+from hydrosim.linear.linearity import nonlinearities
+from hydrosim.scene import LinearScenes
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.state_layout import state_layout
+from hydrosim.waves.places import places
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hydrosim.compiling.wet import WetGroup
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.scene import Scene, WaveForces
+    from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.state_layout import StateLayout
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What follows from a scene, its databases and its ``model``.
+
+    ``rows`` are the names of the rows of forces, ``layout`` that of y. By the names of bodies,
+    ``databases`` are the own parts of wet ones of their databases, and ``met`` says where waves
+    meet all of them.
+    ``headings`` are those of all bodies where the first run began [rad]. ``nonlinear`` says what is
+    not linear; a run is ``exact`` if it is propagated, not stepped.
+    """
+
+    model: Model
+    rows: tuple[str, ...]
+    layout: StateLayout
+    databases: Mapping[str, HydroDatabase]
+    met: Mapping[str, WaveForces]
+    headings: tuple[float, ...]
+    nonlinear: tuple[str, ...]
+    exact: bool
+
+
+def facts_of(scene: Scene, wet: Sequence[WetGroup], model: Model) -> Facts:
+    """The facts of an `opened` scene; raises InputError where waves cannot meet a body as asked."""
+    databases = each_alone(wet)
+    nonlinear = tuple(nonlinearities(scene, model))
+    return Facts(
+        model=model,
+        rows=force_names(scene),
+        layout=state_layout(scene, model),
+        databases=databases,
+        met=met_by_waves(scene, databases),
+        headings=tuple(initial_headings(scene)),
+        nonlinear=nonlinear,
+        exact=not nonlinear and scene.solver.linear == LinearScenes.EXACT,
+    )
+
+
+def met_by_waves(scene: Scene, databases: Mapping[str, HydroDatabase]) -> dict[str, WaveForces]:
+    """Where waves meet all bodies of a scene, by their names, with their ``databases``."""
+    return {body.name: places(scene, body, databases.get(body.name)) for body in scene.bodies}
+
+
+def solution(scene: Scene, facts: Facts) -> str:
+    """How the motions of a scene are found, in words."""
+    if scene.solver.linear == LinearScenes.STEP:
+        return "stepped: asked for by solver.linear"
+    reasons = "; ".join(facts.nonlinear)
+    return f"stepped, not linear: {reasons}" if reasons else "propagated exactly: linear"
