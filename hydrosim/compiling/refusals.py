@@ -14,7 +14,7 @@ from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import ROWS
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import stretch
-from hydrosim.linear.freedom import constraint_rows
+from hydrosim.linear.freedom import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.rigid.kinematics import place_bodies
@@ -88,7 +88,7 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
         return
     held = state.modes.copy()
     held[fenders.mode :][: rigid.size, MODE] = np.where(rigid, STICK, OPEN)
-    rows = constraint_rows(model, state.y, held)
+    rows = find_constraint_rows(model, state.y, held)
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))

@@ -20,7 +20,7 @@ from hydrosim.forces.contact.coulomb import NO_POINT
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import Freedom, constraint_rows
+from hydrosim.linear.freedom import Freedom, find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, new_work
@@ -51,7 +51,7 @@ def with_contacts(
     if contacts == Contacts.STUCK:
         modes[points[law[points] != FRICTIONLESS], MODE] = STICK
         rigid = [names[i] for i in points[law[points] == COULOMB]]
-        if rigid and not _moves(model, rest.y, modes):
+        if rigid and not _leaves_motion(model, rest.y, modes):
             raise InputError(
                 f"contacts: rigid friction (coulomb) holds {', '.join(rigid)} at rest, and leaves"
                 " no motion to be linear. Take stick_slip with a stiffness, or contacts"
@@ -64,13 +64,13 @@ def with_contacts(
     return smooth, rest._replace(modes=modes)
 
 
-def _moves(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
+def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """Whether constraints leave any motion."""
-    freedom = Freedom(constraint_rows(model, y, modes), inertia(model, y))
-    return freedom.whole or freedom.basis.shape[1] > 0
+    freedom = Freedom(find_constraint_rows(model, y, modes), inertia(model, y))
+    return freedom.unconstrained or freedom.basis.shape[1] > 0
 
 
-def rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:
+def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:
     """Friction (..., points, 2) of all contact points along their planes, of ``forces`` (..., m)
     of constraints in a ``state``."""
     n, work = model.bodies.active.size, new_work(model)

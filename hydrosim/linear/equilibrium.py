@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import DEPENDENT, Freedom, constraint_rows
+from hydrosim.linear.freedom import DEPENDENT, Freedom, find_constraint_rows
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
@@ -114,7 +114,7 @@ class _Loads:
     def constraints(self, q: np.ndarray) -> np.ndarray:
         """J (m, n) of what is held other than by friction at ``q``."""
         y = _at(q, self.state, self.model)
-        return constraint_rows(self.smooth, y, self.state.modes)
+        return find_constraint_rows(self.smooth, y, self.state.modes)
 
     def stiffness(self, q: np.ndarray) -> np.ndarray:
         """-dQ/dq, (n, n), of loads with the reactions of constraints, which turn."""
@@ -137,10 +137,10 @@ class _Loads:
         scale = self.scale(q)
         free = Freedom(rows / scale, np.eye(q.size))
         K = self.stiffness(q) / np.multiply.outer(scale, scale)
-        U, sizes, V = np.linalg.svd(free.matrix(K))
+        U, sizes, V = np.linalg.svd(free.project_matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
         r = len(known.loads) if known else r
-        U, V = free.motion(U), free.motion(V.T).T
+        U, V = free.expand(U), free.expand(V.T).T
         left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
         return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried(q))
 
@@ -165,7 +165,7 @@ class _Loads:
         J = rows / scale
         return np.asarray(scale[:, None] * (np.linalg.pinv(J, DEPENDENT) @ J) / scale)
 
-    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def move(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """The place a ``step`` (n,) from ``q`` (n,), along motions that constraints allow."""
         if not len(self.constraints(q)):
             return q + step
@@ -173,7 +173,7 @@ class _Loads:
         def along(_: float, place: np.ndarray) -> np.ndarray:
             M = inertia(self.model, _at(place, self.state, self.model))
             free = Freedom(self.constraints(place), M)
-            return free.motion(free.part(step))
+            return free.expand(free.project_motions(step))
 
         return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])
 
@@ -238,7 +238,7 @@ def _shortened(
     do."""
     size = np.linalg.norm(held.felt(load))
     for halvings in range(30):
-        trial = loads.moved(q, step / 2.0**halvings)
+        trial = loads.move(q, step / 2.0**halvings)
         found = loads.at(trial)
         if np.linalg.norm(held._replace(carried=loads.carried(trial)).felt(found)) < size:
             break

@@ -37,7 +37,7 @@ class Freedom:
     inertia: np.ndarray
 
     @property
-    def whole(self) -> bool:
+    def unconstrained(self) -> bool:
         """Whether there are no constraints."""
         return len(self.rows) == 0
 
@@ -47,65 +47,69 @@ class Freedom:
         inertias, so that metres and radians compare."""
         root = np.sqrt(np.diag(self.inertia))
         scaled = self.rows / root
-        size = np.linalg.norm(scaled, axis=1, keepdims=True)
+        size = np.maximum(np.linalg.norm(scaled, axis=1, keepdims=True), np.finfo(float).tiny)
         basis = linalg.null_space(scaled / size, rcond=DEPENDENT)
         return np.asarray(basis / root[:, None])
 
     @property
-    def dependent(self) -> bool:
+    def has_dependent_rows(self) -> bool:
         """Whether some rows hold what others hold, so that the forces of each are not defined."""
-        return not self.whole and self.basis.shape[1] > self.rows.shape[1] - len(self.rows)
+        return not self.unconstrained and self.basis.shape[1] > self.rows.shape[1] - len(self.rows)
 
-    def matrix(self, D: np.ndarray) -> np.ndarray:
+    def project_matrix(self, D: np.ndarray) -> np.ndarray:
         """N^T D N of ``D`` (..., n, n)."""
-        return D if self.whole else np.asarray(self.basis.T @ D @ self.basis)
+        return D if self.unconstrained else np.asarray(self.basis.T @ D @ self.basis)
 
-    def load(self, F: np.ndarray) -> np.ndarray:
+    def project_loads(self, F: np.ndarray) -> np.ndarray:
         """N^T F of loads ``F`` (n, ...)."""
-        return F if self.whole else np.asarray(self.basis.T @ F)
+        return F if self.unconstrained else np.asarray(self.basis.T @ F)
 
-    def motion(self, p: np.ndarray) -> np.ndarray:
+    def expand(self, p: np.ndarray) -> np.ndarray:
         """N p of ``p`` (k, ...)."""
-        return p if self.whole else np.asarray(self.basis @ p)
+        return p if self.unconstrained else np.asarray(self.basis @ p)
 
-    def part(self, q: np.ndarray) -> np.ndarray:
+    def project_motions(self, q: np.ndarray) -> np.ndarray:
         """The p whose N p is nearest to ``q`` (n, ...) by kinetic energy. Of accelerations that
         loads would give without constraints, it is those with them."""
-        if self.whole:
+        if self.unconstrained:
             return q
-        return np.asarray(linalg.solve(self.matrix(self.inertia), self.load(self.inertia @ q)))
+        return np.asarray(
+            linalg.solve(self.project_matrix(self.inertia), self.project_loads(self.inertia @ q))
+        )
 
-    def along(self, left: np.ndarray) -> np.ndarray:
+    def expand_covectors(self, left: np.ndarray) -> np.ndarray:
         """The covectors (n, ...) whose product with N p is that of ``left`` (k, ...) with p."""
-        if self.whole:
+        if self.unconstrained:
             return left
-        mass = self.matrix(self.inertia)
-        return np.asarray(self.inertia @ self.motion(linalg.solve(mass, left)))
+        mass = self.project_matrix(self.inertia)
+        return np.asarray(self.inertia @ self.expand(linalg.solve(mass, left)))
 
-    def mobility(self) -> np.ndarray:
+    def find_mobility(self) -> np.ndarray:
         """The accelerations (n, n) that unit loads give, N (N^T M N)^-1 N^T."""
-        if self.whole:
+        if self.unconstrained:
             return np.asarray(linalg.inv(self.inertia))
-        return self.accelerations(np.eye(len(self.inertia)))
+        return self.accelerate(np.eye(len(self.inertia)))
 
-    def accelerations(self, F: np.ndarray) -> np.ndarray:
+    def accelerate(self, F: np.ndarray) -> np.ndarray:
         """The accelerations (n, r) that loads ``F`` (n, r) give."""
-        return self.motion(np.linalg.solve(self.matrix(self.inertia), self.load(F)))
+        return self.expand(
+            np.linalg.solve(self.project_matrix(self.inertia), self.project_loads(F))
+        )
 
-    def solve(self, D: np.ndarray, F: np.ndarray) -> np.ndarray:
+    def solve_motions(self, D: np.ndarray, F: np.ndarray) -> np.ndarray:
         """The motions q (..., n) with N^T D q = N^T F, for ``D`` (..., n, n) and ``F`` (..., n)."""
-        if self.whole:
+        if self.unconstrained:
             return np.asarray(np.linalg.solve(D, F[..., None])[..., 0])
-        p = np.linalg.solve(self.matrix(D), (F @ self.basis)[..., None])[..., 0]
+        p = np.linalg.solve(self.project_matrix(D), (F @ self.basis)[..., None])[..., 0]
         return np.asarray(p @ self.basis.T)
 
-    def reactions(self, excess: np.ndarray) -> np.ndarray:
+    def solve_reactions(self, excess: np.ndarray) -> np.ndarray:
         """Forces lambda (..., m) of constraints that make up for loads ``excess`` (..., n) which
         motions need and nothing else gives: J^T lambda."""
         return np.asarray(excess @ np.linalg.pinv(self.rows, DEPENDENT))
 
 
-def constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.ndarray:
+def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """J (m, n) of all constraints of a model in a state ``y`` with contact ``modes``."""
     n = model.bodies.active.size
     if not most_constraints(model):

@@ -22,7 +22,7 @@ from scipy import linalg
 
 from hydrosim.errors import InputError
 from hydrosim.linear.coordinates import STEP, inertia
-from hydrosim.linear.freedom import Freedom, constraint_rows
+from hydrosim.linear.freedom import Freedom, find_constraint_rows
 from hydrosim.stepping.dynamics import (
     Model,
     dynamic_states,
@@ -82,12 +82,15 @@ class Linear:
     def response(self, omega: float, load: np.ndarray) -> np.ndarray:
         """Complex amplitudes (n,) of the coordinates under loads Re(load exp(i omega t)), (n,)."""
         D = self.dynamic_stiffness(omega)
-        return linalg.solve(D, load) if self.freedom.whole else self.freedom.solve(D, load)
+        if self.freedom.unconstrained:
+            return linalg.solve(D, load)
+        return self.freedom.solve_motions(D, load)
 
     def reaction(self, omega: float, load: np.ndarray) -> np.ndarray:
         """Complex amplitudes (c,) of the forces of constraints under the same loads."""
         D = self.dynamic_stiffness(omega)
-        return self.freedom.reactions(D @ self.freedom.solve(D, load) - load)
+        motion = self.freedom.solve_motions(D, load)
+        return self.freedom.solve_reactions(D @ motion - load)
 
     def eigenvalues(self) -> np.ndarray:
         """Of the jacobian (k,) [1/s], in motions that constraints allow."""
@@ -97,18 +100,18 @@ class Linear:
         """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, a column each.
         With constraints, only products of left ones with motions that they allow have a meaning."""
         values, left, right = linalg.eig(self._allowed, left=True, right=True)
-        if self.freedom.whole:
+        if self.freedom.unconstrained:
             return values, left, right
         free = self.freedom
-        return values, self._each(free.along, left), self._each(free.motion, right)
+        return values, self._each(free.expand_covectors, left), self._each(free.expand, right)
 
     @property
     def _allowed(self) -> np.ndarray:
         """The jacobian of the states that constraints allow: (p, p', all others), q = N p."""
-        if self.freedom.whole:
+        if self.freedom.unconstrained:
             return self.jacobian
-        rows = self._each(self.freedom.part, self.jacobian)
-        return self._each(self.freedom.load, rows.T).T
+        rows = self._each(self.freedom.project_motions, self.jacobian)
+        return self._each(self.freedom.project_loads, rows.T).T
 
     def _each(self, change: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
         """Places and rates of ``x`` (m, ...), changed alike, with all other states."""
@@ -119,9 +122,9 @@ class Linear:
     @cached_property
     def _unheld(self) -> np.ndarray:
         """The jacobian with all forces of constraints as they are at rest."""
-        if self.freedom.whole:
+        if self.freedom.unconstrained:
             return self.jacobian
-        if self.freedom.dependent or not np.isfinite(self.reactions).all():
+        if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():
             raise InputError(
                 "linear: rigid friction or joints hold directions that depend on each other, or"
                 " that change with the place; their forces are not defined. Take stick_slip with a"
@@ -180,15 +183,17 @@ def linearise(
     states = dynamic_states(model) if states is None else states
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
-    rows = constraint_rows(model, state.y, held)
+    rows = find_constraint_rows(model, state.y, held)
     found = Linear(J, states, model.bodies.active, inertia(model, state.y), rows)
-    if found.freedom.whole:
+    if found.freedom.unconstrained:
         return found
     at = state._replace(modes=held)
-    return replace(found, reactions=reaction_changes(model, at, time, step, states, len(rows)))
+    return replace(
+        found, reactions=differentiate_reactions(model, at, time, step, states, len(rows))
+    )
 
 
-def reaction_changes(
+def differentiate_reactions(
     model: Model, state: State, time: float, step: float, states: np.ndarray, count: int
 ) -> np.ndarray:
     """Derivatives (count, m) of the forces of all constraints by the ``states`` (m,) of y, by

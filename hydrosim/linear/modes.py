@@ -104,7 +104,7 @@ def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode
     squares, shapes = _undamped_shapes(stiffness, linear)
     decays = np.zeros(squares.size, dtype=complex)
     allowed = _allowed(stiffness, linear.freedom)
-    parts = linear.freedom.part(shapes)
+    parts = linear.freedom.project_motions(shapes)
     for k in np.flatnonzero(_bound(squares)):
         decays[k] = _decay(allowed, float(np.sqrt(abs(squares[k]))), parts[:, k])
     return _named(squares, shapes, decays, linear)
@@ -112,14 +112,14 @@ def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode
 
 def _allowed(stiffness: Stiffness, freedom: Freedom) -> Stiffness:
     """The stiffness of the motions that constraints allow."""
-    return lambda omega: freedom.matrix(stiffness(omega))
+    return lambda omega: freedom.project_matrix(stiffness(omega))
 
 
 def _undamped_shapes(stiffness: Stiffness, linear: Linear) -> tuple[np.ndarray, np.ndarray]:
     """w^2 (k,) of all natural modes that constraints allow, and their shapes (n, k)."""
     free = linear.freedom
-    squares, shapes = undamped(_allowed(stiffness, free), free.matrix(linear.inertia))
-    return squares, free.motion(shapes)
+    squares, shapes = undamped(_allowed(stiffness, free), free.project_matrix(linear.inertia))
+    return squares, free.expand(shapes)
 
 
 def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

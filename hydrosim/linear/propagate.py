@@ -220,7 +220,7 @@ def _equation(calm: _Rest) -> Equation:
     rhs(0.0, state.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
         J=J,
-        G=np.vstack([np.zeros((n, n)), linear.freedom.mobility(), np.zeros((m - 2 * n, n))]),
+        G=np.vstack([np.zeros((n, n)), linear.freedom.find_mobility(), np.zeros((m - 2 * n, n))]),
         rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,

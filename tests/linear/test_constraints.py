@@ -16,11 +16,13 @@ from dry_scenes import FLOOR, INERTIA, block, moving, on_floor, scene, steady
 from moored_barge import SEA, hull, in_waves, scene_of
 from numpy.testing import assert_allclose
 from scipy import linalg
+from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from test_linear import FrequencyDomain
+from test_linear import FrequencyDomain, first_order, harmonic
 
 import hydrosim as hs
+from hydrosim.compiling.compile import Radiation
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.forces import (
     AppliedForce,
@@ -40,8 +42,8 @@ from hydrosim.linear.freedom import Freedom
 from hydrosim.linear.impedance import impedance, largest_change
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
-from hydrosim.scene import Body, Kinematics, Scene, WaveTrain, Weight
-from hydrosim.studies.linear.response import Radiation, responder
+from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
+from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
@@ -142,7 +144,6 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
     found = linear_of(scene(body, forces, 1.0, 0.1))
     modes = hs.natural_modes(found)
     assert len(modes) == 4
-    assert np.abs(found.jacobian[6:12, :6] @ N).max() > 1.0
     periods = np.sort([mode.natural_period for mode in modes])
     by_hand = np.sort(2 * pi / np.sqrt(squares.real))
     figure("periods, relative", np.abs(periods / by_hand - 1).max())
@@ -200,7 +201,7 @@ def test_two_bodies_that_are_held_together(kinematics: Kinematics, figure: Figur
     squares = linalg.eigvalsh(N.T @ K @ N, N.T @ M @ N)
     found = np.sort([2 * pi / mode.natural_period for mode in modes]) ** 2
     figure("w^2 of one body, relative", np.abs(found / squares - 1).max())
-    assert_allclose(found, squares, rtol=2e-3 if kinematics == Kinematics.EXACT else 1e-6)
+    assert_allclose(found, squares, rtol=1e-6)
     for mode in modes:
         assert_allclose(N @ mode.shape[:6], mode.shape, atol=1e-7)
 
@@ -252,7 +253,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
     exact = np.transpose(each) * (shapes.T @ N.T @ load) @ (N @ shapes).T
     error = np.abs(states[:, :12] - exact[1:]).max()
     figure("propagated motion less closed form [m]", error)
-    assert error < 1e-7 * np.abs(exact).max()
+    assert error < 1e-11 * np.abs(exact).max()
     assert np.abs(states[:, 12:] @ np.linalg.pinv(N).T @ N.T - states[:, 12:]).max() < 1e-9
 
 
@@ -291,7 +292,7 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
     along = friction[:, np.ptp(friction, axis=0).argmax()]
     error = np.abs(along - reaction[0].real * np.sin(w * run.time.values)).max()
     figure("reaction of a run less the linear one, relative", error / abs(reaction[0]))
-    assert error < 1e-3 * abs(reaction[0])
+    assert error < 1e-6 * abs(reaction[0])
 
 
 def standing(step: float, damping: float = 0.0) -> Scene:
@@ -441,8 +442,32 @@ def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     q, reaction = about.motions(waves)[0], about.reactions(waves)[0]
     figure(f"{w:.2f} rad/s: motions", np.abs(q - expected).max() / np.abs(expected).max())
     assert_allclose(HELD_POINT @ q, 0.0, atol=1e-9)
-    assert_allclose(q, expected, atol=1e-4 * np.abs(expected).max())
-    assert_allclose(reaction, force, atol=1e-4 * np.abs(force).max())
+    assert_allclose(q, expected, atol=1e-7 * np.abs(expected).max())
+    assert_allclose(reaction, force, atol=1e-6 * np.abs(force).max())
+
+
+def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure) -> None:
+    """Small, so that what turns does so little, with the same radiation model on both sides."""
+    period, height = 10.0, 0.01
+    train = WaveTrain(RegularWave(amplitude=height, period=period), ramp=100.0)
+    solver = Solver(step=0.1)
+    run = hs.simulate(
+        replace(first_order(in_waves(held_barge(), train)), duration=700.0, solver=solver)
+    )
+    assert (run.fender_mode == 1).all()
+    linear = linear_of(first_order(held_barge()))
+    w = 2 * pi / period
+    load = height * CubicSpline(hull().frequency, hull().excitation[:, 0])(w)
+    found, expected = harmonic(run, period), linear.response(w, load)
+    error = np.abs(found - expected)[[0, 2, 4]] / np.abs(expected)[[0, 2, 4]]
+    figure("surge, heave, pitch of a run less the response, relative", error.max())
+    assert error.max() < 1e-5
+    late = run.isel(fender=0).sel(time=slice(460.0, None))
+    waves = np.exp(1j * w * late.time.values)
+    sides = np.column_stack([waves.real, -waves.imag, np.ones(waves.size)])
+    parts = np.linalg.lstsq(sides, late.fender_friction.values, rcond=None)[0]
+    friction = parts[0] + 1j * parts[1]
+    assert_allclose(np.abs(friction).max(), np.abs(linear.reaction(w, load)).max(), rtol=1e-4)
 
 
 def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
@@ -515,7 +540,7 @@ def test_rows_that_hold_the_same_are_refused() -> None:
     rows = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     linear = Linear(np.eye(6), np.arange(6), np.arange(3), np.eye(3), rows, np.zeros((2, 6)))
     assert linear.freedom.basis.shape == (3, 2)
-    assert not Freedom(rows[:1], np.eye(3)).dependent
+    assert not Freedom(rows[:1], np.eye(3)).has_dependent_rows
     with pytest.raises(InputError, match="rigid friction or joints hold directions"):
         linear.dynamic_stiffness(1.0)
 

@@ -11,8 +11,7 @@ from hydrosim.forces.contact.fender import pressure
 from hydrosim.forces.contact.geometry import EARTH, Touch, touch
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
-from hydrosim.linear.contacts import Contacts, pressed, rigid_tractions, with_contacts
-from hydrosim.linear.equilibrium import Rest
+from hydrosim.linear.contacts import Contacts, find_rigid_tractions, pressed, with_contacts
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import contact_names
@@ -65,7 +64,7 @@ def contact_remarks(
     motions = np.concatenate([x for _, x in waves])
     model, stuck = with_contacts(compiled.model, rest.state, contacts, names)
     forces = np.concatenate([about.reactions(w) for w in compiled.sea])
-    held_by = rigid_tractions(model, stuck, forces)
+    held_by = find_rigid_tractions(model, stuck, forces)
     for i in found:
         each = grip(int(i), compiled, rest)
         traction = _traction(each, int(i), compiled, omega, motions) + held_by[:, i]

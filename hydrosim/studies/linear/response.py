@@ -73,15 +73,15 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
         loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
         found = np.zeros((len(loads), self.map.shape[0]), dtype=complex)
-        found[:, self.linear.active] = self.linear.freedom.solve(D, loads)
+        found[:, self.linear.active] = self.linear.freedom.solve_motions(D, loads)
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
         return found
 
     def reactions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, m) of the forces of constraints in each of some waves."""
         loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
-        q = self.linear.freedom.solve(D, loads)
-        return self.linear.freedom.reactions((D @ q[:, :, None])[:, :, 0] - loads)
+        q = self.linear.freedom.solve_motions(D, loads)
+        return self.linear.freedom.solve_reactions((D @ q[:, :, None])[:, :, 0] - loads)
 
     def loads(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, n) of the generalised loads of each of some waves."""
