@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.compiling.databases import groups
-from hydrosim.compiling.hulls import with_hulls
+from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
 from hydrosim.database.hull import immersed, integrals
 from hydrosim.errors import InputError

@@ -11,10 +11,10 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
-from hydrosim.compiling.hulls import hulls_of
+from hydrosim.compiling.hydrostatics.hulls import hulls_of
+from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
+from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.tanks import steady_surface, tanks_of
-from hydrosim.compiling.weights import weights_of
 from hydrosim.compiling.wet import WetGroup, each_alone, moving, resonance
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.dofs import DOFS, about_z

@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 from scipy import linalg
 
-from hydrosim.compiling.hulls import lopsided
+from hydrosim.compiling.hydrostatics.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
 from hydrosim.compiling.start import first_state
 from hydrosim.compiling.wet import WetGroup, each_alone, each_database

@@ -12,7 +12,7 @@ import numpy as np
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
 from hydrosim.compiling.databases import Group, groups, judged
-from hydrosim.compiling.hulls import with_hulls
+from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS, about_z

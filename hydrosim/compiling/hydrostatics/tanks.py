@@ -7,7 +7,7 @@ from math import cos, inf, sin
 
 import numpy as np
 
-from hydrosim.compiling.tank_checks import check_flow, check_tanks
+from hydrosim.compiling.hydrostatics.tank_checks import check_flow, check_tanks
 from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank
 from hydrosim.tanks.contents import (

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from hydrosim.compiling.tank_checks import check_lightship
+from hydrosim.compiling.hydrostatics.tank_checks import check_lightship
 from hydrosim.database.database import HydroDatabase, needed
 from hydrosim.database.hull import integrals
 from hydrosim.errors import InputError

@@ -1,0 +1,99 @@
+"""Facts of a compiled scene are found out once for each of its models, and in one place."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from moored_barge import SEA, in_contact, in_waves
+
+import hydrosim
+import hydrosim as hs
+from hydrosim.compiling import facts
+from hydrosim.compiling.facts import Facts, facts_of
+from hydrosim.scene import WaveTrain
+
+PACKAGE = Path(hydrosim.__file__).parent
+MAKERS = (
+    "force_names",
+    "state_layout",
+    "nonlinearities",
+    "each_alone",
+    "initial_headings",
+    "places",
+)
+    "force_names",
+    "state_layout",
+    "nonlinearities",
+    "each_alone",
+    "initial_headings",
+    "places",
+)
+MODELS = 3  # in calm water, in its plane of symmetry, in its sea
+BEFORE = {  # what is asked of a scene before there is a model, and by whom
+    "each_alone": {
+        "compiling/facts.py",
+        "compiling/model.py",
+        "compiling/symmetry.py",
+    },
+    "initial_headings": {"compiling/facts.py", "compiling/model.py"},
+    "state_layout": {"compiling/facts.py"},
+    "nonlinearities": {"compiling/facts.py"},
+    "places": {"compiling/facts.py"},
+}
+
+
+def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiling a scene in waves and running it with all its checks asks for each fact as often as
+    there are models: in calm water, in the plane, in the sea."""
+    asked: Counter[str] = Counter()
+
+    def counted(name: str) -> Any:
+        made = getattr(facts, name)
+
+        def found(*arguments: Any) -> Any:
+            asked[name] += 1
+            return made(*arguments)
+
+        return found
+
+    for name in MAKERS:
+        monkeypatch.setattr(facts, name, counted(name))
+    run = hs.simulate(in_waves(in_contact(20.0), WaveTrain(SEA, seed=1)))
+    assert run.attrs["status"] == "complete"
+    assert {*asked.values()} == {MODELS}, asked
+
+
+@pytest.mark.parametrize("name", BEFORE)
+def test_facts_are_asked_in_one_place(name: str) -> None:
+    asking = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == name
+        and not any(
+            isinstance(each, ast.FunctionDef) and each.name == name
+            for each in ast.parse(path.read_text()).body
+        )
+    }
+    assert asking == BEFORE[name]
+
+
+def test_a_replaced_model_has_facts_of_its_own() -> None:
+    compiled = hs.compile_scene(in_contact(20.0))
+    other = compiled.model._replace(rows=compiled.model.rows)
+    replaced = replace(compiled, facts=facts_of(compiled.scene, compiled.wet, other))
+    assert replaced.model is other
+    assert replaced.facts.layout.names() == compiled.facts.layout.names()
+
+
+def test_facts_are_few_and_have_no_methods() -> None:
+    assert len(fields(Facts)) <= 12
+    own = [name for name, value in vars(Facts).items() if callable(value)]
+    assert [name for name in own if not name.startswith("__")] == []
