@@ -15,6 +15,7 @@ from numpy.testing import assert_allclose
 from scipy import linalg
 
 import hydrosim as hs
+from hydrosim.compiling.facts import solution
 from hydrosim.dofs import DOFS
 from hydrosim.forces import (
     AppliedForce,
@@ -29,7 +30,6 @@ from hydrosim.forces import (
     constant,
 )
 from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
-from hydrosim.linear.linearity import propagated, solution
 from hydrosim.linear.propagate import division, stretches
 from hydrosim.scene import (
     Body,
@@ -285,7 +285,7 @@ def test_what_capsizes_fails() -> None:
     lever = LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
     body = block(1.0, ["pitch"], position=moving(pitch=0.01))
     scene = dry(body, {"lever": lever}, kinematics=Kinematics.EXACT)
-    assert propagated(scene, hs.compile_scene(scene).model)
+    assert hs.compile_scene(scene).facts.exact
     with pytest.raises(hs.SimulationError, match="the pitch of body block is beyond 85 deg") as at:
         hs.simulate(scene)
     pitch = at.value.dataset.position.values[:, 0, 4]
@@ -363,9 +363,9 @@ LINEAR = {
 @pytest.mark.parametrize("reason", NONLINEAR)
 def test_the_rest_is_stepped(reason: str) -> None:
     scene = NONLINEAR[reason]
-    model = hs.compile_scene(scene).model
-    assert not propagated(scene, model)
-    assert solution(scene, model).removeprefix("stepped, not linear: ") in reason.replace("\\", "")
+    facts = hs.compile_scene(scene).facts
+    assert not facts.exact
+    assert solution(scene, facts).removeprefix("stepped, not linear: ") in reason.replace("\\", "")
 
 
 @pytest.mark.parametrize("name", LINEAR)
@@ -373,8 +373,8 @@ def test_what_is_propagated_is_linear(name: str) -> None:
     scene = replace(
         LINEAR[name], environment=replace(LINEAR[name].environment, current=CURRENT.current)
     )
-    model, state = hs.compile_scene(scene)
-    assert propagated(scene, model)
+    model, state = compiled = hs.compile_scene(scene)
+    assert compiled.facts.exact
     work, m, rng = new_work(model), model.energy, np.random.default_rng(5)
     a, b = rng.uniform(-1.2, 1.2, (2, model.size))  # m, rad and so on: far from small
 
@@ -389,9 +389,9 @@ def test_what_is_propagated_is_linear(name: str) -> None:
 
 def test_it_is_said_and_stepped_if_asked() -> None:
     scene = oscillator()
-    model = hs.compile_scene(scene).model
-    assert not propagated(stepped(scene), model)
-    assert solution(stepped(scene), model) == "stepped: asked for by solver.linear"
+    facts = hs.compile_scene(stepped(scene)).facts
+    assert not facts.exact
+    assert solution(stepped(scene), facts) == "stepped: asked for by solver.linear"
     for one, text in (
         (scene, "propagated exactly: linear"),
         (stepped(scene), "200 steps of 0.1 s"),
