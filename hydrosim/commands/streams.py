@@ -8,16 +8,17 @@ import sys
 from typing import Any
 
 LOST: dict[str, type[OSError]] = {"stdout": BrokenPipeError, "stderr": OSError}
-"""What may happen to a stream. A full disk below the standard output is told; messages and progress
-are a courtesy, and nobody can be told that they are lost."""
+"""What may happen to a stream, besides that its terminal is closed. A full disk below the standard
+output is told; messages and progress are a courtesy, and nobody can be told that they are lost."""
 
 
 class _Lasting(io.FileIO):
-    """A file descriptor that takes everything, also after it has failed with ``lost``."""
+    """A file descriptor that takes everything, also after it has failed with ``lost`` or, if it is
+    a terminal, with any error."""
 
     def __init__(self, descriptor: int, lost: type[OSError]) -> None:
         super().__init__(descriptor, "w", closefd=False)
-        self._lost = lost
+        self._lost = OSError if os.isatty(descriptor) else lost
 
     def write(self, data: Any, /) -> int:
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pty
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -151,3 +152,23 @@ def test_no_help_has_brackets_which_rich_would_take_for_markup() -> None:
     assert len(each) > 100
     assert [name for name, text in each.items() if "[" in text] == []
     assert [name for name, text in each.items() if text and not text.rstrip().endswith(".")] == []
+
+
+def test_a_terminal_may_be_closed_before_all_is_printed() -> None:
+    """A process that outlives its terminal goes on printing to nobody."""
+    script = (
+        "import signal, sys, time; gone = [];"
+        "signal.signal(signal.SIGHUP, lambda *_: gone.append(1));"
+        "from hydrosim.commands.streams import make_streams_last; make_streams_last();"
+        "print('ready', flush=True);"
+        "[time.sleep(0.01) for _ in range(1000) if not gone];"
+        "print('lost', flush=True); sys.exit(7)"
+    )
+    process, here = pty.fork()
+    if process == 0:
+        os.execve(
+            sys.executable, [sys.executable, "-c", script], {**os.environ, "PYTHONPATH": str(ROOT)}
+        )
+    assert os.read(here, 100).startswith(b"ready")
+    os.close(here)
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 7
