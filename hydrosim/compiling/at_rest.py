@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.contact.geometry import touch
@@ -18,7 +19,7 @@ from hydrosim.linear.equilibrium import ENOUGH, equilibrium
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.names import contact_names, coordinate_names
+from hydrosim.stepping.names import contact_names, coordinates
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -42,10 +43,10 @@ def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
         raise InputError(f"initial: {PROMISE}; {error} {remedy}") from None
     if np.abs(rest.drift).max(initial=0.0) > ENOUGH * weight:
         worst = int(np.abs(rest.drift).argmax())
-        name, load = coordinate_names(scene)[worst], rest.drift[worst]
-        unit = "N" if name.split()[0] in ("surge", "sway", "heave") else "N m"
+        lost = coordinates(scene)[worst]
+        unit = "N" if lost.dof in DOFS[:3] else "N m"
         raise InputError(
-            f"initial: {PROMISE}, and nothing carries {load:.4g} {unit} in {name}"
+            f"initial: {PROMISE}, and nothing carries {rest.drift[worst]:.4g} {unit} in {lost.name}"
             f"{_nearest(scene, model, rest.state)}; expected supports, lines or buoyancy that do."
         )
     return rest.state.y

@@ -153,10 +153,18 @@ def _place(run: xr.Dataset, point: str) -> np.ndarray:
     return np.asarray(run.point_position.sel(point=point).transpose("time", "axis").values)
 
 
+def _body_of(run: xr.Dataset, point: str) -> str:
+    """The body that a point is on; files of earlier versions say it by the point's name alone."""
+    if "point_body" in run.coords:
+        return str(run.point_body.sel(point=point).item())
+    named = (body for body in _labels(run, "body") if point.endswith(f" of {body}"))
+    return max(named, key=len)
+
+
 def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """The lever (nt, 3) of a point about the centre of gravity of its body; velocities and, where
     recorded, accelerations (nt, 6) of that."""
-    body = point.rpartition(" of ")[2]
+    body = _body_of(run, point)
     moves = {
         name: run[name].sel(body=body).transpose("time", "dof").values
         for name in ("velocity", "acceleration")
@@ -185,7 +193,9 @@ def _along(of: Callable[[xr.Dataset, str], np.ndarray]) -> Callable[[xr.Dataset,
 
     def values(run: xr.Dataset, name: str) -> np.ndarray:
         points, _, axis = name.rpartition(".")
-        first, *second = (of(run, point) for point in points.split(TO))
+        labels = _labels(run, "point")
+        pairs = (pair for pair in permutations(labels, 2) if TO.join(pair) == points)
+        first, *second = (of(run, point) for point in next(pairs, (points,)))
         difference = first - second[0] if second else first
         return np.asarray(difference[:, _labels(run, "axis").index(axis)])
 

@@ -244,7 +244,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         **{name: of for kind in KINDS for name, of in kind.coordinates(scene).items()},
         **impulses.coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
-        **({"point": ("point", names)} if (names := points.point_names(scene)) else {}),
+        **points.coordinates(scene),
         **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),
     }
 

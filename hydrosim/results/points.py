@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,12 +25,21 @@ def point_names(scene: Scene) -> list[str]:
 
 def point_positions(scene: Scene, frames: Frames) -> np.ndarray:
     """Places (nt, np, 3) of all named points in the earth frame [m]."""
-    each = [
-        _place(b, point, frames)
-        for b, body in enumerate(scene.bodies)
-        for point in body.points.values()
-    ]
-    return np.stack(each, axis=1)
+    return np.stack([_place(b, point, frames) for b, point in _points(scene)], axis=1)
+
+
+def coordinates(scene: Scene) -> dict[str, object]:
+    """Names of all points and of the body that each is on."""
+    names = point_names(scene)
+    owners = [scene.bodies[b].name for b, _ in _points(scene)]
+    said = {"long_name": "body of the point"}
+    return {"point": ("point", names), "point_body": ("point", owners, said)} if names else {}
+
+
+def _points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Of all named points the index of their body and their place there."""
+    for b, body in enumerate(scene.bodies):
+        yield from ((b, point) for point in body.points.values())
 
 
 def clearances(scene: Scene, frames: Frames) -> np.ndarray:
@@ -71,10 +81,10 @@ def _place(b: int, point: tuple[float, ...], frames: Frames) -> np.ndarray:
 
 def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
     index = {body.name: b for b, body in enumerate(scene.bodies)}
+    points = dict(zip(point_names(scene), _points(scene), strict=True))
 
     def named(name: str) -> np.ndarray:
-        point, _, body = name.partition(" of ")
-        return _place(index[body], scene.bodies[index[body]].points[point], frames)
+        return _place(*points[name], frames)
 
     here = named(c.of)
     if c.to is not None:

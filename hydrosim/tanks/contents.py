@@ -75,19 +75,24 @@ def tank_names(scene: Scene) -> list[str]:
     return [f"{tank.name} of {body.name}" for body in scene.bodies for tank in changing(body)]
 
 
-def flow_keys(body: Body) -> list[str]:
-    """Keys of the flows of a body, pumps before plans, in the order of `Tanks.flows`."""
-    planned = [f"tanks.{tank.name}.plan" for tank in body.tanks if tank.plan is not None]
-    return [*(f"pumps.{pump.name}" for pump in body.pumps), *planned]
+class FlowName(NamedTuple):
+    """A flow by its ``key`` in a body of a case, and by its ``name``."""
+
+    key: str
+    name: str
+
+
+def flows_of(body: Body) -> list[FlowName]:
+    """The flows of a body, pumps before plans, in the order of `Tanks.flows`."""
+    of = f"of {body.name}"
+    pumps = [FlowName(f"pumps.{pump.name}", f"{pump.name} {of}") for pump in body.pumps]
+    planned = [tank.name for tank in body.tanks if tank.plan is not None]
+    return [*pumps, *(FlowName(f"tanks.{name}.plan", f"plan of {name} {of}") for name in planned)]
 
 
 def flow_names(scene: Scene) -> list[str]:
     """Names of all flows: "pump of body", "plan of tank of body"."""
-    return [
-        f"{'' if kind == 'pumps' else 'plan of '}{name} of {body.name}"
-        for body in scene.bodies
-        for kind, name in (key.split(".")[:2] for key in flow_keys(body))
-    ]
+    return [flow.name for body in scene.bodies for flow in flows_of(body)]
 
 
 @kernel

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, When
-from hydrosim.tanks.contents import flow_keys
+from hydrosim.tanks.contents import flows_of
 
 
 class TriggeredPump(NamedTuple):
@@ -37,7 +37,7 @@ def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
                 start, until = (_event(when, body) for when in (pump.start, pump.stop))
                 key = f"bodies.{body.name}.pumps.{pump.name}"
                 yield TriggeredPump(i, key, Active(start, until))
-        first += len(flow_keys(body))
+        first += len(flows_of(body))
 
 
 def _event(when: float | LevelReached | When | None, body: Body) -> When | None:

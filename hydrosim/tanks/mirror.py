@@ -32,7 +32,7 @@ def images(body: Body) -> tuple[list[int | None], list[int | None]]:
         t.name: None if k is None else body.tanks[k].name
         for t, k in zip(body.tanks, tanks, strict=True)
     }
-    return tanks, [_same_pump(_turned(pump, names), body.pumps) for pump in body.pumps]
+    return tanks, [_same_pump(_turned(pump, body, names), body.pumps) for pump in body.pumps]
 
 
 def without_image(body: Body) -> list[str]:
@@ -100,16 +100,18 @@ def _near(a: object, b: object) -> bool:
     return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
 
 
-def _turned(pump: Pump, names: dict[str, str | None]) -> Pump:
-    """The pump between the images of its tanks."""
+def _turned(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
+    """The pump between the images of its tanks; ``names`` are those of the images."""
+    levels = {
+        f"tank_level.{name} of {body.name}": f"tank_level.{image} of {body.name}"
+        for name, image in names.items()
+    }
 
     def of(when: float | LevelReached | When | None) -> float | LevelReached | When | None:
         if isinstance(when, LevelReached):
             return replace(when, tank=str(names[when.tank]))
-        kind, _, tank = str(getattr(when, "channel", "")).partition(".")
-        if isinstance(when, When) and kind == "tank_level":
-            name, _, body = tank.partition(" of ")
-            return replace(when, channel=f"{kind}.{names.get(name, name)} of {body}")
+        if isinstance(when, When) and when.channel in levels:
+            return replace(when, channel=levels[when.channel])
         return when
 
     ends = [None if end is None else str(names[end]) for end in (pump.source, pump.target)]

@@ -26,13 +26,6 @@ MAKERS = (
     "initial_headings",
     "places",
 )
-    "force_names",
-    "state_layout",
-    "nonlinearities",
-    "each_alone",
-    "initial_headings",
-    "places",
-)
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
     "each_alone": {

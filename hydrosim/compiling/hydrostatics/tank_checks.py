@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, LevelReached, Pump, Scene, Tank, Weight
-from hydrosim.tanks.contents import Tanks, changing, flow_keys, tank_names
+from hydrosim.tanks.contents import Tanks, changing, flows_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
 from hydrosim.tanks.loading import at_start, body_without, least_moment, loaded
 from hydrosim.tanks.shapes import height
@@ -115,7 +115,7 @@ def check_flow(scene: Scene, p: Tanks) -> None:
     """Follow the levels to the end of the run, and refuse what cannot be pumped."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
     names, course = tank_names(scene), follow(p, end)
-    flows = [f"bodies.{body.name}.{key}" for body in scene.bodies for key in flow_keys(body)]
+    flows = [f"bodies.{body.name}.{flow.key}" for body in scene.bodies for flow in flows_of(body)]
     problem = course.problem
     if problem is None:
         _check_inertia(scene, course.at(end), end)

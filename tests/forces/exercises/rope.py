@@ -1,0 +1,173 @@
+"""Rope that creeps and breaks: slack, taut or broken.
+
+    x = |a - p| - L0 - c,   T = k x while x > 0,   c' = T / eta
+
+c: creep, a state; T is released for good when it reaches the load at which the rope breaks. What it
+stores then is lost; creep loses T c'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.forces import spring
+from hydrosim.forces.contact.geometry import EARTH
+from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
+from hydrosim.scene import ForceElement, Scene
+
+SLACK, TAUT, BROKEN = range(3)
+TENSION, CREEP, OBSERVED = range(3)
+ROPE = np.dtype([*spring.LINE.descr, ("k", float), ("eta", float), ("breaks_at", float)])
+
+
+@dataclass(frozen=True)
+class Rope(ForceElement):
+    """From ``point`` of the body to ``anchor`` on the earth."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: float
+    stiffness: float
+    creep: float = inf
+    breaks_at: float = inf
+
+    def holds(self) -> Collection[str]:
+        return ("surge", "sway", "yaw")
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+
+class Params(NamedTuple):
+    """``lines`` (n,) of `ROPE`; the first of their states, modes and integrals of losses."""
+
+    lines: np.ndarray
+    state: int
+    mode: int
+    losses: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+    """Constants of the ropes among ``elements``."""
+    rows = []
+    for name, e in elements.items():
+        if isinstance(e, Rope):
+            ends = (layout.body[e.body], layout.row[name], e.point, EARTH, e.anchor)
+            rows.append((*ends, e.length, 0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at))
+    return Params(np.array(rows, dtype=ROPE), 0, 0, 0)
+
+
+@kernel
+def pull_of(i, y, modes, motion, bodies, p):
+    """T of rope ``i`` if it were taut, and where its ends are."""
+    s = spring.stretch(p.lines[i], bodies, motion)
+    return p.lines[i].k * (s.extension - y[p.state + i]), s
+
+
+@kernel
+def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Force of every rope, what creep loses, and the rates of creep."""
+    for i in range(p.lines.size):
+        line = p.lines[i]
+        dy[p.state + i] = 0.0
+        if modes[p.mode + i, MODE] == TAUT:
+            T, s = pull_of(i, y, modes, motion, bodies, p)
+            dy[p.state + i] = T / line.eta
+            rate[line.row] += T * T / line.eta
+            spring.pull(line, s, T, wrench[line.row])
+
+
+@kernel
+def add_energy(t, y, modes, motion, bodies, p, stored):
+    """T^2 / 2k of every rope that is taut."""
+    for i in range(p.lines.size):
+        if modes[p.mode + i, MODE] == TAUT:
+            T, _ = pull_of(i, y, modes, motion, bodies, p)
+            stored[p.lines[i].row] += 0.5 * T * T / p.lines[i].k
+
+
+@kernel
+def observe(y, modes, motion, bodies, p, out):
+    """Tension and creep of all ropes."""
+    for i in range(p.lines.size):
+        T, _ = pull_of(i, y, modes, motion, bodies, p)
+        out[OBSERVED * i + TENSION] = T if modes[p.mode + i, MODE] == TAUT else 0.0
+        out[OBSERVED * i + CREEP] = y[p.state + i]
+
+
+@kernel
+def margins(y, modes, motion, bodies, p, out):
+    """Of a taut rope T, and what is left to the load at which it breaks; of a slack one -T."""
+    for i in range(p.lines.size):
+        m = MARGINS * (p.mode + i)
+        for j in range(MARGINS):
+            out[m + j] = 1.0
+        T, _ = pull_of(i, y, modes, motion, bodies, p)
+        if modes[p.mode + i, MODE] == TAUT:
+            out[m + CONTACT_MARGIN] = T
+            out[m + FRICTION_MARGIN] = p.lines[i].breaks_at - T
+        elif modes[p.mode + i, MODE] == SLACK:
+            out[m + CONTACT_MARGIN] = -T
+
+
+@root
+def switch(i, which, y, modes, motion, bodies, p):
+    """Slack, taut, or broken for good."""
+    mode = modes[p.mode + i]
+    if which == FRICTION_MARGIN:
+        T, _ = pull_of(i, y, modes, motion, bodies, p)
+        y[p.losses + p.lines[i].row] += 0.5 * T * T / p.lines[i].k
+        mode[MODE] = BROKEN
+    else:
+        mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
+
+
+@root
+def settle(y, modes, motion, bodies, p):
+    """Slack or taut at a start."""
+    for i in range(p.lines.size):
+        T, _ = pull_of(i, y, modes, motion, bodies, p)
+        modes[p.mode + i, MODE] = TAUT if T > 0.0 else SLACK
+
+
+class _Kind(PosingKind):
+    unit = "rope"
+    variables: ClassVar = {
+        "rope_tension": Variable("tension", "N", "from the point to the anchor"),
+        "rope_creep": Variable("creep", "m"),
+        "rope_mode": Variable("slack, taut or broken", "1", flags="slack taut broken"),
+    }
+
+    def modes(self, p: Params) -> Modes:
+        return Modes(p.lines.size)
+
+    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+        yield States("rope", self.unit_names(scene), ("creep",))
+
+    def felt_states(self, p: Params) -> np.ndarray:
+        return p.state + np.arange(p.lines.size)
+
+    def postures(self, p: Params) -> Sequence[Posture]:
+        rest = np.zeros(p.lines.size, dtype=np.int64)
+        every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
+        return [Posture(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
+
+    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+        each = ("time", "rope")
+        return {
+            "rope_tension": (each, kept.observed[:, :, TENSION]),
+            "rope_creep": (each, kept.observed[:, :, CREEP]),
+            "rope_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+        }
+
+
+KIND = _Kind("ropes", (Rope,), compile_elements)
