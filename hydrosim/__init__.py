@@ -51,7 +51,7 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     """Public names are loaded when first used, so that a command loads only what it needs."""
     if name == "__version__":
-        return import_module("hydrosim.outputs").program_version()
+        return import_module("hydrosim.program").program_version()
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
     if name in _OF_RUNS:

@@ -69,7 +69,7 @@ err = Console(stderr=True)
 
 def _version(asked: bool) -> None:
     if asked:
-        from hydrosim.outputs import program_version
+        from hydrosim.program import program_version
 
         show(f"hydrosim {program_version()}")
         raise typer.Exit

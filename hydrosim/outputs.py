@@ -18,9 +18,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from glob import escape
-from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from pathlib import Path
 from shutil import disk_usage, rmtree
@@ -32,6 +30,7 @@ from zlib import crc32
 from hydrosim.errors import InputError, WritingError
 from hydrosim.interrupts import undisturbed
 from hydrosim.locks import alone, is_gone, owner
+from hydrosim.program import program_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,15 +44,6 @@ SETTINGS = "settings"  # attribute of netCDF
 LONG = 60  # characters of a value that is told
 SHOWN = 3  # settings that differ, of which a message tells
 KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
-
-
-@lru_cache
-def program_version() -> str:
-    """Version of the installed package."""
-    try:
-        return version("hydrosim")
-    except PackageNotFoundError:
-        return "not installed"
 
 
 @dataclass(frozen=True)

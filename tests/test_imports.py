@@ -16,7 +16,7 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
-errors cache dofs modes interrupts
+errors cache dofs modes interrupts program
 locks
 outputs
 leftovers

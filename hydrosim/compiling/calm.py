@@ -15,7 +15,7 @@ from hydrosim.compiling.families import members_of
 from hydrosim.compiling.model import model_of
 from hydrosim.compiling.notes_of_sea import notes_of_sea
 from hydrosim.compiling.questions import asked
-from hydrosim.compiling.questions.doubt import About
+from hydrosim.compiling.questions.doubt import describe_start
 from hydrosim.compiling.refusals import check_start
 from hydrosim.compiling.restart import begin
 from hydrosim.compiling.start import first_state, start_of, with_slow_places
@@ -66,7 +66,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
     notes = notes_of_sea(scene, calm.wet, facts, sea, known)
-    about = About(scene, facts, state, tuple(sea))
+    about = describe_start(scene, facts, state, sea)
     return replace(compiled, notes=notes.warned(asked(about)))
 
 

@@ -47,7 +47,7 @@ def no_memory(db: HydroDatabase) -> Retardation:
     """Of what is constant: A_inf alone."""
     K = np.zeros((2, *db.added_mass.shape[1:]))
     report = KernelReport(0.0, 0.0, 0.0, 0.0, K[0])
-    return Retardation(np.array([0.0, 1.0]), lambda: K, db.added_mass[0], report)
+    return Retardation(np.array([0.0, 1.0]), K, db.added_mass[0], report)
 
 
 def _check(key: str, matrix: np.ndarray) -> None:

@@ -172,6 +172,7 @@ def _at_start(body: Body, rest: float, members: tuple[WetGroup, ...], scene: Sce
         nearest,
         bodies=(body,),
         database=db,
+        alone={body.name: db},
         members=members,
         added_mass=np.tensordot(weights, [member.added_mass for member in members], 1),
     )

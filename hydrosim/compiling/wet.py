@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -56,11 +55,12 @@ class WetGroup:
     """The ``bodies`` of a scene that share a database, in its order, and their ``dofs`` (n,) among
     the scene's.
 
-    ``database`` is about their centres of gravity, for all headings, and ``read`` as it was
-    read. Radiation in the time domain, all couplings included: the model of
-    all its bodies, retardation functions, their fits for a state-space model, the groups of DOFs of
-    the database whose memory is convolved, with the reasons if it was not asked for, and the
-    constant part, ``added_mass`` and ``damping`` (n, n): A_inf and zero but for constant radiation.
+    ``database`` is about their centres of gravity, for all headings, ``read`` as it was read, and
+    ``alone``, by the names of the bodies, the part of each while the others are held. Radiation in
+    the time domain, all couplings included: the model of all its bodies, retardation functions,
+    their fits for a state-space model, the groups of DOFs of the database whose memory is
+    convolved, with the reasons if it was not asked for, and the constant part, ``added_mass`` and
+    ``damping`` (n, n): A_inf and zero but for constant radiation.
 
     A family of draughts (`compiling.families`) has ``members``, a group each, with its ``draught``;
     its own database and added mass are those at the start, all else that of the nearest.
@@ -70,6 +70,7 @@ class WetGroup:
     dofs: np.ndarray
     database: HydroDatabase
     read: HydroDatabase
+    alone: Mapping[str, HydroDatabase]
     radiation: Radiation | None
     memory: Retardation
     added_mass: np.ndarray
@@ -79,7 +80,7 @@ class WetGroup:
     members: tuple[WetGroup, ...] = ()
     draught: float = 0.0
 
-    @cached_property
+    @property
     def free(self) -> np.ndarray:
         """The DOFs of the database that can move."""
         return moving(self.bodies)
@@ -90,11 +91,6 @@ class WetGroup:
         each = self.members or (self,)
         found = (judged(one.read, one.bodies, one.free, seas) for one in each)
         return tuple(dict.fromkeys(text for texts in found for text in texts))
-
-    @cached_property
-    def alone(self) -> dict[str, HydroDatabase]:
-        """By the names of the bodies, each one's own part of the database: the others are held."""
-        return {name: database.body_of(self.database, k) for k, name in enumerate(self.names)}
 
     @property
     def names(self) -> list[str]:
@@ -192,6 +188,7 @@ def group_of(
         np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
         db,
         read,
+        {body.name: database.body_of(db, k) for k, body in enumerate(bodies)},
         chosen,
         memory,
         memory.added_mass_infinite,

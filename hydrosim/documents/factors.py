@@ -6,10 +6,10 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 
 from hydrosim.cache import store, stored
+from hydrosim.program import digest_of_sources, version_of
 
 MOST = 1000  # in the file
 
@@ -37,9 +37,8 @@ def _factors() -> dict[str, float]:
     return {} if found is None else dict(json.loads(found))
 
 
-@lru_cache(maxsize=1)
 def _name() -> str:
     """Another pint, or other rules for units, are another file."""
-    rules = Path(__file__).with_name("units.py").read_bytes()
-    digest = hashlib.sha256(version("pint").encode() + rules)
+    rules = digest_of_sources(Path(__file__).parent, "units.py")
+    digest = hashlib.sha256(f"{version_of('pint')} {rules}".encode())
     return f"units-{digest.hexdigest()[:16]}.json"

@@ -214,7 +214,6 @@ def shown(value: object) -> str:
     return str(value)
 
 
-@lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
     """What a number in ``unit`` is multiplied with to be in ``si``; ValueError says why not."""
     found = factors.known(unit, si)

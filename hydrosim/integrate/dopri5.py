@@ -1,9 +1,9 @@
 """Dormand and Prince's pair of orders 5 and 4 (Dormand & Prince 1980), for adaptive steps."""
 
-from hydrosim.integrate.method import Method
+from hydrosim.integrate.method import method_of
 from hydrosim.integrate.runge_kutta import tableau
 
-DOPRI5 = Method(
+DOPRI5 = method_of(
     "dopri5",
     tableau(
         [

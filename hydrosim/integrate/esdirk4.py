@@ -1,13 +1,13 @@
 """ARK4(3)6L[2]SA, the implicit part: order 4, L-stable, stiffly accurate, stages of order 2, the
 first explicit (Kennedy & Carpenter 2003, appendix C). For stiff friction and stiff steel."""
 
-from hydrosim.integrate.method import Method
+from hydrosim.integrate.method import method_of
 from hydrosim.integrate.runge_kutta import tableau
 
 GAMMA = 1 / 4
 WEIGHTS = [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, GAMMA]
 
-ESDIRK4 = Method(
+ESDIRK4 = method_of(
     "esdirk4",
     tableau(
         [

@@ -10,7 +10,6 @@ polynomial the integral is exact: it and exp(J h) are blocks of one matrix expon
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import factorial
 from typing import NamedTuple
 
@@ -80,17 +79,19 @@ def _basis(nodes: np.ndarray, j: int) -> np.ndarray:
 def extended(f: np.ndarray) -> np.ndarray:
     """f (nodes, n) with `BESIDE` more nodes at both ends, on the polynomials through the first and
     last `POINTS`: so the first and last parts have those polynomials as well."""
-    weights = _weights_beside()
-    before, after = weights.T @ f[:POINTS], weights.T[::-1] @ f[: -POINTS - 1 : -1]
+    before = WEIGHTS_BESIDE.T @ f[:POINTS]
+    after = WEIGHTS_BESIDE.T[::-1] @ f[: -POINTS - 1 : -1]
     return np.concatenate([before, f, after])
 
 
-@lru_cache(maxsize=1)
 def _weights_beside() -> np.ndarray:
-    """Weights (`POINTS`, `BESIDE`) of the first nodes for those before them."""
     beyond = np.arange(-BESIDE, 0)
     basis = np.array([_basis(np.arange(POINTS), j) for j in range(POINTS)])
     return np.asarray(basis @ np.power.outer(beyond, np.arange(POINTS)).T.astype(float))
+
+
+WEIGHTS_BESIDE = _weights_beside()
+"""Weights (`POINTS`, `BESIDE`) of the first nodes for those before them."""
 
 
 def area_weights(parts: int) -> np.ndarray:

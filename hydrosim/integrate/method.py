@@ -6,7 +6,6 @@ Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,10 +17,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class Method:
     """A method by its ``name`` and ``tableau``. ``why_any_step`` says why no step is too large for
-    it; empty of methods with a limit."""
+    it; empty of methods with a limit. ``numerator`` and ``denominator`` are the coefficients of
+    those of its `stability`, constants first."""
 
     name: str
     tableau: Tableau
+    numerator: np.ndarray
+    denominator: np.ndarray
     why_any_step: str = ""
 
     @property
@@ -42,13 +44,13 @@ class Method:
     def stability(self, z: np.ndarray) -> np.ndarray:
         """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
         z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
-        numerator, denominator = self._stability
-        return np.asarray(np.polyval(numerator[::-1], z) / np.polyval(denominator[::-1], z))
+        above = np.polyval(self.numerator[::-1], z)
+        return np.asarray(above / np.polyval(self.denominator[::-1], z))
 
-    @cached_property
-    def _stability(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients of both determinants, constants first."""
-        a, b = self.tableau.a, self.tableau.b
-        numerator = np.poly(a - np.outer(np.ones(b.size), b))
-        denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
-        return numerator, denominator
+
+def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:
+    """The method of a ``tableau``."""
+    a, b = tableau.a, tableau.b
+    numerator = np.poly(a - np.outer(np.ones(b.size), b))
+    denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
+    return Method(name, tableau, numerator, denominator, why_any_step)

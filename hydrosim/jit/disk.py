@@ -9,9 +9,9 @@ damaged is compiled again (`hydrosim.cache`).
 from __future__ import annotations
 
 import hashlib
+import os
 import pickle
 from collections.abc import Callable
-from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from hydrosim.cache import store, stored
+from hydrosim.program import digest_of_sources
 
 Name = tuple[str, str, Any]
 """Module and name of a whole, and the types of its arguments."""
@@ -74,7 +75,7 @@ class Disk(_Cache):
         return f"{self._folder()}/{function.__module__}.{function.__qualname__}-{digest}.nbc"
 
 
-@lru_cache
 def _source(file: str) -> str:
     """Of a kernel that may be in no folder of this package."""
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    home, name = os.path.split(file)
+    return digest_of_sources(Path(home), name)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,8 @@ import numba
 
 from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.linking import Part, Summing, Whole
+from hydrosim.program import PACKAGE, digest_of_sources
 
-PACKAGE = Path(__file__).parents[1]
 SOURCES = {
     "jit",
     "modes.py",
@@ -34,7 +33,6 @@ SOURCES = {
 }
 
 
-@lru_cache
 def kernel_folder() -> str:
     """Name of the folder of the compiled kernels of exactly these sources, interpreter, numba and
     LLVM, wherever the sources lie."""
@@ -42,19 +40,9 @@ def kernel_folder() -> str:
     return f"kernels-{hashlib.sha256(made.encode()).hexdigest()[:16]}"
 
 
-@lru_cache
 def sources_digest() -> str:
     """Of what the kernels are, wherever they are installed."""
-    digest = hashlib.sha256()
-    for path in _sources():
-        content = path.read_bytes()
-        digest.update(f"{path.relative_to(PACKAGE).as_posix()} {len(content)} ".encode() + content)
-    return digest.hexdigest()[:16]
-
-
-def _sources() -> list[Path]:
-    each = sorted(PACKAGE.rglob("*.py"))
-    return [path for path in each if path.relative_to(PACKAGE).parts[0] in SOURCES]
+    return digest_of_sources(PACKAGE, *sorted(SOURCES))
 
 
 def kernel(function: Callable[..., Any]) -> Any:

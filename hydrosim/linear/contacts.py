@@ -20,7 +20,7 @@ from hydrosim.forces.contact.coulomb import NO_POINT
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import Freedom, find_constraint_rows
+from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.modes import MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import Model, constrain, new_work
@@ -66,7 +66,7 @@ def with_contacts(
 
 def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """Whether constraints leave any motion."""
-    freedom = Freedom(find_constraint_rows(model, y, modes), inertia(model, y))
+    freedom = freedom_of(find_constraint_rows(model, y, modes), inertia(model, y))
     return freedom.unconstrained or freedom.basis.shape[1] > 0
 
 

@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.events import settle
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import DEPENDENT, Freedom, find_constraint_rows
+from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, freedom_of
 from hydrosim.linear.modes import FLAT, FREE
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
 from hydrosim.stepping.blending import settled
@@ -135,7 +135,7 @@ class _Loads:
         if known and not len(rows):
             return known
         scale = self.scale(q)
-        free = Freedom(rows / scale, np.eye(q.size))
+        free = freedom_of(rows / scale, np.eye(q.size))
         K = self.stiffness(q) / np.multiply.outer(scale, scale)
         U, sizes, V = np.linalg.svd(free.project_matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
@@ -172,7 +172,7 @@ class _Loads:
 
         def along(_: float, place: np.ndarray) -> np.ndarray:
             M = inertia(self.model, _at(place, self.state, self.model))
-            free = Freedom(self.constraints(place), M)
+            free = freedom_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
 
         return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])

@@ -15,7 +15,6 @@ neither. About a motion, not a rest, d(J) q' is left out: what is allowed is wha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import linalg
@@ -30,26 +29,19 @@ DEPENDENT = 1e-9  # of the largest: rows that are less apart hold one direction
 class Freedom:
     """Motions (n,) that the ``rows`` J (m, n) of constraints allow, with the ``inertia`` (n, n).
 
+    The columns of the ``basis`` N (n, n - rank) are orthonormal in coordinates that are scaled by
+    the roots of their own inertias, so that metres and radians compare.
     Without constraints all methods give back what they are given.
     """
 
     rows: np.ndarray
     inertia: np.ndarray
+    basis: np.ndarray
 
     @property
     def unconstrained(self) -> bool:
         """Whether there are no constraints."""
         return len(self.rows) == 0
-
-    @cached_property
-    def basis(self) -> np.ndarray:
-        """N (n, n - rank): orthonormal in coordinates that are scaled by the roots of their own
-        inertias, so that metres and radians compare."""
-        root = np.sqrt(np.diag(self.inertia))
-        scaled = self.rows / root
-        size = np.maximum(np.linalg.norm(scaled, axis=1, keepdims=True), np.finfo(float).tiny)
-        basis = linalg.null_space(scaled / size, rcond=DEPENDENT)
-        return np.asarray(basis / root[:, None])
 
     @property
     def has_dependent_rows(self) -> bool:
@@ -107,6 +99,17 @@ class Freedom:
         """Forces lambda (..., m) of constraints that make up for loads ``excess`` (..., n) which
         motions need and nothing else gives: J^T lambda."""
         return np.asarray(excess @ np.linalg.pinv(self.rows, DEPENDENT))
+
+
+def freedom_of(rows: np.ndarray, inertia: np.ndarray) -> Freedom:
+    """The motions that constraints allow."""
+    root = np.sqrt(np.diag(inertia))
+    if not len(rows):
+        return Freedom(rows, inertia, np.diag(1.0 / root))
+    scaled = rows / root
+    size = np.maximum(np.linalg.norm(scaled, axis=1, keepdims=True), np.finfo(float).tiny)
+    basis = linalg.null_space(scaled / size, rcond=DEPENDENT)
+    return Freedom(rows, inertia, np.asarray(basis / root[:, None]))
 
 
 def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.linear.coordinates import STEP, inertia
-from hydrosim.linear.freedom import Freedom, find_constraint_rows
+from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.radiation import convolution_model
 from hydrosim.stepping.dynamics import Model, jacobian, new_work
 from hydrosim.stepping.state import State
@@ -52,7 +52,7 @@ def largest_change(
     """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
     active, M = model.bodies.active, inertia(model, state.y)
     root = np.sqrt(np.diag(M))
-    free = Freedom(find_constraint_rows(model, state.y, state.modes), M)
+    free = freedom_of(find_constraint_rows(model, state.y, state.modes), M)
     # N is orthonormal in coordinates that are scaled by these roots
     more = free.project_matrix(dZ[:, active[:, None], active])
     changed = np.linalg.solve(free.project_matrix(Z), more)

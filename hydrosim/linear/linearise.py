@@ -22,7 +22,7 @@ from scipy import linalg
 
 from hydrosim.errors import InputError
 from hydrosim.linear.coordinates import STEP, inertia
-from hydrosim.linear.freedom import Freedom, find_constraint_rows
+from hydrosim.linear.freedom import Freedom, find_constraint_rows, freedom_of
 from hydrosim.stepping.dynamics import (
     Model,
     dynamic_states,
@@ -51,31 +51,38 @@ class Others(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Linear:
     """``jacobian`` (m, m) of the ``states`` (m,) of y, the first 2 n of which are the n free
-    coordinates ``active`` (among 6 nb) and their rates; ``inertia`` (n, n), added mass included.
-    ``constraints`` (c, n) are the rows of what is held, and ``reactions`` (c, m) the changes of
-    their forces by state; NaN where what is held changes with the place."""
+    coordinates ``active`` (among 6 nb) and their rates. ``freedom`` are the motions that the c
+    constraints allow, and ``reactions`` (c, m) the changes of their forces by state; NaN where
+    what is held changes with the place."""
 
     jacobian: np.ndarray
     states: np.ndarray
     active: np.ndarray
-    inertia: np.ndarray
-    constraints: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    freedom: Freedom
     reactions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
-    @cached_property
-    def freedom(self) -> Freedom:
-        """The motions that constraints allow."""
-        return Freedom(self.constraints, self.inertia)
+    @property
+    def inertia(self) -> np.ndarray:
+        """That of the n coordinates (n, n), added mass included."""
+        return self.freedom.inertia
+
+    @property
+    def constraints(self) -> np.ndarray:
+        """Rows of what is held (c, n)."""
+        return self.freedom.rows
 
     def dynamic_stiffness(self, omega: ArrayLike) -> np.ndarray:
         """D(w) = K - w^2 (M + A(w)) + i w B(w), (n, n), or (nw, n, n) for ``omega`` (nw,) [rad/s]:
         loads Re(D q exp(i w t)) keep up the harmonic motion Re(q exp(i w t)). All other states are
         eliminated. Raises InputError where forces of constraints are not defined."""
         n, every = self.active.size, np.atleast_1d(np.asarray(omega, dtype=float))
-        own, found = self._unheld[n : 2 * n], np.empty((every.size, n, n), dtype=complex)
+        unheld, others = self._at_rest
+        own = unheld[n : 2 * n]
+        found = np.empty((every.size, n, n), dtype=complex)
         for k in range(0, every.size, TOGETHER):
             s = 1j * every[k : k + TOGETHER, None, None]
-            acceleration = own[:, :n] + s * own[:, n : 2 * n] + self._of_others(s)
+            acceleration = own[:, :n] + s * own[:, n : 2 * n]
+            acceleration = acceleration + _of_others(s, n, unheld, others)
             found[k : k + TOGETHER] = self.inertia @ (s * s * np.eye(n) - acceleration)
         return found.reshape(*np.shape(omega), n, n)
 
@@ -120,8 +127,12 @@ class Linear:
         return np.concatenate([change(place), change(rate), x[size:]])
 
     @cached_property
-    def _unheld(self) -> np.ndarray:
-        """The jacobian with all forces of constraints as they are at rest."""
+    def _at_rest(self) -> tuple[np.ndarray, Others | None]:
+        """The jacobian with all forces of constraints as they are at rest, and its other states."""
+        unheld = self._hold_reactions()
+        return unheld, _separate(unheld, self.active.size)
+
+    def _hold_reactions(self) -> np.ndarray:
         if self.freedom.unconstrained:
             return self.jacobian
         if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():
@@ -131,38 +142,31 @@ class Linear:
                 " stiffness there, or fewer points."
             )
         n, unheld = self.active.size, self.jacobian.copy()
-        unheld[n : 2 * n] -= linalg.solve(self.inertia, self.constraints.T @ self.reactions)
+        unheld[n : 2 * n] -= linalg.solve(self.inertia, self.freedom.rows.T @ self.reactions)
         return unheld
 
-    def _of_others(self, s: np.ndarray) -> np.ndarray:
-        """Accelerations (nw, n, n) by all other states per coordinate, ``s`` = i w (nw, 1, 1)."""
-        n, others = self.active.size, self._others
-        if others is None:
-            return self._solved_for(s)
-        each = (1.0 / (s[:, :, 0] - others.poles)) @ others.share.reshape(-1, n * n)
-        return np.asarray(each.reshape(-1, n, n) + others.direct)
 
-    def _solved_for(self, s: np.ndarray) -> np.ndarray:
-        n, J = self.active.size, self._unheld
+def _of_others(s: np.ndarray, n: int, J: np.ndarray, others: Others | None) -> np.ndarray:
+    """Accelerations (nw, n, n) by all other states per coordinate, ``s`` = i w (nw, 1, 1)."""
+    if others is None:
         drive = J[2 * n :, :n] + s * J[2 * n :, n : 2 * n]
         inner = s * np.eye(len(J) - 2 * n) - J[2 * n :, 2 * n :]
         return np.asarray(J[n : 2 * n, 2 * n :] @ np.linalg.solve(inner, drive))
+    each = (1.0 / (s[:, :, 0] - others.poles)) @ others.share.reshape(-1, n * n)
+    return np.asarray(each.reshape(-1, n, n) + others.direct)
 
-    @cached_property
-    def _others(self) -> Others | None:
-        """By diagonalising their part of J, once; None where its eigenvectors are too parallel for
-        that (those of radiation are orthogonal, but for rounding)."""
-        n, J = self.active.size, self._unheld
-        poles, vectors = np.linalg.eig(J[2 * n :, 2 * n :])
-        if poles.size and np.linalg.cond(vectors) > SEPARATE:
-            return None
-        felt, driven = (
-            J[n : 2 * n, 2 * n :] @ vectors,
-            np.linalg.solve(vectors, J[2 * n :, : 2 * n]),
-        )
-        place, speed = (felt.T[:, :, None] * x[:, None, :] for x in (driven[:, :n], driven[:, n:]))
-        share = place + poles[:, None, None] * speed
-        return Others(poles.astype(complex), share + 0j, speed.sum(axis=0))
+
+def _separate(J: np.ndarray, n: int) -> Others | None:
+    """All states but motion, by diagonalising their part of J; None where its eigenvectors are too
+    parallel for that (those of radiation are orthogonal, but for rounding)."""
+    poles, vectors = np.linalg.eig(J[2 * n :, 2 * n :])
+    if poles.size and np.linalg.cond(vectors) > SEPARATE:
+        return None
+    felt = J[n : 2 * n, 2 * n :] @ vectors
+    driven = np.linalg.solve(vectors, J[2 * n :, : 2 * n])
+    place, speed = (felt.T[:, :, None] * x[:, None, :] for x in (driven[:, :n], driven[:, n:]))
+    share = place + poles[:, None, None] * speed
+    return Others(poles.astype(complex), share + 0j, speed.sum(axis=0))
 
 
 def linearise(
@@ -184,7 +188,8 @@ def linearise(
     J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
     rows = find_constraint_rows(model, state.y, held)
-    found = Linear(J, states, model.bodies.active, inertia(model, state.y), rows)
+    freedom = freedom_of(rows, inertia(model, state.y))
+    found = Linear(J, states, model.bodies.active, freedom)
     if found.freedom.unconstrained:
         return found
     at = state._replace(modes=held)

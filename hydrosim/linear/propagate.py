@@ -60,7 +60,6 @@ class Response(NamedTuple):
 
 Constant = tuple[bytes, tuple[int, ...]]
 """A matrix that a cache can know again: its values, and its shape."""
-_area_weights = lru_cache(area_weights)
 
 
 def _constant(matrix: np.ndarray) -> Constant:
@@ -68,10 +67,15 @@ def _constant(matrix: np.ndarray) -> Constant:
 
 
 @lru_cache(maxsize=8)
-def _interval(J: Constant, G: Constant, length: float, parts: int) -> Interval:
-    """`interval`, once for the runs that have it in common."""
-    one, other = (np.frombuffer(values).reshape(shape) for values, shape in (J, G))
-    return interval(one, other, length, parts)
+def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: int) -> Response:
+    """`Equation.response`, once for the runs that have it in common."""
+    each = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
+    jacobian, mobility, force = each
+    of, n = interval(jacobian, mobility, length, parts), len(force)
+    needed = linalg.block_diag(np.eye(n), force)  # of all but q: for the powers
+    by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
+    weights = length / parts * area_weights(parts)
+    return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
 
 
 class _Rest:
@@ -109,12 +113,8 @@ class Equation:
 
     def response(self, length: float, parts: int) -> Response:
         """That of an interval of this ``length`` [s] with so many parts."""
-        of = _interval(_constant(self.J), _constant(self.G), length, parts)
-        n = self.rest.size
-        needed = linalg.block_diag(np.eye(n), self.memory)  # of all but q: for the powers
-        by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
-        weights = length / parts * _area_weights(parts)
-        return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
+        constants = map(_constant, (self.J, self.G, self.memory))
+        return _response(*constants, length, parts)
 
     def gains(
         self, f: np.ndarray, starts: np.ndarray, loads: np.ndarray, response: Response, size: int
@@ -137,12 +137,11 @@ def propagate(
     times, y, held = record_times(clock), state.y.copy(), Held(run)
     keep_states(times[:1], y[None], held)
     equation, finest = linear_equation(model, state), node_spacing(clock, model)
-    response = lru_cache(maxsize=4)(equation.response)  # of records, and beside corners
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
         length = _length(stops, clock)
         pieces, parts = division(length, finest)
-        of, first = response(length / pieces, parts), 1
+        of, first = equation.response(length / pieces, parts), 1
         loads = loads_at_rest(stops, pieces * parts, equation.rows, model, state)
         recorded = np.isin(stops, times)
         for states in march(y, loads, of, equation, pieces):

@@ -23,7 +23,7 @@ from hydrosim.forces import kinds_posing, new_modes, own_modes
 from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
-from hydrosim.linear.freedom import Freedom, find_constraint_rows
+from hydrosim.linear.freedom import find_constraint_rows, freedom_of
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import participation
 from hydrosim.rigid.kinematics import place_bodies
@@ -138,7 +138,7 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
     rows = find_constraint_rows(model, state.y, _at_rest(model))
-    freedom = Freedom(rows, inertia(model, state.y))
+    freedom = freedom_of(rows, inertia(model, state.y))
     yielding = freedom.accelerate(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
 

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from io import BytesIO
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from hydrosim.cache import store, stored
+from hydrosim.program import PACKAGE, digest_of_sources
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
@@ -45,10 +44,6 @@ def kept(
     return made
 
 
-@lru_cache
 def _version() -> str:
     """Hash of this package's sources: another way of computing is another file."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return digest_of_sources(PACKAGE, "radiation")

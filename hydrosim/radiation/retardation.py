@@ -7,9 +7,8 @@ DOF of the force; SI, rad/s, s.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import astuple, dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from scipy.special import spherical_jn
@@ -49,18 +48,13 @@ class KernelReport:
 
 @dataclass(frozen=True, eq=False)
 class Retardation:
-    """Radiation in the time domain: the lags ``time`` (nt,) of K, which ``function`` computes, and
-    A_inf (n, n)."""
+    """Radiation in the time domain: ``kernel`` is K (nt, n, n) at the lags ``time`` (nt,),
+    ``added_mass_infinite`` A_inf (n, n)."""
 
     time: np.ndarray
-    function: Callable[[], np.ndarray]
+    kernel: np.ndarray
     added_mass_infinite: np.ndarray
     report: KernelReport
-
-    @cached_property
-    def kernel(self) -> np.ndarray:
-        """K (nt, n, n) at the lags, computed when it is first asked for."""
-        return self.function()
 
 
 def retardation(
@@ -77,8 +71,8 @@ def retardation(
     Radiation is reciprocal, so only the symmetric parts are used; what else there is are errors of
     the panels, which a database's checks report.
 
-    With the ``checksum`` of a database that has these coefficients, A_inf and the report are kept
-    in the cache folder, and where they are there K is computed only if it is asked for.
+    With the ``checksum`` of a database that has these coefficients, all is kept in the cache
+    folder.
 
     Raises `InputError` for data that cannot be transformed, see `retardation_function`.
     """
@@ -90,16 +84,7 @@ def retardation(
     if checksum is None:
         return make()
     settings = (checksum, time.size, float(length))
-    function = partial(_kept_kernel, settings, frequency, damping, time)
-    of_arrays = partial(_of_arrays, time, function)
-    return kept("memories", settings, make, _to_arrays, of_arrays)
-
-
-def _kept_kernel(
-    settings: tuple[object, ...], frequency: np.ndarray, damping: np.ndarray, time: np.ndarray
-) -> np.ndarray:
-    make = partial(_kernel, frequency, damping, time)
-    return kept("retardations", settings, make, lambda K: {"K": K}, lambda arrays: arrays["K"])
+    return kept("memories", settings, make, _to_arrays, partial(_of_arrays, time))
 
 
 @one_thread
@@ -119,28 +104,23 @@ def _retardation(
         smallest_eigenvalue=smallest_eigenvalue(B),
         tail_exponent=tail_exponent(frequency, damping),
     )
-    return Retardation(time, partial(_known, kernel), infinite, report)
-
-
-@one_thread
-def _kernel(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
-    return tabulated(frequency, damping, time)
-
-
-def _known(kernel: np.ndarray) -> np.ndarray:
-    return kernel
+    return Retardation(time, kernel, infinite, report)
 
 
 def _to_arrays(memory: Retardation) -> Arrays:
     *ratios, exponent = astuple(memory.report)
-    infinite = memory.added_mass_infinite
-    return {"infinite": infinite, "ratios": np.array(ratios), "tail_exponent": exponent}
+    return {
+        "K": memory.kernel,
+        "infinite": memory.added_mass_infinite,
+        "ratios": np.array(ratios),
+        "tail_exponent": exponent,
+    }
 
 
-def _of_arrays(time: np.ndarray, function: Callable[[], np.ndarray], arrays: Arrays) -> Retardation:
+def _of_arrays(time: np.ndarray, arrays: Arrays) -> Retardation:
     end, band, residual, eigenvalue = map(float, arrays["ratios"])
     report = KernelReport(end, band, residual, eigenvalue, arrays["tail_exponent"])
-    return Retardation(time, function, arrays["infinite"], report)
+    return Retardation(time, arrays["K"], arrays["infinite"], report)
 
 
 def tabulated(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:

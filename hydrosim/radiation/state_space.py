@@ -7,7 +7,7 @@ is stable and reciprocal by construction, and then made passive, see `passivity`
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -148,7 +148,11 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
 @dataclass(frozen=True, eq=False)
 class Target:
     """What a fit is made of: K^ (nw, m, m) at ``w`` (nw,), the first ``inside`` of which are in the
-    ``band``, divided by ``scale`` (m,) of its rows and columns."""
+    ``band``, divided by ``scale`` (m,) of its rows and columns.
+
+    The ``emphasis`` says what frequencies count, ``weight`` (nw,) what errors count in vector
+    fitting. ``gain`` is the most energy that K^ gains, as the emphasis counts it: a passive model
+    is farther from it than that divided by m, and hardly nearer than that."""
 
     dofs: np.ndarray
     w: np.ndarray
@@ -156,29 +160,14 @@ class Target:
     band: float
     values: np.ndarray
     scale: np.ndarray
-
-    @cached_property
-    def emphasis(self) -> Emphasis:
-        """What frequencies count."""
-        return emphasis_of(self.w[: self.inside], self.values[: self.inside])
-
-    @cached_property
-    def weight(self) -> np.ndarray:
-        """What errors count in vector fitting (nw,)."""
-        beyond = np.arange(self.w.size) >= self.inside
-        return np.where(beyond, HELD_DOWN, 1.0) * self.emphasis.at(self.w)
+    emphasis: Emphasis
+    weight: np.ndarray
+    gain: float
 
     def error(self, found: np.ndarray) -> float:
         """Largest of ``found`` (nw, m, m) in the band, as the emphasis counts it."""
         off = np.abs(found - self.values).max(axis=(1, 2))
         return float((self.emphasis.at(self.w) * off)[: self.inside].max())
-
-    @cached_property
-    def gain(self) -> float:
-        """The most energy that it gains, as the emphasis counts it: a passive model is farther from
-        it than that divided by m, and hardly nearer than that."""
-        least = np.linalg.eigvalsh(self.values.real)[:, 0]
-        return max(0.0, -float((self.emphasis.at(self.w) * least)[: self.inside].min()))
 
 
 @one_thread
@@ -188,7 +177,13 @@ def target_of(memory: Retardation, dofs: np.ndarray, band: float) -> Target:
     w, inside = frequencies(memory.time[-1], band)
     values = transfer_function(memory.time, kernel, w)
     scale = diagonal_scale(values[:inside])
-    return Target(dofs, w, inside, band, values / (scale[:, None] * scale), scale)
+    values = values / (scale[:, None] * scale)
+    emphasis = emphasis_of(w[:inside], values[:inside])
+    counted = emphasis.at(w)
+    weight = np.where(np.arange(w.size) >= inside, HELD_DOWN, 1.0) * counted
+    least = np.linalg.eigvalsh(values.real)[:, 0]
+    gain = max(0.0, -float((counted * least)[:inside].min()))
+    return Target(dofs, w, inside, band, values, scale, emphasis, weight, gain)
 
 
 @one_thread

@@ -14,7 +14,6 @@ import json
 import re
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 from zlib import crc32
@@ -56,6 +55,8 @@ class Journal:
         self._first: xr.Dataset | None = None
         self._last: xr.Dataset | None = None
         self._places: dict[int, int] = {}
+        there = [name for name in (FIRST, KNOWN) if (folder / name).exists()]
+        self._beside = {name: _checksum(folder / name) for name in there}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
             self._file.truncate(0)
@@ -90,6 +91,11 @@ class Journal:
         assert self._first is not None
         return Kept(_of_form(self._first, values), known["attributes"], known["warnings"])
 
+    def take_known(self, file: Path) -> None:
+        """Keep the file of what is known of all runs, before the first of them."""
+        file.replace(self._folder / KNOWN)
+        self._beside[KNOWN] = _checksum(self._folder / KNOWN)
+
     def add(self, run: int, kept: Kept) -> None:
         """Keep a complete run, unless its form is not that of the first; it is on the disk, or with
         the system, when this returns."""
@@ -109,12 +115,6 @@ class Journal:
     def note(self, run: int, status: str, message: str) -> None:
         """Say that a run is not complete: readers are told, a set that goes on makes it again."""
         self._append({"run": run, "status": status, "message": message}, b"")
-
-    @cached_property
-    def _beside(self) -> dict[str, int]:
-        """The checksums of the files beside the runs."""
-        there = [name for name in (FIRST, KNOWN) if (self._folder / name).exists()]
-        return {name: _checksum(self._folder / name) for name in there}
 
     def _append(self, known: dict[str, Any], values: bytes) -> int:
         """The place of an entry, which is on the disk, or with the system, when this returns."""

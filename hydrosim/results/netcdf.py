@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from importlib.metadata import version
-from platform import python_version
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -70,10 +67,3 @@ def status_of(path: Path) -> str | None:
             return str(run.attrs.get("status"))
     except (OSError, ValueError, RuntimeError):
         return None
-
-
-@lru_cache
-def versions() -> str:
-    """Of what numbers depend on besides this program."""
-    packages = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "llvmlite"))
-    return ", ".join([f"Python {python_version()}", *packages])

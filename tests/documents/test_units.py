@@ -156,7 +156,6 @@ def test_a_damaged_file_of_factors_is_made_again(
 
 def read_anew(text: str) -> float:
     """A length as a new process reads it, which knows no factors but those on disk."""
-    factor.cache_clear()
     factors._factors.cache_clear()
     return LENGTH.read(text)
 

@@ -38,7 +38,7 @@ from hydrosim.integrate.exponential import extended
 from hydrosim.linear import equilibrium as places
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import equilibrium
-from hydrosim.linear.freedom import Freedom
+from hydrosim.linear.freedom import freedom_of
 from hydrosim.linear.impedance import impedance, largest_change
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
@@ -538,9 +538,11 @@ def test_what_holds_more_once_it_has_moved_is_refused() -> None:
 
 def test_rows_that_hold_the_same_are_refused() -> None:
     rows = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    linear = Linear(np.eye(6), np.arange(6), np.arange(3), np.eye(3), rows, np.zeros((2, 6)))
+    linear = Linear(
+        np.eye(6), np.arange(6), np.arange(3), freedom_of(rows, np.eye(3)), np.zeros((2, 6))
+    )
     assert linear.freedom.basis.shape == (3, 2)
-    assert not Freedom(rows[:1], np.eye(3)).has_dependent_rows
+    assert not freedom_of(rows[:1], np.eye(3)).has_dependent_rows
     with pytest.raises(InputError, match="rigid friction or joints hold directions"):
         linear.dynamic_stiffness(1.0)
 

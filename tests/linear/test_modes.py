@@ -13,6 +13,7 @@ from markers import few
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring, Spring
+from hydrosim.linear.freedom import freedom_of
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene
@@ -107,7 +108,7 @@ def random_linear(seed: int, n: int, others: int) -> Linear:
     A[n : 2 * n, 2 * n :] = -0.1 * np.linalg.solve(M, felt)
     A[2 * n :, n : 2 * n] = 0.1 * driven
     A[2 * n :, 2 * n :] = np.triu(random((others, others))) * 0.2 - np.eye(others)
-    return Linear(A, np.arange(len(A)), np.arange(n), M)
+    return Linear(A, np.arange(len(A)), np.arange(n), freedom_of(np.zeros((0, n)), M))
 
 
 @pytest.mark.parametrize("defective", [False, True])

@@ -24,7 +24,7 @@ def memory(tmp_path, monkeypatch) -> Retardation:
     K[:, 2, 2] = kernel(TIME)[:, 0, 0]
     K[:, 3, 3] = 2.0 * K[:, 2, 2]
     report = KernelReport(0.0, 0.0, 0.0, 0.0, np.zeros((6, 6)))
-    return Retardation(TIME, lambda: K, np.zeros((6, 6)), report)
+    return Retardation(TIME, K, np.zeros((6, 6)), report)
 
 
 def same(one, other) -> bool:

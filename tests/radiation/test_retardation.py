@@ -198,10 +198,8 @@ def test_what_is_kept_of_a_database_is_the_same_and_spares_the_kernel(tmp_path, 
         np.testing.assert_array_equal(one.time, plain.time)
         assert str(one.report) == str(plain.report)
         np.testing.assert_array_equal(one.report.tail_exponent, plain.report.tail_exponent)
+        np.testing.assert_array_equal(one.kernel, plain.kernel)
     assert not asked
-    np.testing.assert_array_equal(cached.kernel, plain.kernel)
-    assert cached.kernel is cached.kernel
-    assert len(asked) == 1
     for other in ({"checksum": "b"}, {"length": 30.0}, {"step": 0.2}):
         retardation(w, A, B, **{"length": 40.0, "checksum": "a", **other})
-    assert len(asked) == 4
+    assert len(asked) == 3

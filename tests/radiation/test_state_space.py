@@ -21,7 +21,7 @@ NO_REPORT = KernelReport(0.0, 0.0, 0.0, 0.0, np.zeros((0, 0)))
 
 
 def memory_of(K: np.ndarray, time: np.ndarray) -> Retardation:
-    return Retardation(time, lambda: K, np.zeros(K.shape[1:]), NO_REPORT)
+    return Retardation(time, K, np.zeros(K.shape[1:]), NO_REPORT)
 
 
 def coupled_kernel(time: np.ndarray) -> np.ndarray:

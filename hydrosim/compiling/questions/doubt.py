@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydrosim.rigid.kinematics import Motion, place_bodies
@@ -31,12 +30,14 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """A scene as compiled with its ``facts``, and its ``sea`` as drawn."""
+    """A scene as compiled with its ``facts``, its ``sea`` as drawn, and the ``motion`` of all
+    bodies at the start."""
 
     scene: Scene
     facts: Facts
     state: State
     sea: tuple[Components, ...]
+    motion: Motion
 
     def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """Wet bodies that may move: index, body, database."""
@@ -49,14 +50,14 @@ class About:
         """Its constants."""
         return self.facts.model
 
-    @cached_property
+    @property
     def index(self) -> dict[str, int]:
         """The numbers of the bodies, by their names."""
         return {body.name: i for i, body in enumerate(self.scene.bodies)}
 
-    @cached_property
-    def motion(self) -> Motion:
-        """Where all bodies are at the start."""
-        n, motion, y = self.model.bodies.active.size, new_work(self.model).motion, self.state.y
-        place_bodies(y[:n], y[n : 2 * n], self.model.bodies, motion)
-        return motion
+
+def describe_start(scene: Scene, facts: Facts, state: State, sea: Sequence[Components]) -> About:
+    """What questions are asked about, of a scene in its ``sea`` and the ``state`` of its start."""
+    n, motion, y = facts.model.bodies.active.size, new_work(facts.model).motion, state.y
+    place_bodies(y[:n], y[n : 2 * n], facts.model.bodies, motion)
+    return About(scene, facts, state, tuple(sea), motion)

@@ -24,6 +24,7 @@ from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
 from hydrosim.dofs import DOFS
+from hydrosim.program import digest_of_sources
 
 Progress = Callable[[int, int], None]  # told how many frequencies are done, and of how many
 Point = tuple[float, float, float]
@@ -176,13 +177,12 @@ def solution_key(hull: Hull, water: Water, frequency: float, headings: Real) -> 
     """Hash of all that `solve` and `limit_added_mass` depend on, the program included."""
     shape = hull.panels, hull.lid, hull.symmetric, np.array(hull.centres), hull.direct
     numbers = water.density, water.gravity, water.depth, frequency, headings, DIRECTIONS
-    return key_of(cpt.__version__, *_sources(), *shape, np.array(hull.owner), *numbers)
+    return key_of(cpt.__version__, _sources(), *shape, np.array(hull.owner), *numbers)
 
 
-@cache
-def _sources() -> tuple[bytes, ...]:
+def _sources() -> str:
     """The program's own part in a solution."""
-    return Path(__file__).read_bytes(), Path(green.__file__).read_bytes()
+    return digest_of_sources(Path(__file__).parent, "bem.py", "green.py")
 
 
 def _given(hull: Hull, water: Water, frequency: float) -> dict[str, Any]:

@@ -8,7 +8,6 @@ time factor exp(+i w t) and are per unit wave amplitude.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +21,7 @@ from hydrosim.database.build.bem import Hull, Progress, loads_of, solution_key, 
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
+from hydrosim.program import digest_of_sources
 
 ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
 
@@ -163,14 +163,10 @@ def displacement(motion: Complex, arm: Real) -> Complex:
 
 def _stored(hull: Hull, floating: Floating, water: Water, frequency: float, headings: Real) -> Flow:
     solved = solution_key(hull, water, frequency, headings)
-    key = key_of(solved, _source(), floating.inertia, floating.stiffness)
+    own = digest_of_sources(Path(__file__).parent, "near_field.py")
+    key = key_of(solved, own, floating.inertia, floating.stiffness)
     arrays = remembered(key, lambda: first_order(hull.body, floating, water, frequency, headings))
     return Flow(frequency, *arrays[1:])
-
-
-@cache
-def _source() -> bytes:
-    return Path(__file__).read_bytes()
 
 
 def _response(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from hydrosim.outputs import program_version
+from hydrosim.program import program_version
 from hydrosim.results.export.table import Column, Table, identifiers
 
 LONGEST = 250  # a name of a variable

@@ -121,7 +121,7 @@ def simulate_many(
         ended, journal = False, begun(result, resume, known_as)
         try:
             file_at(here / f"{KNOWN}.partial").close()
-            (here / f"{KNOWN}.partial").replace(here / KNOWN)
+            journal.take_known(here / f"{KNOWN}.partial")
             path = write(here / RESULT, journal)
             ended = is_whole(path)
             place = result.settled() if ended or not is_whole(result.path) else result.aside()

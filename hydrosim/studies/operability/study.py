@@ -13,8 +13,7 @@ import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
-from hydrosim.outputs import program_version
-from hydrosim.results.netcdf import versions
+from hydrosim.program import program_version, versions
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral

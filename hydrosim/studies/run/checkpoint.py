@@ -12,7 +12,6 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from difflib import unified_diff
-from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -21,8 +20,8 @@ import numpy as np
 from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.leftovers import is_marked
-from hydrosim.outputs import Output, program_version
-from hydrosim.results.netcdf import versions
+from hydrosim.outputs import Output
+from hydrosim.program import program_version, versions
 from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
 from hydrosim.studies.run.digest import digest
 
@@ -115,7 +114,7 @@ class Keeper:
     def _write(self) -> None:
         output = self._kept.output
         mark = np.frombuffer(output.mark.encode(), dtype=np.uint8)
-        texts = json.dumps({**self._identity, "wall_time": self.wall_time})
+        texts = json.dumps({**self._identity(), "wall_time": self.wall_time})
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
         with output.written() as path, path.open("wb") as file:
@@ -133,7 +132,6 @@ class Keeper:
             array[...] = kept
         return float(texts["wall_time"])
 
-    @cached_property
     def _identity(self) -> dict[str, str]:
         """What must be the same, by what it is called in a message."""
         compiled, run = self._compiled, self._run
@@ -148,7 +146,7 @@ class Keeper:
         }
 
     def _check(self, stored: dict[str, str]) -> None:
-        here = self._identity
+        here = self._identity()
         other = [name for name in here if name != CASE and stored.get(name) != here[name]]
         if not other:
             return

@@ -18,9 +18,9 @@ from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
 from hydrosim.linear.propagate import propagate
-from hydrosim.outputs import program_version
+from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn
-from hydrosim.results.netcdf import FORMAT, LATEST, versions
+from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset, unpack
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names

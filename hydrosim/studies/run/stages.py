@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output, program_version
+from hydrosim.outputs import Output
+from hydrosim.program import program_version
 from hydrosim.results.netcdf import write
 from hydrosim.studies.run.checkpoint import checkpoint_of
 

@@ -76,7 +76,7 @@ def _curve(spectrum: scene.Density) -> _Curve:
         case scene.Jonswap(height, period, enhancement):
             return Peaks((Peak(height, period, enhancement=enhancement),))
         case scene.Tma():
-            return TmaShape(spectrum)
+            return TmaShape(spectrum).scaled()
         case scene.OchiHubble(peaks):
             return Peaks(
                 tuple(Peak(p.significant_height, p.peak_period, 4 * p.shape + 1) for p in peaks)

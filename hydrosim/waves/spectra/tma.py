@@ -10,8 +10,7 @@ that is w^2 h / 2g in shallow water and 1 in deep water.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -36,9 +35,10 @@ def kitaigorodskii(omega: np.ndarray, depth: float, gravity: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class TmaShape:
-    """The spectrum over frequency, scaled to its significant height by quadrature."""
+    """The ``spectrum`` over frequency; ``scale`` [m^2] brings it to its significant height."""
 
     spectrum: Tma
+    scale: float = 1.0
 
     @property
     def width(self) -> float:
@@ -49,22 +49,23 @@ class TmaShape:
         """Density [m^2 s/rad] at ``omega`` [rad/s]; zero at omega <= 0."""
         wet = np.asarray(omega) > 0.0
         u = np.where(wet, omega, self.width) / self.width
-        return np.where(wet, self._scale / self.width * self._shape(u), 0.0)
+        return np.where(wet, self.scale / self.width * self._shape(u), 0.0)
 
     def above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
-        return self._scale * self._shape_energy(omega / self.width)
+        return self.scale * self._energy(omega / self.width)
 
-    @cached_property
-    def _scale(self) -> float:
-        return self.spectrum.significant_height**2 / (16.0 * self._shape_energy(0.0))
+    def scaled(self) -> TmaShape:
+        """The same with its scale, by quadrature."""
+        height = self.spectrum.significant_height
+        return replace(self, scale=height**2 / (16.0 * self._energy(0.0)))
 
     def _shape(self, u: np.ndarray) -> np.ndarray:
         s = self.spectrum
         limited = kitaigorodskii(u * self.width, s.water_depth, s.gravity)
         return shape(u, 5.0) * s.peak_enhancement ** peakedness(u) * limited
 
-    def _shape_energy(self, low: float) -> float:
+    def _energy(self, low: float) -> float:
         """Integral from ``low`` on, over x = u^-4, in which the tail is finite and smooth."""
         from scipy.integrate import quad  # slow to load, and few seas are of this kind
 
