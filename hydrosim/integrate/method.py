@@ -1,6 +1,7 @@
 """A method of time integration, and what it answers about itself.
 
-Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`.
+Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`. A method that is
+more than its tableau, as an exponential one, is a subclass with its own answers.
 """
 
 from __future__ import annotations
@@ -10,6 +11,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from hydrosim.integrate.implicit import Filters, Newton, new_newton
+from hydrosim.integrate.runge_kutta import IMPLICIT
 
 if TYPE_CHECKING:
     from hydrosim.integrate.runge_kutta import Tableau
@@ -44,6 +48,14 @@ class Method:
         z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
         numerator, denominator = self._stability
         return np.asarray(np.polyval(numerator[::-1], z) / np.polyval(denominator[::-1], z))
+
+    def new_newton(self, states: np.ndarray, filters: Filters, size: int) -> Newton:
+        """Scratch for its steps: of ``size`` states, ``states`` (m,) act on others, among them the
+        ``filters``."""
+        if self.tableau.code != IMPLICIT:
+            return new_newton(np.zeros(0, dtype=np.int64), size)
+        together = np.setdiff1d(states, np.concatenate([filters.one, filters.other]))
+        return new_newton(together, size, filters)
 
     @cached_property
     def _stability(self) -> tuple[np.ndarray, np.ndarray]:
