@@ -32,8 +32,9 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
 
 
 @kernel
-def observe(t, y, modes, motion, bodies, elements, reactions, out):
-    """What is recorded of elements besides their forces, into ``out``, flat: see `observed`."""
+def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
+    """What is recorded of elements besides their forces, which are in ``wrench`` (rows, 6 nb), into
+    ``out``, flat: see `observed`."""
     fenders, springs = elements.fenders, elements.springs
     fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
     behind = fenders.points.size * fender.OBSERVED

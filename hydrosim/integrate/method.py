@@ -1,6 +1,7 @@
 """A method of time integration, and what it answers about itself.
 
-Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`.
+Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`. A method that is
+more than its tableau, as an exponential one, is a subclass with its own answers.
 """
 
 from __future__ import annotations
@@ -9,6 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from hydrosim.integrate.implicit import Filters, Newton, new_newton
+from hydrosim.integrate.runge_kutta import IMPLICIT
 
 if TYPE_CHECKING:
     from hydrosim.integrate.runge_kutta import Tableau
@@ -46,6 +50,14 @@ class Method:
         z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
         above = np.polyval(self.numerator[::-1], z)
         return np.asarray(above / np.polyval(self.denominator[::-1], z))
+
+    def new_newton(self, states: np.ndarray, filters: Filters, size: int) -> Newton:
+        """Scratch for its steps: of ``size`` states, ``states`` (m,) act on others, among them the
+        ``filters``."""
+        if self.tableau.code != IMPLICIT:
+            return new_newton(np.zeros(0, dtype=np.int64), size)
+        together = np.setdiff1d(states, np.concatenate([filters.one, filters.other]))
+        return new_newton(together, size, filters)
 
 
 def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:

@@ -24,11 +24,15 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel
 
+EXPLICIT, IMPLICIT = range(2)
+"""Of `Tableau.code`: how the stages are found."""
+
 
 class Tableau(NamedTuple):
     """Butcher tableau: ``a`` (s, s) lower triangular with a_11 = 0, ``b``, ``c`` (s,).
 
-    ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any.
+    ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any. The
+    ``code`` tells `hydrosim.stepping.stepper` how to find the stages.
     """
 
     a: np.ndarray
@@ -36,6 +40,7 @@ class Tableau(NamedTuple):
     c: np.ndarray
     error: np.ndarray
     order: int
+    code: int
 
 
 def tableau(
@@ -47,7 +52,8 @@ def tableau(
         matrix[i, : len(row)] = row
     weights = np.array(b)
     error = weights - (weights if embedded is None else np.array(embedded))
-    return Tableau(matrix, weights, matrix.sum(axis=1), error, order)
+    code = IMPLICIT if np.diag(matrix).any() else EXPLICIT
+    return Tableau(matrix, weights, matrix.sum(axis=1), error, order, code)
 
 
 @kernel

@@ -77,8 +77,10 @@ def to_dataset(
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     data.update(_draughts(model, values["y"]))
     modes = record.modes[:count]
-    for kind, p in kinds_of(model):
-        data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
+    for kind in KINDS:
+        p = kind.of(model)
+        if kind.modes(p).size or (kind.unit in values and values[kind.unit].size):
+            data.update(kind.record(p, model.bodies.each, _kept(kind, p, model, values, modes)))
     data.update(_phases(scene, time, data))
     data.update(impulses.recorded(scene, model, values))
     data.update(_probes(scene, sea, time))

@@ -181,6 +181,13 @@ def point_velocity(b, arm, motion):
 
 
 @kernel
+def point_bias(b, arm, motion):
+    """Acceleration S' q' x arm + omega x (omega x arm) of a body's point."""
+    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
+    return add(cross(bias, arm), cross(omega, cross(omega, arm)))
+
+
+@kernel
 def add_wrench(b, force, moment, wrench):
     """Add a force and a moment about the centre of gravity of body ``b`` to ``wrench`` (6 nb,)."""
     for i in range(3):

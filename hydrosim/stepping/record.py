@@ -66,7 +66,7 @@ def keep(t, run):
     for r in range(model.rows):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements, reactions, observed = model.elements, work.holds.reaction, row[at.observed :]
-    events.observe(t, y, modes, motion, model.bodies, elements, reactions, observed)
+    events.observe(t, y, modes, motion, model.bodies, elements, reactions, work.wrench, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
     row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.integrate import Control, Newton, Tableau, new_newton
+from hydrosim.integrate import Control, Method, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
@@ -124,31 +124,26 @@ class Run(NamedTuple):
     counters: np.ndarray
 
 
-def new_scratch(model: Model, method: Tableau, step: float) -> Scratch:
+def new_scratch(model: Model, method: Method, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
     ny, rows = model.size, len(new_modes(model))
-    implicit = bool(np.diag(method.a).any())
-    newton = new_newton(np.zeros(0, dtype=np.int64), ny)
-    if implicit:
-        filters, states = radiation_filters(model), dynamic_states(model)
-        together = np.setdiff1d(states, np.concatenate([filters.one, filters.other]))
-        newton = new_newton(together, ny, filters)
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[EVERY] = 1
     return Scratch(
-        np.zeros((method.b.size, ny)),
+        np.zeros((method.tableau.b.size, ny)),
         np.zeros((5, ny)),
         np.zeros((6, MARGINS * rows)),
         watched,
         np.array([step, 1.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
         np.zeros((events.held_points(model.elements), 2)),
-        newton,
+        method.new_newton(dynamic_states(model), radiation_filters(model), ny),
     )
 
 
-def new_run(clock: Clock, model: Model, method: Tableau, state: State, record: Record) -> Run:
+def new_run(clock: Clock, model: Model, method: Method, state: State, record: Record) -> Run:
     """A run that begins with ``state``, which it carries on, into ``record``."""
     scratch = new_scratch(model, method, clock.solver_step)
     counters = np.zeros(COUNTERS, dtype=np.int64)
-    return Run(clock, model, method, state, new_work(model), scratch, record, counters)
+    work = new_work(model)
+    return Run(clock, model, method.tableau, state, work, scratch, record, counters)

@@ -154,7 +154,7 @@ def started(compiled: Compiled) -> Run:
     """A run that has not begun."""
     clock = compile_clock(compiled)
     state = compiled.first_state()
-    return new_run(clock, compiled.model, RK4.tableau, state, new_record(compiled.model, clock))
+    return new_run(clock, compiled.model, RK4, state, new_record(compiled.model, clock))
 
 
 def rising(**changes: Any) -> Scene:

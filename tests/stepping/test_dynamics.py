@@ -122,6 +122,6 @@ def test_the_implicit_method_solves_for_radiation_pole_by_pole(figure: Figure) -
     figure("esdirk4 beside dopri5, over the range", apart)
     assert apart < 1e-4
     model = hs.compile_scene(scene).model
-    newton = new_scratch(model, ESDIRK4.tableau, 0.1).newton
+    newton = new_scratch(model, ESDIRK4, 0.1).newton
     assert newton.states.size == 2 * model.bodies.active.size
     assert 2 * newton.filters.one.size > newton.states.size

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import kernel
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.kinematics import add_wrench, attachment, point_bias, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 
 EARTH = -1
@@ -77,7 +77,7 @@ def tangential_bias(point, contact, bodies, motion):
     """u1'' (2,) of a point when all q'' are zero: what rotations and their rates' map leave."""
     if not bodies.exact:
         return (0.0, 0.0)
-    a = _point_bias(point.body, contact.arm, motion)
+    a = point_bias(point.body, contact.arm, motion)
     w, turn = point_velocity(point.body, contact.arm, motion), (0.0, 0.0, 0.0)
     if point.plane_body != EARTH:
         turn = vector(motion.velocity, 6 * point.plane_body + 3)
@@ -86,13 +86,6 @@ def tangential_bias(point, contact, bodies, motion):
         w = sub(w, point_velocity(point.plane_body, contact.plane_arm, motion))
     t1, t2 = contact.tangent1, contact.tangent2
     return (dot(t1, a) + dot(cross(turn, t1), w), dot(t2, a) + dot(cross(turn, t2), w))
-
-
-@kernel
-def _point_bias(b, arm, motion):
-    """Acceleration S' q' x arm + omega x (omega x arm) of a body's point."""
-    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
-    return add(cross(bias, arm), cross(omega, cross(omega, arm)))
 
 
 @kernel

@@ -132,7 +132,7 @@ def run_compiled(
     """`simulate` for a scene that is compiled and whose step limits are known."""
     scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
     record = new_record(model, clock, scene.output_accelerations)
-    run = new_run(clock, model, compiled.method.tableau, compiled.first_state(), record)
+    run = new_run(clock, model, compiled.method, compiled.first_state(), record)
     counters = run.counters
     exact = compiled.facts.exact  # in no time: it is not kept
     keeper = Keeper(kept, compiled, run) if kept and not exact else None

@@ -116,7 +116,7 @@ def _said(solver: Solver) -> str:
 def _twin(run: Run, finer: Compiled, ranges: np.ndarray) -> Run:
     """A run with finer steps, of as many evaluations as are worth it."""
     clock, model = compile_clock(finer), finer.model
-    twin = new_run(clock, model, run.method, finer.first_state(), new_record(model, clock))
+    twin = new_run(clock, model, finer.method, finer.first_state(), new_record(model, clock))
     counters, allowed, held = twin.counters, FIRST, Held(twin)
     while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
         advance(AT_ONCE, held)

@@ -139,6 +139,6 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
 
 
 def _new(compiled: Compiled) -> Run:
-    clock, method = compile_clock(compiled), compiled.method.tableau
+    clock, method = compile_clock(compiled), compiled.method
     record = new_record(compiled.model, clock)
     return new_run(clock, compiled.model, method, compiled.first_state(), record)
