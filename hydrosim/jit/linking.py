@@ -16,7 +16,6 @@ import copy
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from llvmlite import binding
@@ -112,7 +111,6 @@ class _Flags(compiler.Flags):
         return self
 
 
-@cache
 def _part_flags(fastmath: frozenset[str]) -> Any:
     """Options of parts: they are not compiled to the end."""
     flags: Any = _Flags()
@@ -141,6 +139,8 @@ class Part(_Kernel):
     """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
     machine code with its own parts."""
 
+    flags = _part_flags(frozenset())
+
     def __init__(self, function: Any, keep: Keep) -> None:
         super().__init__(function, keep)
         self._parts: dict[Any, Any] = {}
@@ -159,7 +159,7 @@ class Part(_Kernel):
         context: Any = self.targetctx
         code = _PartCode(context.codegen(), self.py_func.__qualname__)
         result = compiler.compile_extra(
-            self.typingctx, context, self.py_func, args, None, _part_flags(self.fastmath), {}, code
+            self.typingctx, context, self.py_func, args, None, self.flags, {}, code
         )
         context.insert_user_function(result.fndesc, result.fndesc, [code])
         return result
@@ -169,6 +169,7 @@ class Summing(Part):
     """A part whose sums may be taken in any order."""
 
     fastmath = frozenset({"reassoc", "contract"})
+    flags = _part_flags(fastmath)
 
 
 class Whole(_Kernel):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 SMOOTHED = 4  # neighbours in the spectrum
@@ -71,7 +69,6 @@ def slow_parts(series: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(np.sqrt(2.0) * sums @ _cosines(count, bins).T / series.shape[-1])
 
 
-@lru_cache(maxsize=8)
 def _cosines(count: int, bins: int) -> np.ndarray:
     return np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
 

@@ -9,7 +9,6 @@ p(u) = exp(-(u - 1)^2 / (2 s^2)), s = 0.07 below and 0.09 above the peak.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -85,7 +84,6 @@ def peakedness(u: np.ndarray) -> np.ndarray:
     return np.exp(-0.5 * ((u - 1.0) / side) ** 2)
 
 
-@lru_cache
 def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
     """Integral of the enhanced shape from ``low`` on: an incomplete gamma function, and what the
     enhancement adds, by quadrature."""
