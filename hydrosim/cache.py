@@ -27,7 +27,8 @@ DIGEST = hashlib.sha256
 def cache_root() -> Path:
     """``HYDROSIM_CACHE_DIR``, or a folder in the user's cache; one of this process alone, with a
     warning, where that is not safe or cannot be written."""
-    chosen, base = os.environ.get("HYDROSIM_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
+    chosen = os.environ.get("HYDROSIM_CACHE_DIR")
+    base = os.environ.get("XDG_CACHE_HOME")
     return _usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
 
 

@@ -14,7 +14,8 @@ SMALL = 1e-6
 
 def about_z(heading: float) -> np.ndarray:
     """Rz(heading), (3, 3): turns translations, or rotations, by heading axes into the earth's."""
-    c, s = np.cos(heading), np.sin(heading)
+    c = np.cos(heading)
+    s = np.sin(heading)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 

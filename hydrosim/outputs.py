@@ -85,7 +85,8 @@ class Output:
 
     def checked(self) -> Output:
         """Itself; raises InputError if it cannot be written or must not be replaced."""
-        path, folder = self.path, self.path.parent
+        path = self.path
+        folder = self.path.parent
         if (size := len(os.fsencode(path.name))) > LONGEST:
             self._refuse(f"{path} has a name of {size} bytes; expected {LONGEST} or fewer")
         if not os.path.isdir(folder):  # Path.is_dir raises where a name is too long
@@ -192,7 +193,8 @@ class Output:
         """Give a complete file its name. An earlier one of other settings is kept, and that is
         said."""
         if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
-            stem, suffix = self.path.stem, self.path.suffix
+            stem = self.path.stem
+            suffix = self.path.suffix
             names = (self.path.with_name(f"{stem}.{k}{suffix}") for k in count(1))
             spare = next(name for name in names if not os.path.lexists(name))
             self.path.rename(spare)
@@ -248,7 +250,8 @@ def _differences(before: str, now: str) -> str:
     """In which settings two files differ, in words; nothing if one of them is not known."""
     if not before or not now or before == now:
         return ""
-    one, other = json.loads(before), json.loads(now)
+    one = json.loads(before)
+    other = json.loads(now)
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
     told = [f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:SHOWN]]
     more = [f"and {len(keys) - SHOWN} more"] if len(keys) > SHOWN else []

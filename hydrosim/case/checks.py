@@ -91,7 +91,8 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
         text = f"found no environment; expected one, because {wet[0]} has hydrodynamics"
         yield Problem((), f'{text}; add "environment: {{water_depth: infinite}}"')
     begin = case.begins.time or 0.0 if case.begins else 0.0
-    end, what = begin + case.duration, "the end of the run" if begin else "the duration"
+    end = begin + case.duration
+    what = "the end of the run" if begin else "the duration"
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
         if isinstance(waves, Irregular) and waves.repeat_period < end:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"

@@ -38,7 +38,8 @@ def _columns(source: Source, table: Table) -> Iterator[tuple[str, np.ndarray]]:
         found = ", ".join(table.names) or "no names of columns"
         source.wrong(f"found {found}; expected the columns {EXPECTED}, each once")
     for k, name in enumerate(names):
-        unit, values = unit_of_column(table, k), table.rows[:, k]
+        unit = unit_of_column(table, k)
+        values = table.rows[:, k]
         if name in ANGLES and unit is None and np.abs(values).max() > 2.0 * np.pi:
             source.wrong(
                 f"found a {name} of {np.abs(values).max():g} and no unit: degrees or radians? Name"

@@ -47,7 +47,8 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
 
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
-    scale, found = form.factor, f"found a column in {series.unit}"
+    scale = form.factor
+    found = f"found a column in {series.unit}"
     if scale is None:
         if series.unit not in (unit, None):
             source.wrong(f'{found}; expected {unit}; give a factor, such as "98100 kN/m"')

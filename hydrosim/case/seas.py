@@ -92,5 +92,6 @@ def _given(train: waves.Components, where: Where) -> scene.GivenComponents:
         each = given
     omega = [c.frequency or 2.0 * np.pi / (c.period or np.nan) for c in each]
     heading = [train.heading if c.heading is None else c.heading for c in each]
-    amplitude, phase = [c.amplitude for c in each], [c.phase for c in each]
+    amplitude = [c.amplitude for c in each]
+    phase = [c.phase for c in each]
     return scene.GivenComponents(*map(np.array, (omega, amplitude, phase, heading)))

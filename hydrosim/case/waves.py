@@ -109,7 +109,8 @@ class WhiteNoise(Spread):
 
     @model_validator(mode="after")
     def _check_band(self) -> Self:
-        low, high = self.lowest_frequency, self.highest_frequency
+        low = self.lowest_frequency
+        high = self.highest_frequency
         if low >= high:
             raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
         return self

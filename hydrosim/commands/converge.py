@@ -39,11 +39,16 @@ def converge(
     from hydrosim.studies.run.converge import to_dataset
 
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
-    all_steps, all_tolerances = numbers(steps, "--steps"), numbers(tolerances, "--tolerances")
-    case, name = load_case(case_file, settings), f"{case_file.stem}_converge"
+    all_steps = numbers(steps, "--steps")
+    all_tolerances = numbers(tolerances, "--tolerances")
+    case = load_case(case_file, settings)
+    name = f"{case_file.stem}_converge"
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
     made = placed(
-        *(output, name, "convergence", case_file),
+        output,
+        name,
+        "convergence",
+        case_file,
         inputs=case.inputs(),
         overwrite=overwrite,
         settings=case.settings(asked),

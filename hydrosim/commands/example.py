@@ -56,7 +56,8 @@ def _home() -> Path:
 
 def _files(home: Path, folder: Path) -> list[Path]:
     """The case files of a folder, its studies, and all files that any of them names."""
-    waiting, found = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")], set[Path]()
+    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
+    found = set[Path]()
     while waiting:
         path = waiting.pop().resolve()
         if path in found or not path.is_file():

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 err = progress_console()
 TURNS = ("roll", "pitch", "yaw")
 ROUNDING = 1e-10  # m, deg, s: it is zero
-SHOWN, LITTLE = 3, 0.05  # coordinates of a mode that are told; shares of energy that are not
+# coordinates of a mode that are told; shares of energy that are not
+SHOWN = 3
+LITTLE = 0.05
 
 
 def linear(
@@ -70,7 +72,8 @@ def linear(
     from hydrosim.results.netcdf import write
     from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
 
-    case, name = load_case(case_file, settings), f"{case_file.stem}_linear"
+    case = load_case(case_file, settings)
+    name = f"{case_file.stem}_linear"
     asked = {
         "--time": time,
         "--headings": headings,
@@ -79,7 +82,10 @@ def linear(
         "--contacts": contacts,
     }
     made = placed(
-        *(output, name, "linear", case_file),
+        output,
+        name,
+        "linear",
+        case_file,
         inputs=case.inputs(),
         overwrite=overwrite,
         settings=case.settings(asked),
@@ -144,7 +150,8 @@ def _modes(found: xr.Dataset) -> Table:
 
 def _decay(at: xr.Dataset) -> list[str]:
     """Periods and damping of a mode, or what it is instead."""
-    kind, natural = str(at.mode_kind.values), float(at.natural_period)
+    kind = str(at.mode_kind.values)
+    natural = float(at.natural_period)
     if kind == "free":
         return ["free", "", ""]
     period = f"{natural:.3f}" if isfinite(natural) else "none"
@@ -187,7 +194,8 @@ def _raos(at: xr.Dataset) -> Table:
 
 def _harmonic(at: xr.Dataset, name: str, turns: bool) -> str:
     """Amplitude and phase lead in degrees; no phase of what does not move."""
-    size, phase = float(at[f"{name}_amplitude"]), float(at[f"{name}_phase"])
+    size = float(at[f"{name}_amplitude"])
+    phase = float(at[f"{name}_phase"])
     return f"{degrees(size) if turns else size:.4g}, {degrees(phase):.0f}" if size else "0"
 
 

@@ -44,7 +44,10 @@ def operability(
         study = load_limits(study_file)
     name = f"{study_file.stem}_operability"
     result = placed(
-        *(output, name, "limits", study_file),
+        output,
+        name,
+        "limits",
+        study_file,
         inputs=study.inputs,
         overwrite=overwrite,
         settings=study.settings,
@@ -92,12 +95,14 @@ def _lines(study: Limits, found: xr.Dataset) -> Iterator[str]:
     yield from found.attrs["criteria"].splitlines()
     share = found.attrs["probability"]
     if found.attrs["runs"]:
-        of, runs = found.attrs["runs_of_all"], found.attrs["runs"]
+        of = found.attrs["runs_of_all"]
+        runs = found.attrs["runs"]
         yield (
             f"limits with {share:.3g} of the seas, {found.attrs['method']}: {runs} runs of"
             f" {found.attrs['seeds']} seeds, {runs / of:.0%} of those of a whole grid"
         )
-        guessed, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
+        guessed = int(found.inferred.sum())
+        wrong = int(found.otherwise.sum())
         yield f"of {guessed} runs at limits that were inferred from other heights, {wrong} differ"
     else:
         yield f"limits with a probability of {share:.3g}, {found.attrs['method']}"
@@ -121,7 +126,8 @@ def _curve(found: xr.Dataset) -> Iterator[str]:
 
 def _limit(at: xr.Dataset) -> str:
     limit, low, high = (float(at[name]) for name in ("limit", "low", "high"))
-    lowest, highest = at.attrs["lowest"], at.attrs["highest"]
+    lowest = at.attrs["lowest"]
+    highest = at.attrs["highest"]
     side = _side(limit, at)
     if side == "below":
         return f"no limit in the range: {lowest:g} m is too high already"

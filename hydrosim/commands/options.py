@@ -127,7 +127,8 @@ def names_in(text: str) -> list[str]:
 def window_of(start: str, end: str) -> tuple[float, float]:
     """The time [s] from `From` to `To`, each of which may be left out; InputError where it ends
     before it begins."""
-    begin, close = seconds("--from", start, -inf), seconds("--to", end, inf)
+    begin = seconds("--from", start, -inf)
+    close = seconds("--to", end, inf)
     if begin > close:
         raise InputError(f"--to: found {close:g} s; expected a time after --from, {begin:g} s.")
     return begin, close

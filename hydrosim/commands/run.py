@@ -46,7 +46,10 @@ def run(
 
     case = load_case(case_file, settings)
     result = placed(
-        *(output, case_file.stem, "run", case_file),
+        output,
+        case_file.stem,
+        "run",
+        case_file,
         inputs=case.inputs(),
         overwrite=overwrite,
         settings=case.settings(),
@@ -83,7 +86,8 @@ def _require_room(case: Case, path: Path) -> None:
 
     from hydrosim.compiling import sizes
 
-    size, free = sizes.result(case.scene()), disk_usage(path.parent).free
+    size = sizes.result(case.scene())
+    free = disk_usage(path.parent).free
     if size > free:
         found = f"about {sizes.shown(size)}, and {sizes.shown(free)} are free"
         raise InputError(f"--output: the result is {found}; record less often (output.step).")

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from hydrosim.studies.study_file import Enough
     from hydrosim.studies.sweep.study import Study
 
-LOOKED_AT, ENOUGH = 10.0, 100  # s and runs, after which the time of all is told
+# s and runs, after which the time of all is told
+LOOKED_AT = 10.0
+ENOUGH = 100
 MUCH = 60.0  # s: if it is more than that
 LOCAL = "local"
 SHOWN = 5  # failures, and combinations of parameters, that are told
@@ -61,7 +63,10 @@ def sweep(
     for line in out_of_reach(study.scenes):
         say(f"warning   {line}")
     result = placed(
-        *(output, study_file.stem, "sweep", study_file),
+        output,
+        study_file.stem,
+        "sweep",
+        study_file,
         inputs=study.inputs,
         overwrite=overwrite,
         settings=study.settings,
@@ -170,16 +175,19 @@ class _Pace:
 
     def __init__(self) -> None:
         self.first: tuple[int, float] | None = None
-        self.done, self.each = 0, nan
+        self.done = 0
+        self.each = nan
 
     def known(self, done: int) -> bool:
         """Whether it is known now, the first time."""
         now = perf_counter()
         self.first = self.first or (done, now)
-        count, took = done - self.first[0], now - self.first[1]
+        count = done - self.first[0]
+        took = now - self.first[1]
         if self.done or took < LOOKED_AT or (count < ENOUGH and took < MUCH):
             return False
-        self.done, self.each = done, took / count
+        self.done = done
+        self.each = took / count
         return True
 
 

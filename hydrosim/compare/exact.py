@@ -40,7 +40,8 @@ def read_result(path: Path) -> xr.Dataset:
 def _variables(one: xr.Dataset, other: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
     for name in sorted({*map(str, one.variables), *map(str, other.variables)} - {*left_out}):
         if name in one.variables and name in other.variables:
-            here, there = one.variables[name], other.variables[name]
+            here = one.variables[name]
+            there = other.variables[name]
             yield from _values(name, here, there)
             yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
@@ -51,7 +52,8 @@ def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
     if dict(one.sizes) != dict(other.sizes) or one.dims != other.dims:
         yield f"{name}: {_sizes(one)} and {_sizes(other)}"
         return
-    a, b = _comparable(one.values), _comparable(other.values)
+    a = _comparable(one.values)
+    b = _comparable(other.values)
     if a.dtype != b.dtype:
         yield f"{name}: of type {a.dtype} and {b.dtype}"
     elif (unequal := _unequal(a, b)).any():

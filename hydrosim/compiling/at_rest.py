@@ -54,7 +54,9 @@ def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
 
 def _nearest(scene: Scene, model: Model, state: State) -> str:
     """Which open contact is nearest, in words, for a body that hovers over it."""
-    fenders, motion, n = model.elements.fenders, new_work(model).motion, model.bodies.active.size
+    fenders = model.elements.fenders
+    motion = new_work(model).motion
+    n = model.bodies.active.size
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
     gaps = {
         name: -touch(point, model.bodies, motion).compression

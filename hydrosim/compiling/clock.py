@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 def compile_clock(compiled: Compiled) -> Clock:
     """The grid of steps, the output times on it, the times that no step may cross, tolerances."""
-    scene, begin = compiled.scene, compiled.begin
+    scene = compiled.scene
+    begin = compiled.begin
     solver = scene.solver
     step = grid_step(scene)
     # a run that starts on the grid of one from 0 keeps to it, so that its steps are the same
@@ -54,7 +55,8 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     would make of them in the long run, stretches of nodes by the force that they make of friction;
     slip distances, headings that stay in a step and energies do not count."""
     tolerance = scene.solver.tolerance
-    n, states = model.bodies.active.size, model.states
+    n = model.bodies.active.size
+    states = model.states
     absolute = np.full(model.size, np.inf)
     place = np.where(model.bodies.active % 6 < 3, tolerance.position, tolerance.angle)
     absolute[:n] = absolute[n : 2 * n] = place

@@ -56,7 +56,8 @@ def parts(wet: Sequence[WetGroup], bodies: int) -> Iterator[tuple[np.ndarray, We
 def constants(scene: Scene, wet: Sequence[WetGroup]) -> blending.Family:
     """The families of a scene as the equation of motion needs them."""
     chosen = [group for group in wet if group.members]
-    members, counts = members_of(wet), [len(group.members) for group in chosen]
+    members = members_of(wet)
+    counts = [len(group.members) for group in chosen]
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
     return blending.Family(
         body=body,
@@ -84,7 +85,8 @@ def _family(
 ) -> WetGroup:
     """The group of a body: its members, and as its database what they are at the start."""
     _check(body, family, scene)
-    rest, members = _rest(body), []
+    rest = _rest(body)
+    members = []
     for member in sorted(family.members, key=lambda member: member.draught):
         x, y, z = body.centre_of_gravity
         alone = replace(
@@ -109,7 +111,8 @@ def _by_states(body: Body) -> Body:
 
 def _check(body: Body, family: Family, scene: Scene) -> None:
     draughts = [member.draught for member in family.members]
-    key, found = f"bodies.{body.name}", ", ".join(f"{d:g}" for d in draughts)
+    key = f"bodies.{body.name}"
+    found = ", ".join(f"{d:g}" for d in draughts)
     if len({*draughts}) < max(len(draughts), 2):
         raise InputError(
             f"{key}.hydrodynamics: found draughts of {found} m; expected two or more, each another."
@@ -139,7 +142,8 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
     has its origin at another place on it."""
     assert body.hydrostatics is not None
     corners = body.hydrostatics.corners + np.array([0.0, 0.0, rest - draught])
-    low, high = corners[..., 2].min(), corners[..., 2].max()
+    low = corners[..., 2].min()
+    high = corners[..., 2].max()
     key = f"bodies.{body.name}.hydrodynamics: {db.source} for a draught of {draught:g} m"
     if not low < 0.0 < high:
         raise InputError(
@@ -153,7 +157,8 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
             f" at this draught, {own.volume:.6g} m^3. Mend the draught, or the hull."
         )
     if db.centre_of_buoyancy is not None:
-        there, here = db.centre_of_buoyancy[0, :2], own.centre_of_buoyancy[:2]
+        there = db.centre_of_buoyancy[0, :2]
+        here = own.centre_of_buoyancy[:2]
         if np.abs(there - here).max() > CENTRE * np.ptp(corners[..., 0]):
             raise InputError(
                 f"{key}: found its centre of buoyancy at x = {there[0]:.4g}, y = {there[1]:.4g} m;"
@@ -183,7 +188,8 @@ def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
     weights = np.zeros(len(draughts))
     k = int(np.clip(np.searchsorted(draughts, draught) - 1, 0, len(draughts) - 2))
     part = np.clip((draught - draughts[k]) / (draughts[k + 1] - draughts[k]), 0.0, 1.0)
-    weights[k], weights[k + 1] = cos(0.5 * pi * part) ** 2, sin(0.5 * pi * part) ** 2
+    weights[k] = cos(0.5 * pi * part) ** 2
+    weights[k + 1] = sin(0.5 * pi * part) ** 2
     return weights
 
 
@@ -193,7 +199,8 @@ def _between(
     """A mixture of databases, at the frequencies and headings of one of them."""
     if weights.max() > 1.0 - 1e-12:
         return grid
-    omega, heading = grid.frequency, grid.heading
+    omega = grid.frequency
+    heading = grid.heading
     waves = np.tile(heading, omega.size), np.repeat(omega, heading.size)
     shape = (omega.size, heading.size, 6)
 

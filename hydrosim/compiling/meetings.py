@@ -48,7 +48,8 @@ def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator
 
 def said_of_waves(meeting: Meeting) -> Iterator[str]:
     """Where the waves meet a body, if not at rest, and how exactly."""
-    body, at = meeting.body, (meeting.position, meeting.headings)
+    body = meeting.body
+    at = (meeting.position, meeting.headings)
     if {*at} != {Place.MEAN}:
         whole = {Place.MEAN: "at rest", Place.SLOW: "slow", Place.INSTANTANEOUS: "at the time"}
         yield f"waves meet {body.name} at its place {whole[at[0]]}, heading {whole[at[1]]}"
@@ -58,7 +59,8 @@ def said_of_waves(meeting: Meeting) -> Iterator[str]:
 
 def coarse_headings(meeting: Meeting) -> Iterator[str]:
     """A warning of a database whose headings are too coarse for its hull in this sea."""
-    lost, db = meeting.lost, meeting.database
+    lost = meeting.lost
+    db = meeting.database
     if lost is not None and max(lost) > LOST:
         yield (
             f"bodies.{meeting.body.name}: {_said(lost, db)}; expected less than {LOST:.0%}. Compute"

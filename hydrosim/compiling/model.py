@@ -47,7 +47,9 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
 
     Raises InputError where radiation or an element does not fit the scene.
     """
-    bodies, alone, free = _bodies(scene), each_alone(wet), moving(scene.bodies)
+    bodies = _bodies(scene)
+    alone = each_alone(wet)
+    free = moving(scene.bodies)
     family = families.constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
     each = list(families.parts(wet, len(scene.bodies)))
@@ -196,7 +198,8 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> L
     return Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
         {name: row_names(scene).index(name) for name in scene.forces},
-        *(_velocity(scene.environment.current), _velocity(scene.environment.wind)),
+        _velocity(scene.environment.current),
+        _velocity(scene.environment.wind),
         of_body,
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,

@@ -103,7 +103,8 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
 
 def _check_springs(scene: Scene, model: Model, state: State) -> None:
     """Refuse springs whose ends are at one place at the start."""
-    motion, n = new_work(model).motion, model.bodies.active.size
+    motion = new_work(model).motion
+    n = model.bodies.active.size
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     for name, line in zip(spring_names(scene), model.elements.springs.lines, strict=True):
         if stretch(line, model.bodies, motion).length <= TOGETHER * line["length"]:

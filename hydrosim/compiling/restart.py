@@ -130,7 +130,8 @@ def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> Sta
 
     Raises InputError if the stored state is not finite, or its memory too short.
     """
-    run, time = _run(scene), begin(scene)
+    run = _run(scene)
+    time = begin(scene)
     values = run.state_value.sel(state_time=time).values
     if not np.isfinite(values).all():
         text = f"its state at {time:g} s is not finite; start from an earlier time"
@@ -227,7 +228,8 @@ def _modes(
 ) -> np.ndarray:
     """Modes (rows, 3) of all units: those stored where they can be, else those of a start from
     ``y``, of whose states those are ``known`` (ny,) that were in the run."""
-    motion, time = new_work(model).motion, begin(scene)
+    motion = new_work(model).motion
+    time = begin(scene)
     renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
     for each in renewing:
         each.forget(each.of(model), y)
@@ -272,7 +274,9 @@ def _possible(
     out = np.zeros((count, MARGINS))
     unused = np.zeros((count, 2))  # headings and reactions do not matter to them
     every = np.ones(count, dtype=np.int64)
-    elements, tanks, bodies = model.elements, model.tanks, model.bodies
+    elements = model.elements
+    tanks = model.tanks
+    bodies = model.bodies
     events.find_margins(
         time, y, modes, motion, bodies, elements, tanks, unused, unused, every, out.reshape(-1)
     )
@@ -291,10 +295,12 @@ def _history(
     scene: Scene, model: Model, run: xr.Dataset, fresh: VelocityHistory
 ) -> VelocityHistory:
     """What a convolution remembers before the start: ``fresh``, filled with that of the run."""
-    kernel, time = model.convolution, begin(scene)
+    kernel = model.convolution
+    time = begin(scene)
     if kernel.row.size == 0:
         return fresh
-    t, length = run.memory_time.values, (len(kernel.K) - 1) * kernel.step
+    t = run.memory_time.values
+    length = (len(kernel.K) - 1) * kernel.step
     if t[0] > max(0.0, time - length):
         raise InputError(
             f"initial.time: found {time:g} s; {_source(run)} remembers velocities from {t[0]:g} s"

@@ -67,7 +67,8 @@ def check_sizes(scene: Scene) -> None:
             f"environment.waves.repeat_period: found {count:.1e} waves in all trains; expected at"
             f" most {MOST_WAVES:g}. Give periods about as long as the run, or fewer trains."
         )
-    largest, most = max(_parts(scene), key=lambda part: part.memory), _available()
+    largest = max(_parts(scene), key=lambda part: part.memory)
+    most = _available()
     if memory(scene) > most:
         raise InputError(
             f"{largest.key}: the run needs about {shown(memory(scene))} of memory,"
@@ -102,7 +103,8 @@ def _records(scene: Scene) -> float:
 
 def _channels(scene: Scene) -> float:
     """Numbers in a record that are written."""
-    motions, forces = 6 * len(scene.bodies), 4 + len(scene.forces)
+    motions = 6 * len(scene.bodies)
+    forces = 4 + len(scene.forces)
     points = sum(len(element.unit_names(name)) for name, element in scene.forces.items())
     rates = 2.0 + float(scene.output_accelerations)
     return 6.0 + rates * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)

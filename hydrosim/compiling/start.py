@@ -27,12 +27,14 @@ if TYPE_CHECKING:
 def first_state(scene: Scene, model: Model) -> State:
     """The state of a start from rest, with the scene's offsets and velocities, or at the place at
     rest near them if the scene begins there."""
-    bodies, n = model.bodies, model.bodies.active.size
+    bodies = model.bodies
+    n = model.bodies.active.size
     y = np.zeros(model.size)
     y[:n] = bodies.locked[bodies.active]
     tanks = model.tanks
     y[tanks.state : tanks.state + tanks.each.size] = tanks.each["first_volume"]
-    modes, motion = new_modes(model), new_work(model).motion
+    modes = new_modes(model)
+    motion = new_work(model).motion
     y[model.draught : model.energy] = settled(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
@@ -63,7 +65,9 @@ def with_slow_places(scene: Scene, model: Model, state: State) -> State:
     none are known from a run before."""
     if not model.following.slow.any() or restart.knows_slow_places(scene):
         return state
-    motion, n, y = new_work(model).motion, model.bodies.active.size, state.y.copy()
+    motion = new_work(model).motion
+    n = model.bodies.active.size
+    y = state.y.copy()
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     places = first_states(model.following, motion.coordinates, motion.rate, restart.begin(scene))
     y[model.slow : model.draught] = places

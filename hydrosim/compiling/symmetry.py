@@ -96,7 +96,8 @@ def wave_asymmetries(
 def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:
     """What is not symmetric in a scene, but for its state at the start."""
     scene = calm.scene
-    y, rotations = _plane(scene.bodies[0]), ASIDE[3:]
+    y = _plane(scene.bodies[0])
+    rotations = ASIDE[3:]
     for body in scene.bodies:
         if abs(_plane(body) - y) > NEAR:
             yield f"{body.name} is beside {scene.bodies[0].name}"
@@ -125,7 +126,8 @@ def _plane(body: Body) -> float:
 
 def _couplings(group: WetGroup) -> Iterator[str]:
     """Coefficients of a database that couple motions in the plane with those out of it."""
-    db, aside = group.database, np.tile(ASIDE, len(group.bodies))
+    db = group.database
+    aside = np.tile(ASIDE, len(group.bodies))
     for name in ("added_mass", "radiation_damping", "hydrostatic_stiffness"):
         matrices = getattr(db, name)
         if matrices is not None and couples(matrices, aside):
@@ -138,7 +140,8 @@ def _wave_loads(wanted: WaveForces) -> bool:
 
 def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarray) -> Iterator[str]:
     """Which loads of waves along the plane lead out of it."""
-    waves, second = _probe(db.frequency, headings), wanted.second_order
+    waves = _probe(db.frequency, headings)
+    second = wanted.second_order
     if wanted.first_order:
         found = excitation_at(db, waves.heading, waves.omega)
         yield from _load_aside("first-order loads", found, db.excitation, db)
@@ -157,8 +160,10 @@ def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarra
 
 def _probe(frequency: np.ndarray, headings: np.ndarray) -> Components:
     """Waves of unit height of all frequencies in all headings."""
-    omega, heading = np.tile(frequency, headings.size), np.repeat(headings, frequency.size)
-    one, zero = np.ones(omega.size), np.zeros(omega.size)
+    omega = np.tile(frequency, headings.size)
+    heading = np.repeat(headings, frequency.size)
+    one = np.ones(omega.size)
+    zero = np.zeros(omega.size)
     return Components(omega, one, zero, zero, heading, 0.0, 0.0)
 
 
@@ -177,7 +182,9 @@ def _load_aside(
 def _at_start(calm: Compiled, aside: Mapping[str, bool]) -> Iterator[str]:
     """What leads out of the plane in the state that a scene starts from; ``aside`` says of the
     first states in y whether they do."""
-    model, state, leads = calm.model, calm.state, np.array([*aside.values()])
+    model = calm.model
+    state = calm.state
+    leads = np.array([*aside.values()])
     size = np.abs(state.y[: leads.size])
     still = np.where(np.arange(leads.size) < model.radiation, NEAR, NEAR * size.max())
     off = [name for name, is_off in zip(aside, leads & (size > still), strict=True) if is_off]

@@ -172,7 +172,8 @@ def group_of(
     group: Group, scene: Scene, seas: Sequence[Components], before: MemoryBefore
 ) -> WetGroup:
     """The hydrodynamics of bodies of one database."""
-    read, bodies = group.database, tuple(group.bodies)
+    read = group.database
+    bodies = tuple(group.bodies)
     _check_members(read, bodies)
     _check_content(read, bodies)
     chosen = radiation_of(bodies[0])
@@ -200,7 +201,9 @@ def group_of(
 def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     return radiation.retardation(
-        *(db.frequency, db.added_mass, db.radiation_damping),
+        db.frequency,
+        db.added_mass,
+        db.radiation_damping,
         length=table.length,
         step=table.step,
         checksum=db.checksum,
@@ -235,7 +238,8 @@ def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
 def _chosen(wet: WetGroup, fits: Sequence[StateSpace], run: MemoryBefore) -> WetGroup:
     """The group with those of the ``fits`` that hold their tolerance, and convolutions for the
     others; but as in the ``run`` that the scene starts from, where that has them."""
-    states, convolved = [], []
+    states = []
+    convolved = []
     for fit in fits:
         names = [dofs_of([dof], wet.names) for dof in fit.dofs]
         if run.convolved.intersection(names):
@@ -287,7 +291,8 @@ def in_states(
 
 def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
     """A and B (n, n), linear between the frequencies of the database, and reciprocal."""
-    w, at = db.frequency, 2.0 * np.pi / period
+    w = db.frequency
+    at = 2.0 * np.pi / period
     if not w[0] <= at <= w[-1]:
         raise InputError(
             f"bodies.{body.name}.radiation.period: found {period:g} s; expected one in the range of"
@@ -381,7 +386,8 @@ def _added_mass_in_resonance(
     frequency: np.ndarray, added: np.ndarray, mass: float, stiffness: float
 ) -> float:
     """a(w_n) with w_n^2 = k / (m + a(w_n)), by fixed-point iteration."""
-    a, before = added[0], np.nan
+    a = added[0]
+    before = np.nan
     for _ in range(50):
         if a == before:
             break

@@ -41,7 +41,8 @@ def closed(corners: Triangles, source: str) -> Hull:
     """A hull with its normals outward. Raises `InputError` if it is open, or if no part of it is in
     the water, or none above."""
     found = outward(corners, source)
-    low, high = corners[..., 2].min(), corners[..., 2].max()
+    low = corners[..., 2].min()
+    high = corners[..., 2].max()
     if not low < 0.0 < high:
         raise InputError(
             f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water; expected"

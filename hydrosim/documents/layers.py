@@ -18,7 +18,8 @@ from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, s
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"
-MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
+MAP = "tag:yaml.org,2002:map"
+TEXT = "tag:yaml.org,2002:str"
 KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
 NAMED = {"bodies", "forces"}  # mappings with names that the user gives
 # keys of files, which are relative to the file they are in
@@ -132,7 +133,8 @@ def _assigned(node: Node | None, keys: Sequence[str], value: Node) -> Node:
     be there."""
     if not keys:
         return value
-    key, rest = keys[0], keys[1:]
+    key = keys[0]
+    rest = keys[1:]
     if isinstance(node, SequenceNode):
         return _assigned_item(node, key, rest, value)
     if isinstance(node, ScalarNode) and not _is_null(node):

@@ -45,13 +45,15 @@ def _measured(
         return
     if id(node) in sizes:
         return
-    count, depth = 1, 0
+    count = 1
+    depth = 0
     for child in _children(node):
         for excess in _measured(child, sizes, above | {id(node)}):
             yield excess
             return
         inside, deep = sizes[id(child)]
-        count, depth = count + inside, max(depth, deep + 1)
+        count = count + inside
+        depth = max(depth, deep + 1)
     sizes[id(node)] = count, depth
     if depth > DEEPEST:
         yield node.start_mark, f"found {depth} levels in each other; expected {DEEPEST} at most"
@@ -81,7 +83,8 @@ def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
 
 
 def _of_text(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
-    text, most = str(node.value), LONGEST[kind]
+    text = str(node.value)
+    most = LONGEST[kind]
     if len(text) > most:
         yield node.start_mark, f"found a {kind} of {len(text)} characters; expected at most {most}"
     odd = [c for c in text if c not in "\t\n\r" and unicodedata.category(c) in ("Cc", "Cs")]

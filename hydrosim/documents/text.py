@@ -91,7 +91,9 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
         content = source.file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
         source.wrong("found bytes that are no text; expected text (UTF-8) or the netCDF of a run")
-    heading, rows, lines = list[str](), list[list[float]](), list[int]()
+    heading = list[str]()
+    rows = list[list[float]]()
+    lines = list[int]()
     separator: str | None = None
     dated = list[bool]()
     for number, line in enumerate(content.splitlines(), 1):

@@ -21,7 +21,9 @@ from hydrosim.documents import factors
 
 LONGEST = 200  # characters of what was found, in a message
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
-LARGEST, SMALLEST = 1e20, 1e-20  # in SI: products of a few such numbers are numbers still
+# in SI: products of a few such numbers are numbers still
+LARGEST = 1e20
+SMALLEST = 1e-20
 LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
@@ -224,7 +226,8 @@ def factor(unit: str, si: str) -> float:
 
 
 def _computed(unit: str, si: str) -> float:
-    source, target = _known(unit), registry().parse_units(si)
+    source = _known(unit)
+    target = registry().parse_units(si)
     if not _same_kind(source, target, si in STRICT):
         raise ValueError(_why_not(unit, source, target))
     return float(registry().convert(1.0, source, target))

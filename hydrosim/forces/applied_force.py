@@ -71,9 +71,11 @@ class Params(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the applied forces among ``elements``."""
     applied = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
-    rows, last = [], 0
+    rows = []
+    last = 0
     for name, e in applied.items():
-        first, last = last, last + len(e.force)
+        first = last
+        last = last + len(e.force)
         place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
         rows.append((*place, first, last))
     parts = np.zeros(last, dtype=PART)
@@ -87,10 +89,12 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Every applied force into its row of ``wrench``, its power into ``rate``."""
     for e in p.each:
-        b, row = e.body, e.row
+        b = e.body
+        row = e.row
         force, moment = total(t, e.first, e.last, p)
         if e.body_fixed:
-            force, moment = matvec(motion.rotation[b], force), matvec(motion.rotation[b], moment)
+            force = matvec(motion.rotation[b], force)
+            moment = matvec(motion.rotation[b], moment)
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
         add_wrench(b, force, add(moment, cross(arm, force)), wrench[row])
         omega = vector(motion.velocity, 6 * b + 3)
@@ -100,7 +104,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def total(t, first, last, p):
     """Force and moment at ``t`` of the parts from ``first`` to before ``last``."""
-    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    force = (0.0, 0.0, 0.0)
+    moment = (0.0, 0.0, 0.0)
     for k in range(first, last):
         part = p.parts[k]
         f = value(t, part.signal, p.pieces)

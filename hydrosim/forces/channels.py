@@ -79,7 +79,9 @@ def _known(
 @kernel
 def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     """What a channel is now."""
-    k, fenders, springs = channel.first, elements.fenders, elements.springs
+    k = channel.first
+    fenders = elements.fenders
+    springs = elements.springs
     if channel.kind == POSITION:
         return motion.coordinates[k]
     if channel.kind == VELOCITY:
@@ -87,7 +89,8 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == SPEED:
         return hypot(motion.velocity[k], motion.velocity[k + 1])
     if channel.kind == TENSION:
-        line, mode = springs.lines[k], modes[springs.mode + k]
+        line = springs.lines[k]
+        mode = modes[springs.mode + k]
         return spring.tension(line, mode, spring.stretch(line, bodies, motion), springs)[0]
     if channel.kind == COMPRESSION:
         return geometry.touch(fenders.points[k], bodies, motion).compression

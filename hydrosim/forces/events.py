@@ -35,7 +35,8 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
 def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
     """What is recorded of elements besides their forces, which are in ``wrench`` (rows, 6 nb), into
     ``out``, flat: see `observed`."""
-    fenders, springs = elements.fenders, elements.springs
+    fenders = elements.fenders
+    springs = elements.springs
     fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
     behind = fenders.points.size * fender.OBSERVED
     spring.observe(modes, motion, bodies, springs, out[behind:])
@@ -61,7 +62,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
 @kernel
 def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactions, watched, out):
     """Margins of all rows of modes into ``out``; of contact points those that are ``watched``."""
-    fenders, springs = elements.fenders, elements.springs
+    fenders = elements.fenders
+    springs = elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
     if springs.lines.size > 0:
         spring.margins(modes, motion, bodies, springs, out)
@@ -83,7 +85,9 @@ def find_headings(t, y, modes, motion, bodies, elements, out):
 def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions):
     """Put a row of modes into that which follows when margin ``which``, of this ``size`` before or
     after, has reached zero; what relaxes in few steps of length ``step`` is settled only later."""
-    fenders, springs, triggers = elements.fenders, elements.springs, elements.triggers
+    fenders = elements.fenders
+    springs = elements.springs
+    triggers = elements.triggers
     if is_trigger(row, elements):
         trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
         return

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
-WEIGHT, BALLAST = "weight", "ballast"
+WEIGHT = "weight"
+BALLAST = "ballast"
 
 
 def row_names(scene: Scene) -> tuple[str, ...]:
@@ -87,9 +88,11 @@ def unit_ranges(
     elements: Mapping[str, ForceElement], kind: type[ForceElement]
 ) -> dict[str, tuple[int, int]]:
     """Of each element of a kind its units among all of the kind, from and to before."""
-    found, first = {}, 0
+    found = {}
+    first = 0
     for name, element in elements.items():
         if isinstance(element, kind):
             end = first + len(element.unit_names(name))
-            found[name], first = (first, end), end
+            found[name] = (first, end)
+            first = end
     return found

@@ -93,7 +93,8 @@ def _damping(
         return element.damping
     if element.damping_ratio is None:
         return np.zeros((6, 6))
-    body, moorings = layout.body[element.body], linear_mooring.compile_elements(elements, layout)
+    body = layout.body[element.body]
+    moorings = linear_mooring.compile_elements(elements, layout)
     moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
     found = layout.resonance(body, np.diag(moored))
     for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
@@ -121,7 +122,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def _resist(e, v, wrench):
     """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power it takes."""
-    k, lost, C, U = 6 * e.body, 0.0, e.damping, e.stream
+    k = 6 * e.body
+    lost = 0.0
+    C = e.damping
+    U = e.stream
     f = product(C, v, k)
     for i in range(6):
         resistance = f[i] - C[i, 0] * U[0] - C[i, 1] * U[1]

@@ -113,12 +113,12 @@ def _damping(
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
     for mooring in p:
-        b, row = mooring.body, mooring.row
-        k, u = 6 * b, motion.rate
-        Q, f = (
-            spring_force(k, motion.coordinates, mooring.stiffness),
-            product(mooring.damping, u, k),
-        )
+        b = mooring.body
+        row = mooring.row
+        k = 6 * b
+        u = motion.rate
+        Q = spring_force(k, motion.coordinates, mooring.stiffness)
+        f = product(mooring.damping, u, k)
         for i in range(6):
             rate[row] += u[k + i] * f[i]
         Q = (Q[0] - f[0], Q[1] - f[1], Q[2] - f[2], Q[3] - f[3], Q[4] - f[4], Q[5] - f[5])

@@ -121,7 +121,9 @@ class Stretch(NamedTuple):
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the springs among ``elements``, in their order."""
-    rows, segments, first = [], [np.zeros(0, dtype=curve.SEGMENT)], 0
+    rows = []
+    segments = [np.zeros(0, dtype=curve.SEGMENT)]
+    first = 0
     for name, e in elements.items():
         if isinstance(e, Spring):
             pieces = _segments(e)
@@ -136,7 +138,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 def _segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
-    x, f = np.asarray(spring.extension, float), np.asarray(spring.tension, float)
+    x = np.asarray(spring.extension, float)
+    f = np.asarray(spring.tension, float)
     return curve.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
 
 
@@ -145,7 +148,9 @@ def stretch(line, bodies, motion):
     """Where the ends of a spring are, as a `Stretch`."""
     p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
     v = point_velocity(line.body, arm, motion)
-    a, w, anchor_arm = vector(line.anchor, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    a = vector(line.anchor, 0)
+    w = (0.0, 0.0, 0.0)
+    anchor_arm = (0.0, 0.0, 0.0)
     if line.anchor_body != EARTH:
         a, anchor_arm = attachment(line.anchor_body, a, bodies, motion)
         w = point_velocity(line.anchor_body, anchor_arm, motion)
@@ -167,7 +172,8 @@ def tension(line, mode, s, p):
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[p.mode + i]
+        line = p.lines[i]
+        mode = modes[p.mode + i]
         if mode[SEGMENT] == line.first:
             continue
         s = stretch(line, bodies, motion)
@@ -190,7 +196,8 @@ def pull(line, s, T, wrench):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every spring, into its row of ``stored``."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[p.mode + i]
+        line = p.lines[i]
+        mode = modes[p.mode + i]
         s = stretch(line, bodies, motion)
         stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
@@ -199,7 +206,8 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 def observe(modes, motion, bodies, p, out):
     """Rows of `OBSERVED` of all lines one after the other in ``out``: tension and length."""
     for i in range(p.lines.size):
-        s, row = stretch(p.lines[i], bodies, motion), out[OBSERVED * i : OBSERVED * (i + 1)]
+        s = stretch(p.lines[i], bodies, motion)
+        row = out[OBSERVED * i : OBSERVED * (i + 1)]
         row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
         row[LENGTH] = s.length
 
@@ -209,7 +217,8 @@ def margins(modes, motion, bodies, p, out):
     """Margins of all springs into ``out`` (4 to a row of modes): of contact T, its opposite where
     it is cut; of the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
-        line, mode = p.lines[i], modes[p.mode + i]
+        line = p.lines[i]
+        mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         s = stretch(line, bodies, motion)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
@@ -225,11 +234,13 @@ def margins(modes, motion, bodies, p, out):
 @root
 def switch(i, which, modes, motion, bodies, p):
     """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
-    line, mode = p.lines[i], modes[p.mode + i]
+    line = p.lines[i]
+    mode = modes[p.mode + i]
     if which == CONTACT_MARGIN:
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
-    before, x = mode[SEGMENT], stretch(line, bodies, motion).extension
+    before = mode[SEGMENT]
+    x = stretch(line, bodies, motion).extension
     mode[SEGMENT] = curve.next_segment(before, p.segments[before], x)
     if mode[SEGMENT] == line.first:
         mode[MODE] = SLACK
@@ -247,7 +258,8 @@ def settle(modes, motion, bodies, p):
 @kernel
 def settle_line(i, modes, motion, bodies, p):
     """Mode of spring ``i`` as it comes to be."""
-    line, mode = p.lines[i], modes[p.mode + i]
+    line = p.lines[i]
+    mode = modes[p.mode + i]
     s = stretch(line, bodies, motion)
     mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
     mode[MODE] = TAUT
@@ -259,7 +271,8 @@ def settle_line(i, modes, motion, bodies, p):
 @kernel
 def take_out(i, modes, p):
     """Spring ``i`` is not there any more."""
-    modes[p.mode + i, MODE], modes[p.mode + i, SEGMENT] = GONE, p.lines[i].first
+    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, SEGMENT] = p.lines[i].first
 
 
 def _taut(p: Params) -> np.ndarray:

@@ -57,7 +57,8 @@ class StreamLoad(ForceElement):
         return [self._in_order()]
 
     def image(self) -> ForceElement:
-        sway, yaw = -self.sway, -self.yaw
+        sway = -self.sway
+        yaw = -self.yaw
         load = replace(self, point=turned(self.point), sway=sway, yaw=yaw)
         return replace(load, headings=-self.headings)._in_order()
 
@@ -99,7 +100,9 @@ class Params(NamedTuple):
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the loads of streams among ``elements``."""
-    rows, pieces, first = [], [np.zeros(0, dtype=PIECE)], 0
+    rows = []
+    pieces = [np.zeros(0, dtype=PIECE)]
+    first = 0
     for name, e in elements.items():
         if isinstance(e, StreamLoad):
             stream = layout.wind if isinstance(e, WindLoad) else layout.current
@@ -138,7 +141,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])
         c = coefficients(angle, e.first, e.last, p.pieces)
         square = w[0] * w[0] + w[1] * w[1]
-        X, Y = square * c[0], square * c[1]
+        X = square * c[0]
+        Y = square * c[1]
         force = (along * X - aside * Y, aside * X + along * Y, 0.0)
         moment = (0.0, 0.0, square * c[2])
         add_wrench(b, force, add(moment, cross(arm, force)), wrench[e.row])

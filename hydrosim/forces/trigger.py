@@ -74,7 +74,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     for name, element in elements.items():
         if element.active is None:
             continue
-        key, own = f"forces.{name}.active", (of.get(name, (0, 0)) for of in (points, lines))
+        key = f"forces.{name}.active"
+        own = (of.get(name, (0, 0)) for of in (points, lines))
         ends = _conditions(key, element.active, elements, layout)
         rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE))
     for pump in layout.pumps:
@@ -87,7 +88,8 @@ def _conditions(
     key: str, active: Active, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[Any, Any]:
     """Those of the start and of the end."""
-    start, until = active.start or When(time=-inf), active.until or When(time=inf)
+    start = active.start or When(time=-inf)
+    until = active.until or When(time=inf)
     try:
         return _condition(start, elements, layout), _condition(until, elements, layout)
     except InputError as error:
@@ -118,7 +120,8 @@ def margins(t, y, modes, motion, bodies, elements, tanks, out):
     are there, from leaving it, and the time that it has to last."""
     p = elements.triggers
     for j in range(p.each.size):
-        mode, m = modes[p.mode + j], MARGINS * (p.mode + j)
+        mode = modes[p.mode + j]
+        m = MARGINS * (p.mode + j)
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == AFTER:
@@ -136,21 +139,26 @@ def margins(t, y, modes, motion, bodies, elements, tanks, out):
 def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
     """A margin of trigger ``j`` has reached zero."""
     p = elements.triggers
-    mode, trigger = modes[p.mode + j], p.each[j]
+    mode = modes[p.mode + j]
+    trigger = p.each[j]
     condition = trigger.start if mode[MODE] == BEFORE else trigger.end
     if which == CONTACT_MARGIN and mode[RISING] == 1:
         mode[RISING] = 0
     elif which == CONTACT_MARGIN and condition.lasting > 0.0:
-        mode[RISING], y[p.state + j] = 1, t
+        mode[RISING] = 1
+        y[p.state + j] = t
     else:
-        mode[MODE], mode[RISING] = mode[MODE] + 1, 0
+        mode[MODE] = mode[MODE] + 1
+        mode[RISING] = 0
         act(j, t, y, modes, motion, bodies, elements, tanks)
 
 
 @kernel
 def act(j, t, y, modes, motion, bodies, elements, tanks):
     """Bring the contacts and lines of trigger ``j`` in, or take them out; turn its flow."""
-    trigger, fenders, springs = elements.triggers.each[j], elements.fenders, elements.springs
+    trigger = elements.triggers.each[j]
+    fenders = elements.fenders
+    springs = elements.springs
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
     if trigger.flow != NONE:
@@ -186,14 +194,16 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
     p = elements.triggers
     for j in range(p.each.size):
         mode = modes[p.mode + j]
-        mode[MODE], mode[RISING] = BEFORE, 0
+        mode[MODE] = BEFORE
+        mode[RISING] = 0
         for stage in range(AFTER):
             condition = p.each[j].start if stage == BEFORE else p.each[j].end
             there = beyond(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
             if mode[MODE] == stage and there and condition.lasting == 0.0:
                 mode[MODE] = stage + 1
             elif mode[MODE] == stage and there:
-                mode[RISING], y[p.state + j] = 1, t
+                mode[RISING] = 1
+                y[p.state + j] = t
         if mode[MODE] != DURING:
             for i in range(elements.guides.pins.size):
                 if _has(elements.guides.pins[i].point, p.each[j]):

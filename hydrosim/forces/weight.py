@@ -43,7 +43,8 @@ def add_weight(motion, bodies, p, contents, wrench):
     into that of hydrostatics."""
     for i in range(p.body.size):
         b = p.body[i]
-        k, row = 6 * b, wrench[p.row]
+        k = 6 * b
+        row = wrench[p.row]
         row[k + 2] -= p.gravity * contents.mass[b]
         turning = _moment(b, p.gravity, motion, bodies, contents)
         for j in range(3):
@@ -59,7 +60,8 @@ def add_weight_energy(motion, bodies, p, contents, stored):
         b = p.body[i]
         heave = motion.coordinates[6 * b + 2]
         height = bodies.each[b].origin[2] + heave
-        moment, surface = vector(contents.moment[b], 0), vector(contents.surface[b], 0)
+        moment = vector(contents.moment[b], 0)
+        surface = vector(contents.surface[b], 0)
         levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
         stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
         stored[HYDROSTATIC] -= p.buoyancy[i] * heave
@@ -79,8 +81,10 @@ def potential(n, moment, surface, exact):
 def _moment(b, gravity, motion, bodies, contents):
     """Moment of the weight about the origin of body ``b``."""
     n = upright(b, motion, bodies)
-    moment, J = vector(contents.moment[b], 0), vector(contents.surface[b], 0)
-    x, y = J[0] * n[0] + J[1] * n[1], J[1] * n[0] + J[2] * n[1]
+    moment = vector(contents.moment[b], 0)
+    J = vector(contents.surface[b], 0)
+    x = J[0] * n[0] + J[1] * n[1]
+    y = J[1] * n[0] + J[2] * n[1]
     if not bodies.exact:  # -dU/droll, -dU/dpitch
         turning = (moment[2] * n[1] + y - moment[1], moment[0] - moment[2] * n[0] - x, 0.0)
         return scale(gravity, turning)

@@ -36,7 +36,8 @@ def interval(J: np.ndarray, G: np.ndarray, length: float, parts: int) -> Interva
     """The interval of this ``length`` [s] for J (m, m) and G (m, n)."""
     m, n = G.shape
     E, W = _part(J, G, length / parts)
-    states, loads = np.empty((parts + 1, m, m)), np.zeros((parts + 1, m, parts + POINTS - 1, n))
+    states = np.empty((parts + 1, m, m))
+    loads = np.zeros((parts + 1, m, parts + POINTS - 1, n))
     states[0] = np.eye(m)
     for i in range(parts):
         states[i + 1] = E @ states[i]
@@ -112,6 +113,8 @@ def follow(transposed, z):
     z_k+1 = E z_k + drive_k+1; ``transposed`` is that of E (m, m)."""
     for k in range(z.shape[0] - 1):
         for j in range(z.shape[1]):
-            x, column, row = z[k, j], transposed[j], z[k + 1]
+            x = z[k, j]
+            column = transposed[j]
+            row = z[k + 1]
             for i in range(row.size):
                 row[i] += x * column[i]

@@ -62,7 +62,8 @@ class Method:
 
 def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:
     """The method of a ``tableau``."""
-    a, b = tableau.a, tableau.b
+    a = tableau.a
+    b = tableau.b
     numerator = np.poly(a - np.outer(np.ones(b.size), b))
     denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
     return Method(name, tableau, numerator, denominator, why_any_step)

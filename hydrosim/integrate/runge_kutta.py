@@ -88,7 +88,9 @@ def hermite(theta, h, y0, f0, y1, f1, out):
     """Cubic through both ends of a step with their derivatives, at ``theta`` in [0, 1]; its error
     is h^4/384 max |y''''| (Hairer, Norsett & Wanner 1993, II.6). What is constant stays so to
     the last bit: tables are kept as long as nothing changes that they were made for."""
-    c, a = theta - 1.0, theta * theta * (3.0 - 2.0 * theta)
-    b0, b1 = h * theta * c * c, h * theta * theta * c
+    c = theta - 1.0
+    a = theta * theta * (3.0 - 2.0 * theta)
+    b0 = h * theta * c * c
+    b1 = h * theta * theta * c
     for m in range(y0.size):
         out[m] = y0[m] + a * (y1[m] - y0[m]) + b0 * f0[m] + b1 * f1[m]

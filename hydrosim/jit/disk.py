@@ -38,7 +38,9 @@ class Disk(_Cache):
         folder: Callable[[], str],
         calls: Callable[[Any], list[Name]],
     ) -> None:
-        self._function, self._folder, self._calls = function, folder, calls
+        self._function = function
+        self._folder = folder
+        self._calls = calls
 
     @property
     def cache_path(self) -> str:

@@ -149,7 +149,8 @@ class Part(_Kernel):
         pysig, args = self.fold_argument_types(args, kws)
         if args not in self._parts:
             self._parts[args] = self._part(args)
-        name, known = self.py_func.__name__, [self._parts[args].signature]
+        name = self.py_func.__name__
+        known = [self._parts[args].signature]
         return typing.make_concrete_template(name, name, known), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
@@ -181,7 +182,8 @@ class Whole(_Kernel):
 
     def add_overload(self, cres: Any) -> None:
         super().add_overload(cres)
-        here, args = copy.copy(cres.fndesc), tuple(cres.signature.args)
+        here = copy.copy(cres.fndesc)
+        args = tuple(cres.signature.args)
         place = f"{here.modname}.{here.qualname}"
         types = hashlib.sha256(str(cres.signature).encode()).hexdigest()[:16]
         here.mangled_name = self._names[args] = f"{place}.{types}"

@@ -46,7 +46,9 @@ FINER = 2.0**0.125  # ratio of steps that are looked at
 FINEST = 1e-6  # of the step
 SLOW = 1e-9  # rad/s: no vibration
 MOVES = 0.05  # share of velocities in a mode, half in one of a body on a spring
-PERIODS, FEWEST = 4.0, 5  # of a mean, and its fewest records
+# of a mean, and its fewest records
+PERIODS = 4.0
+FEWEST = 5
 MOST = 100.0  # of an exponent
 SEEN = 2.0  # records in that many periods: fewer do not tell a vibration from what is forced
 
@@ -90,11 +92,13 @@ class Vibration:
         method makes it fade at the rate ``fading`` [1/s]."""
         touching, alike = self._seen(modes)
         felt = np.where(alike, velocity @ self.felt, 0.0)
-        omega, step = self.eigenvalue.imag, float(time[1] - time[0])
+        omega = self.eigenvalue.imag
+        step = float(time[1] - time[0])
         samples = PERIODS * 2.0 * np.pi / (omega * step)
         if samples > SEEN:
             window = np.hanning(max(round(samples), FEWEST) + 2)[1:-1]
-            slow, first = felt * np.exp(-1j * omega * time), (window.size - 1) // 2
+            slow = felt * np.exp(-1j * omega * time)
+            first = (window.size - 1) // 2
             felt = np.convolve(slow, window / window.sum())[first:][: time.size]
         size = np.where(touching, np.abs(felt), 0.0)
         largest = float(size.max())
@@ -157,9 +161,11 @@ def vibrations(
         if not wrong(eigenvalues).any():
             continue
         values, left, right = linear.eigenvectors()
-        share, n = shares(left, right), linear.active.size
+        share = shares(left, right)
+        n = linear.active.size
         for k in np.flatnonzero(wrong(values)):
-            felt, rate = left[n : 2 * n, k].conj(), right[n : 2 * n, k]
+            felt = left[n : 2 * n, k].conj()
+            rate = right[n : 2 * n, k]
             whole = np.vdot(left[:, k], right[:, k])
             if abs(felt @ rate) <= MOVES * abs(whole):
                 continue  # hardly a motion of bodies
@@ -174,7 +180,8 @@ def vibrations(
 def remembered(model: Model, omega: float) -> np.ndarray:
     """Radiation K^(i w), (n, n), of a memory by convolution: force per velocity of the free
     coordinates at ``omega`` [rad/s]."""
-    kernel, size = model.convolution, len(model.added_mass)
+    kernel = model.convolution
+    size = len(model.added_mass)
     found = np.zeros((size, size), dtype=complex)
     turning = np.exp(-1j * omega * kernel.step * np.arange(len(kernel.K)))
     turning[[0, -1]] *= 0.5  # the trapezium rule

@@ -46,7 +46,8 @@ def with_contacts(
 ) -> tuple[Model, State]:
     """The model, and the state at ``rest`` with its contact points, called ``names``, as
     ``contacts`` has them. Raises InputError where rigid friction would leave no motion."""
-    modes, points = rest.modes.copy(), pressed(model, rest)
+    modes = rest.modes.copy()
+    points = pressed(model, rest)
     law = model.elements.fenders.points["law"]
     if contacts == Contacts.STUCK:
         modes[points[law[points] != FRICTIONLESS], MODE] = STICK
@@ -73,7 +74,8 @@ def _leaves_motion(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
 def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.ndarray:
     """Friction (..., points, 2) of all contact points along their planes, of ``forces`` (..., m)
     of constraints in a ``state``."""
-    n, work = model.bodies.active.size, new_work(model)
+    n = model.bodies.active.size
+    work = new_work(model)
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
     constrain(state.modes, model, work)
     found = np.zeros((*forces.shape[:-1], *work.holds.reaction.shape), dtype=forces.dtype)

@@ -24,7 +24,9 @@ def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:
 def inertia(model: Model, y: np.ndarray) -> np.ndarray:
     """Inertia (n, n) of the free coordinates, added mass included, in the state ``y``, with its
     slow draughts and what is in its tanks."""
-    work, n, A = new_work(model), model.bodies.active.size, model.added_mass
+    work = new_work(model)
+    n = model.bodies.active.size
+    A = model.added_mass
     found = np.zeros((n, n))
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     if model.family.body.size:

@@ -95,14 +95,20 @@ class _Loads:
     def __init__(
         self, model: Model, state: State, time: float, rows: Sequence[int] | None = None
     ) -> None:
-        self.model, self.state, self.time, self.rows = model, state, time, rows
+        self.model = model
+        self.state = state
+        self.time = time
+        self.rows = rows
         self.smooth = model._replace(elements=without_friction(model.elements))
         self.work: Work = new_work(model)
 
     def at(self, q: np.ndarray) -> np.ndarray:
         """Generalised loads (n,) at rest at ``q`` (n,); contacts are made as the place has it."""
-        model, state, work = self.model, self.state, self.work
-        y, load = _at(q, state, model), np.zeros(q.size)
+        model = self.model
+        state = self.state
+        work = self.work
+        y = _at(q, state, model)
+        load = np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
         settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
         look_inside(y, model, work)
@@ -140,7 +146,8 @@ class _Loads:
         U, sizes, V = np.linalg.svd(free.project_matrix(K))
         r = int(np.count_nonzero(sizes > max(FREE**2, FLAT * sizes.max(initial=0.0))))
         r = len(known.loads) if known else r
-        U, V = free.expand(U), free.expand(V.T).T
+        U = free.expand(U)
+        V = free.expand(V.T).T
         left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
         return Held(U[:, :r].T / scale, V[:r].T / scale[:, None], left, self.carried(q))
 
@@ -187,8 +194,10 @@ def equilibrium(
     Directions that nothing holds, or all but those of ``held``, stay where they are. Raises
     InputError if there is no rest in the others, with the loads that are left.
     """
-    loads, q = _Loads(model, state, time), state.y[: model.bodies.active.size].copy()
-    here, now = loads.at(q), held
+    loads = _Loads(model, state, time)
+    q = state.y[: model.bodies.active.size].copy()
+    here = loads.at(q)
+    now = held
     for _ in range(ITERATIONS):
         now = loads.held(q, held)
         if np.abs(now.felt(here)).max(initial=0.0) <= 1e-3 * ENOUGH * weight:
@@ -212,7 +221,8 @@ def stiffness_of(rest: Rest, rows: Sequence[int]) -> np.ndarray:
     """-dQ/dq (n, n) of some ``rows`` of forces alone, where the bodies are at rest, by differences
     of fourth order: of trigonometric functions to 1e-12."""
     state = rest.state._replace(modes=rest.state.modes.copy())
-    loads, q = _Loads(rest.model, state, rest.time, rows), state.y[: rest.drift.size]
+    loads = _Loads(rest.model, state, rest.time, rows)
+    q = state.y[: rest.drift.size]
     behind, ahead, far_behind, far_ahead = (
         np.array([loads.at(q + step * WIDE) for step in steps * np.eye(q.size)])
         for steps in (-1.0, 1.0, -2.0, 2.0)
@@ -222,7 +232,8 @@ def stiffness_of(rest: Rest, rows: Sequence[int]) -> np.ndarray:
 
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     """y at rest at ``q`` with what is in the tanks of a ``state``."""
-    y, coordinates = np.zeros_like(state.y), model.bodies.locked.copy()
+    y = np.zeros_like(state.y)
+    coordinates = model.bodies.locked.copy()
     y[: q.size] = coordinates[model.bodies.active] = q
     y[model.draught : model.energy] = settled(model.family, coordinates)
     tanks = model.tanks

@@ -36,11 +36,16 @@ def impedance(
     (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s].
     Forces of constraints are in Z, too, but take no part in motions that are allowed."""
     model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
-    n, active, work = model.bodies.active.size, model.bodies.active, new_work(model)
-    own, scratch = np.arange(2 * n), np.zeros((3, model.size))
-    J, y = np.zeros((2 * n, 2 * n)), state.y
+    n = model.bodies.active.size
+    active = model.bodies.active
+    work = new_work(model)
+    own = np.arange(2 * n)
+    scratch = np.zeros((3, model.size))
+    J = np.zeros((2 * n, 2 * n))
+    y = state.y
     jacobian(time, y, state.modes, state.history, model, work, own, STEP, scratch, J)
-    M, s = inertia(model, y), s[:, None, None]
+    M = inertia(model, y)
+    s = s[:, None, None]
     return np.asarray(
         s * M - M @ J[n:, n:] - M @ J[n:, :n] / s + memory[:, active[:, None], active]
     )
@@ -50,7 +55,8 @@ def largest_change(
     w: np.ndarray, Z: np.ndarray, dZ: np.ndarray, model: Model, state: State
 ) -> Change:
     """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
-    active, M = model.bodies.active, inertia(model, state.y)
+    active = model.bodies.active
+    M = inertia(model, state.y)
     root = np.sqrt(np.diag(M))
     free = freedom_of(find_constraint_rows(model, state.y, state.modes), M)
     # N is orthonormal in coordinates that are scaled by these roots

@@ -75,7 +75,8 @@ class Linear:
         """D(w) = K - w^2 (M + A(w)) + i w B(w), (n, n), or (nw, n, n) for ``omega`` (nw,) [rad/s]:
         loads Re(D q exp(i w t)) keep up the harmonic motion Re(q exp(i w t)). All other states are
         eliminated. Raises InputError where forces of constraints are not defined."""
-        n, every = self.active.size, np.atleast_1d(np.asarray(omega, dtype=float))
+        n = self.active.size
+        every = np.atleast_1d(np.asarray(omega, dtype=float))
         unheld, others = self._at_rest
         own = unheld[n : 2 * n]
         found = np.empty((every.size, n, n), dtype=complex)
@@ -141,7 +142,8 @@ class Linear:
                 " that change with the place; their forces are not defined. Take stick_slip with a"
                 " stiffness there, or fewer points."
             )
-        n, unheld = self.active.size, self.jacobian.copy()
+        n = self.active.size
+        unheld = self.jacobian.copy()
         unheld[n : 2 * n] -= linalg.solve(self.inertia, self.freedom.rows.T @ self.reactions)
         return unheld
 
@@ -183,9 +185,11 @@ def linearise(
     ``step`` is that of the differences: what is linear is found to rounding by one of 1.
     The memory of a radiation by convolution is left out: use the state-space model for it.
     """
-    work, held = new_work(model), state.modes if modes is None else modes
+    work = new_work(model)
+    held = state.modes if modes is None else modes
     states = dynamic_states(model) if states is None else states
-    J, scratch = np.zeros((states.size, states.size)), np.zeros((3, model.size))
+    J = np.zeros((states.size, states.size))
+    scratch = np.zeros((3, model.size))
     jacobian(time, state.y, held, state.history, model, work, states, step, scratch, J)
     rows = find_constraint_rows(model, state.y, held)
     freedom = freedom_of(rows, inertia(model, state.y))
@@ -203,7 +207,9 @@ def differentiate_reactions(
 ) -> np.ndarray:
     """Derivatives (count, m) of the forces of all constraints by the ``states`` (m,) of y, by
     central differences; NaN where the ``count`` of constraints changes with the place."""
-    work, slope, y = new_work(model), np.empty(model.size), state.y.copy()
+    work = new_work(model)
+    slope = np.empty(model.size)
+    y = state.y.copy()
     constraints = work.constraints
 
     def forces_at(k: int, shift: float) -> np.ndarray:

@@ -51,7 +51,8 @@ def _stream(model: Model) -> bool:
 
 def _elements(scene: Scene, model: Model) -> Iterator[str]:
     """What elements say of themselves."""
-    index, exact = {body.name: b for b, body in enumerate(scene.bodies)}, model.bodies.exact
+    index = {body.name: b for b, body in enumerate(scene.bodies)}
+    exact = model.bodies.exact
     for row, (name, element) in enumerate(scene.forces.items(), len(ROWS)):
         free = _free_angles(index[element.body], model)
         reason = element.nonlinearity(name, Turns(free, exact, model.elements, row))

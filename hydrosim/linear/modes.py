@@ -25,8 +25,12 @@ if TYPE_CHECKING:
     from hydrosim.linear.linearise import Linear
 
 STATIC = 1e-5  # rad/s: as good as static
-FREE, FLAT = 1e-3, 1e-9  # rad/s; of the largest stiffness over inertia: there is no stiffness
-ITERATIONS, CLOSE = 200, 1e-12  # of the frequencies of natural modes; their relative change
+# rad/s; of the largest stiffness over inertia: there is no stiffness
+FREE = 1e-3
+FLAT = 1e-9
+# of the frequencies of natural modes; their relative change
+ITERATIONS = 200
+CLOSE = 1e-12
 TINY = np.finfo(float).tiny
 LEVEL = 1e-9  # rad/s: slower does not oscillate
 ALIKE = 1e-6  # of w^2: modes as near to each other have shapes of one problem
@@ -93,7 +97,8 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
     values, share = modal_participation(linear, shapes)
     # what does not change with time is no decay: a place without stiffness, a node's own place
     moving = np.flatnonzero((values.imag >= 0.0) & _bound(np.abs(values) ** 2))
-    bound, decays = _bound(squares), np.zeros(squares.size, dtype=complex)
+    bound = _bound(squares)
+    decays = np.zeros(squares.size, dtype=complex)
     decays[bound] = values[moving[_matched(share[bound][:, moving])[1]]]
     return _named(squares, shapes, decays, linear)
 
@@ -129,12 +134,14 @@ def undamped(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarray, np.
     K = stiffness(np.array([STATIC]))[0].real
     squares, shapes = _sorted(K, inertia)
     for _ in range(ITERATIONS):
-        omega, last = np.sqrt(np.maximum(np.abs(squares), FREE**2)), squares.copy()
+        omega = np.sqrt(np.maximum(np.abs(squares), FREE**2))
+        last = squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
         each, vectors = _sorted(K, masses)
         alike = [int(np.isclose(last, square, rtol=ALIKE, atol=0.0).argmax()) for square in last]
         for k in np.flatnonzero(_bound(squares)):
-            squares[k], shapes[:, k] = 0.5 * (squares[k] + each[k, k]), vectors[alike[k], :, k]
+            squares[k] = 0.5 * (squares[k] + each[k, k])
+            shapes[:, k] = vectors[alike[k], :, k]
         if np.all(np.abs(squares - last) <= CLOSE * np.abs(last)):
             break
     return squares, shapes
@@ -180,7 +187,9 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
     """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row): the same in
     coordinates along the ``shapes`` (n, k)."""
     values, left, right = linear.eigenvectors()
-    n, along = linear.active.size, np.linalg.pinv(shapes, FLAT)  # free shapes may be parallel
+    # free shapes may be parallel
+    n = linear.active.size
+    along = np.linalg.pinv(shapes, FLAT)
     motion = [
         np.abs((shapes.T @ left[at].conj()) * (along @ right[at]))
         for at in (slice(0, n), slice(n, 2 * n))
@@ -222,17 +231,21 @@ def _named(
 def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
     """The root s of det(K + s B(w) + s^2 (M + A(w))) = 0, w = Im s, whose motion is most like a
     ``shape`` (n,)."""
-    K, n, value = stiffness(np.array([STATIC]))[0].real, shape.size, 0j
+    K = stiffness(np.array([STATIC]))[0].real
+    n = shape.size
+    value = 0j
     for _ in range(ITERATIONS):
         D = stiffness(np.array([omega]))[0]
-        mass, damping = (K - D.real) / (omega**2 - STATIC**2), D.imag / omega
+        mass = (K - D.real) / (omega**2 - STATIC**2)
+        damping = D.imag / omega
         state = np.block([[np.zeros((n, n)), np.eye(n)], [-K, -damping]])
         values, vectors = linalg.eig(state, linalg.block_diag(np.eye(n), mass))
         along = np.abs(shape @ mass @ vectors[:n]) / np.sqrt(
             np.abs(np.einsum("ik,ij,jk->k", vectors[:n].conj(), mass, vectors[:n]))
         )
         value = complex(values[np.argmax(np.where(values.imag >= 0.0, along, -1.0))])
-        last, omega = omega, max(abs(value.imag), FREE)
+        last = omega
+        omega = max(abs(value.imag), FREE)
         if abs(omega - last) <= CLOSE * last:
             break
     return value

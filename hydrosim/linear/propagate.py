@@ -41,9 +41,13 @@ from hydrosim.stepping.state import STATUS, Clock, Run, State
 from hydrosim.waves import following_model, wave_loads_model
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
-FEWEST, WANTED, MOST = POINTS, 16, 24  # parts of an interval
+# parts of an interval
+FEWEST = POINTS
+WANTED = 16
+MOST = 24
 TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
-CALM, STILL = wave_loads_model((), (), 0.0, 1.0, 1.0), following_model((), ())
+CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)
+STILL = following_model((), ())
 CLOSE = 1e-9  # of the distance of records: times as close are the same
 
 
@@ -71,9 +75,11 @@ def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: 
     """`Equation.response`, once for the runs that have it in common."""
     each = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
     jacobian, mobility, force = each
-    of, n = interval(jacobian, mobility, length, parts), len(force)
+    of = interval(jacobian, mobility, length, parts)
+    n = len(force)
     needed = linalg.block_diag(np.eye(n), force)  # of all but q: for the powers
-    by_state, by_load = needed @ of.states[:, n:], needed @ of.loads[:, n:]
+    by_state = needed @ of.states[:, n:]
+    by_load = needed @ of.loads[:, n:]
     weights = length / parts * area_weights(parts)
     return Response(of, np.vstack(by_state).T, np.vstack(by_load).T, weights)
 
@@ -123,7 +129,9 @@ class Equation:
         (nk, m), the forces ``f`` (nk, ...) around them and ``loads`` (nodes, nr, n) inside."""
         found = starts @ response.by_state + f @ response.by_load
         found = found.reshape(len(f), -1, 2, self.rest.size)
-        v, memory, gained = found[:, :, 0], found[:, :, 1], np.zeros((len(f), size))
+        v = found[:, :, 0]
+        memory = found[:, :, 1]
+        gained = np.zeros((len(f), size))
         add_energies(v, memory, loads, response.weights, self.resistances, self.rows, gained)
         return gained
 
@@ -133,21 +141,29 @@ def propagate(
 ) -> Iterator[float]:
     """Record the run of a linear scene from its state on, which is left at its end, or where
     ``counters[STATUS]`` says why. Yields the time reached, first of all that of the start."""
-    clock, model, state = run.clock, run.model, run.state
-    times, y, held = record_times(clock), state.y.copy(), Held(run)
+    clock = run.clock
+    model = run.model
+    state = run.state
+    times = record_times(clock)
+    y = state.y.copy()
+    held = Held(run)
     keep_states(times[:1], y[None], held)
-    equation, finest = linear_equation(model, state), node_spacing(clock, model)
+    equation = linear_equation(model, state)
+    finest = node_spacing(clock, model)
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
         length = _length(stops, clock)
         pieces, parts = division(length, finest)
-        of, first = equation.response(length / pieces, parts), 1
+        of = equation.response(length / pieces, parts)
+        first = 1
         loads = loads_at_rest(stops, pieces * parts, equation.rows, model, state)
         recorded = np.isin(stops, times)
         for states in march(y, loads, of, equation, pieces):
-            y, last = states[-1], first + len(states)
+            y = states[-1]
+            last = first + len(states)
             chosen = recorded[first:last]
-            there, known = stops[first:last][chosen], states[chosen]
+            there = stops[first:last][chosen]
+            known = states[chosen]
             keep_states(there, known, held)
             if run.counters[STATUS]:
                 return
@@ -177,7 +193,8 @@ def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray
 
 def _length(stops: np.ndarray, clock: Clock) -> float:
     """Distance of the stops, that of the records to the bit where it is that."""
-    length, usual = float(stops[-1] - stops[0]) / (stops.size - 1), clock.every * clock.step
+    length = float(stops[-1] - stops[0]) / (stops.size - 1)
+    usual = clock.every * clock.step
     return usual if isclose(length, usual, rel_tol=CLOSE) else length
 
 
@@ -209,13 +226,17 @@ def linear_equation(model: Model, state: State) -> Equation:
 
 @lru_cache(maxsize=4)
 def _equation(calm: _Rest) -> Equation:
-    model, state = calm.model, calm.state
+    model = calm.model
+    state = calm.state
     # differences of any size are exact, and large ones are best in rounding
     linear = linearise(model, state, step=1.0)
-    n, m, J = linear.active.size, linear.states.size, linear.jacobian
+    n = linear.active.size
+    m = linear.states.size
+    J = linear.jacobian
     waves = (WAVE_FIRST_ORDER, WAVE_SECOND_ORDER)
     rows = np.array([*waves, *given_rows(model.elements)], dtype=np.int64)
-    loads, slope = loads_at_rest(np.zeros(2), 1, rows, model, state)[0], np.empty(model.size)
+    loads = loads_at_rest(np.zeros(2), 1, rows, model, state)[0]
+    slope = np.empty(model.size)
     rhs(0.0, state.y, state.modes, state.history, model, new_work(model), slope)
     return Equation(
         J=J,
@@ -229,8 +250,12 @@ def _equation(calm: _Rest) -> Equation:
 
 def _resistances(model: Model) -> Resistances:
     """Of radiation with constant damping, and of elements that say so."""
-    size, active, damping = 6 * model.bodies.each.size, model.bodies.active, model.damping
-    B, b, rows = [np.zeros((size, size))], [np.zeros(size)], [RADIATION]
+    size = 6 * model.bodies.each.size
+    active = model.bodies.active
+    damping = model.damping
+    B = [np.zeros((size, size))]
+    b = [np.zeros(size)]
+    rows = [RADIATION]
     B[0][damping.row, damping.column] = damping.B
     for each in resistances(model):
         own = slice(6 * each.body, 6 * each.body + 6)
@@ -239,7 +264,8 @@ def _resistances(model: Model) -> Resistances:
         B[-1][own, own] = each.B
         b[-1][own] = each.b
         rows.append(each.row)
-    matrices, steady = np.array(B)[:, active[:, None], active], np.array(b)[:, active]
+    matrices = np.array(B)[:, active[:, None], active]
+    steady = np.array(b)[:, active]
     return Resistances(np.array(rows, dtype=np.int64), matrices, steady)
 
 
@@ -259,13 +285,16 @@ def march(
 ) -> Iterator[np.ndarray]:
     """States (nk, ny) after every ``pieces`` intervals from ``y`` (ny,) on, many at a time, under
     ``loads`` (nodes, nr, n)."""
-    m, parts, first = len(equation.J), response.weights.size - 1, 0
+    m = len(equation.J)
+    parts = response.weights.size - 1
+    first = 0
     f = extended(np.einsum("krn->kn", loads) + equation.rest)
     for around, states in motions(y[:m], f, response.interval, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
         known = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
-        y, first = known[-1], first + len(known)
+        y = known[-1]
+        first = first + len(known)
         yield known[pieces - 1 :: pieces]
 
 
@@ -275,12 +304,11 @@ def motions(
     """Forces (nk, ...) around intervals and states (nk + 1, m) from the start of the first on, many
     intervals at a time and multiples of ``pieces``; ``z`` (m,) is the state at the very start, and
     ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
-    width, parts = of.loads.shape[2], len(of.states) - 1
+    width = of.loads.shape[2]
+    parts = len(of.states) - 1
     around = sliding_window_view(f.ravel(), width)[:: parts * f.shape[1]]
-    transposed, together = (
-        np.ascontiguousarray(of.states[-1].T),
-        max(TOGETHER // pieces, 1) * pieces,
-    )
+    transposed = np.ascontiguousarray(of.states[-1].T)
+    together = max(TOGETHER // pieces, 1) * pieces
     for k in range(0, len(around), together):
         here = np.ascontiguousarray(around[k : k + together])
         states = np.empty((len(here) + 1, z.size))

@@ -50,7 +50,8 @@ class StepLimit:
 
     def describe(self, step: float) -> str:
         """One line on a run with this ``step``."""
-        z, limit = abs(self.eigenvalue) * step, abs(self.eigenvalue) * self.step
+        z = abs(self.eigenvalue) * step
+        limit = abs(self.eigenvalue) * self.step
         return (
             f"largest stable step {self.step:.3g} s: {self.what}, {self.contact}; at {step:g} s"
             f" |lambda| h is {z:.3g}, the limit of the method there {limit:.3g}"

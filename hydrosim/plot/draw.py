@@ -105,7 +105,8 @@ def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
     """The phases of the group of contacts that begins free, and its name; none where none does."""
     if "contact_phase" not in run:
         return [], ""
-    time, each = run.time.values, run.contact_phase.transpose("contact_group", "time").values
+    time = run.time.values
+    each = run.contact_phase.transpose("contact_group", "time").values
     for group, of in zip(run.contact_group.values, each, strict=True):
         starts = np.flatnonzero(np.diff(of, prepend=-1))
         if of[0] == Named.MOORED and starts.size > 1:
@@ -121,7 +122,8 @@ def _panels(run: xr.Dataset, suffix: str, view: View) -> list[Panel]:
 
 
 def _frame(run: xr.Dataset, suffix: str, window: Window) -> Frame:
-    title, status = run.attrs.get("title", ""), run.attrs.get("status", "complete")
+    title = run.attrs.get("title", "")
+    status = run.attrs.get("status", "complete")
     title = title if status == "complete" else f"{title} ({status})"
     remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
     if length := coarse(run.time.values, window):

@@ -235,7 +235,8 @@ def fourier_integral(x: np.ndarray, f: np.ndarray, y: np.ndarray) -> np.ndarray:
     h = np.diff(x)
     wave = h * np.exp(1j * np.multiply.outer(y, 0.5 * (x[1:] + x[:-1])))
     z = 0.5 * np.multiply.outer(y, h)
-    mean, rise = 0.5 * (f[1:] + f[:-1]), 0.5 * np.diff(f, axis=0)
+    mean = 0.5 * (f[1:] + f[:-1])
+    rise = 0.5 * np.diff(f, axis=0)
     even = np.tensordot(wave * spherical_jn(0, z), mean, 1)
     return even + 1j * np.tensordot(wave * spherical_jn(1, z), rise, 1)
 

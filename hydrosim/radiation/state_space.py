@@ -27,7 +27,9 @@ TOLERANCE = 3e-4
 ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # poles in vector fitting
 BEYOND = 3.0  # the fit is made up to this multiple of the band
 HELD_DOWN = 10.0  # what errors count beyond the band, so that damping is not negative there
-PART, NEARLY = 0.2, 1.5  # of the gain of what is not passive: how near it is fitted, and is good
+# of the gain of what is not passive: how near it is fitted, and is good
+PART = 0.2
+NEARLY = 1.5
 ATTEMPTS = ((4.0, 1.0), (np.inf, 1.0), (4.0, 2.0), (4.0, 4.0))
 """Fastest poles, in bands, and what is aimed at, in tolerances: fast poles ask for small steps."""
 MOST = 150  # states of a group: where more would be needed, an integral is as good
@@ -116,7 +118,8 @@ class StateSpace:
     @property
     def modes(self) -> Modes:
         """The system with each pole of a pair written out; has the transfer function."""
-        n, half = self.real, self.decay.size
+        n = self.real
+        half = self.decay.size
         upper = self.decay[n:] + 1j * self.frequency[n:]
         c = (self.C[:, n:half] + 1j * self.C[:, half:]) / np.sqrt(2.0)
         b = (self.B[n:half] - 1j * self.B[half:]) / np.sqrt(2.0)
@@ -225,7 +228,8 @@ def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
 def _vector_fit(target: Target, tolerance: float, fastest: float) -> tuple[np.ndarray, np.ndarray]:
     """Poles, up to ``fastest`` [rad/s], and residues (order, m, m) of the first fit within the
     tolerance, or of the best."""
-    s, m = 1j * target.w, target.scale.size
+    s = 1j * target.w
+    m = target.scale.size
     upper = np.triu_indices(m)
     place = np.zeros((m, m), dtype=int)
     place[upper] = place.T[upper] = np.arange(upper[0].size)
@@ -291,7 +295,8 @@ def _smallest(
 def _fewest(system: System, target: Target, aim: float) -> int:
     """States of the smallest truncation within the ``aim``, by halves: errors fall, but for a
     little, with the number; all of them if none is."""
-    low, high = 0, len(system[0])
+    low = 0
+    high = len(system[0])
     while high - low > 1:
         middle = (low + high) // 2
         model = truncation(system, middle)
@@ -314,11 +319,13 @@ def truncation(system: System, states: int) -> Reciprocal | None:
 def reciprocal(modes: Modes) -> Reciprocal:
     """The modes with every residue c b as +-b^T b: b and c of a reciprocal system are parallel, so
     that only their lengths and phases are free. A part that is not reciprocal is left out."""
-    real, upper = modes.poles.imag == 0.0, modes.poles.imag > 0.0
+    real = modes.poles.imag == 0.0
+    upper = modes.poles.imag > 0.0
     size = np.einsum("km,km->k", modes.b.conj(), modes.b).real
     ratio = np.einsum("km,mk->k", modes.b.conj(), modes.c) / size
     b = np.sqrt(np.where(real, np.abs(ratio), ratio))[:, None] * modes.b
-    first, pairs = np.sqrt(2.0) * b[upper], int(np.count_nonzero(upper))
+    first = np.sqrt(2.0) * b[upper]
+    pairs = int(np.count_nonzero(upper))
     poles = modes.poles[upper]
     return Reciprocal(
         decay=np.concatenate([modes.poles[real].real, poles.real, poles.real]),

@@ -69,7 +69,8 @@ def series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
 
 def unknown(run: xr.Dataset, name: str) -> str:
     """In words: that a run has no channel ``name``, and which it has."""
-    kind, known = name.partition(".")[0], names(run)
+    kind = name.partition(".")[0]
+    known = names(run)
     alike = [each for each in known if each.partition(".")[0] == kind]
     if kind in NEEDS and not alike:
         return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
@@ -184,7 +185,8 @@ def _velocity(run: xr.Dataset, point: str) -> np.ndarray:
 def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
     """a + alpha x r + omega x (omega x r)."""
     r, moves = _arm(run, point)
-    a, omega = moves["acceleration"], moves["velocity"][:, 3:]
+    a = moves["acceleration"]
+    omega = moves["velocity"][:, 3:]
     return np.asarray(a[:, :3] + np.cross(a[:, 3:], r) + np.cross(omega, np.cross(omega, r)))
 
 

@@ -88,7 +88,8 @@ def _gathered(
         if values and first is None:
             continue
         run = entry["run"]
-        status[run], messages[run] = entry.get("status", COMPLETE), entry.get("message", "")
+        status[run] = entry.get("status", COMPLETE)
+        messages[run] = entry.get("message", "")
         warnings[run] = entry.get("warnings", "")
         if values:
             table[run] = np.frombuffer(values, chosen)[0]

@@ -26,7 +26,10 @@ from hydrosim.leftovers import is_marked, is_plain, remove_folder
 from hydrosim.outputs import Output
 from hydrosim.results.assembled import differing
 
-FIRST, RUNS, KNOWN, RESULT = "first.nc", "runs", "known.nc", "result.nc"
+FIRST = "first.nc"
+RUNS = "runs"
+KNOWN = "known.nc"
+RESULT = "result.nc"
 MARKED = {KNOWN: "sweep", RESULT: "sweep", FIRST: "first run"}
 """What other files than `runs` say that they are."""
 PARTIAL = ".partial"  # ends the name of a file that is being written
@@ -182,7 +185,8 @@ def entries(
     failed; up to the first that is not whole. Raises InputError if no run fits the files beside it
     that are ``needed``, since one of these has changed."""
     sums = {name: _checksum(folder / name) for name in needed if (folder / name).exists()}
-    fitting, changed = 0, ""
+    fitting = 0
+    changed = ""
     with suppress(ValueError, KeyError, TypeError):
         while True:
             place = file.tell()
@@ -251,7 +255,8 @@ def first_of(folder: Path) -> xr.Dataset | None:
 
 
 def _store_first(found: xr.Dataset, folder: Path) -> None:
-    partial, path = folder / f"{FIRST}{PARTIAL}", folder / FIRST
+    partial = folder / f"{FIRST}{PARTIAL}"
+    path = folder / FIRST
     marked = found.assign_attrs(history=Output(path, MARKED[FIRST], path).mark)
     marked.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
     partial.replace(path)

@@ -50,7 +50,8 @@ def clearances(scene: Scene, frames: Frames) -> np.ndarray:
 
 def check_points(scene: Scene) -> None:
     """Raises InputError where a clearance is of a point that there is not."""
-    known, bodies = point_names(scene), [body.name for body in scene.bodies]
+    known = point_names(scene)
+    bodies = [body.name for body in scene.bodies]
     for name, c in scene.clearances.items():
         for key, point in (("of", c.of), ("to", c.to)):
             if point is not None and point not in known:
@@ -64,8 +65,10 @@ def check_points(scene: Scene) -> None:
 
 def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
     """Where the bodies are at ``coordinates`` (nt, 6 nb)."""
-    bodies, motion = model.bodies, new_motion(model.bodies)
-    count, still = len(bodies.each), np.zeros(bodies.active.size)
+    bodies = model.bodies
+    motion = new_motion(model.bodies)
+    count = len(bodies.each)
+    still = np.zeros(bodies.active.size)
     rotation = np.zeros((len(coordinates), count, 3, 3))
     for k, q in enumerate(coordinates):
         place_bodies(q[bodies.active], still, bodies, motion)

@@ -14,10 +14,13 @@ import xarray as xr
 from hydrosim.results.assembled import differing
 
 RUN = "run"
-NOT_RUN, COMPLETE = "not run", "complete"
+NOT_RUN = "not run"
+COMPLETE = "complete"
 MISSING = -1  # whole numbers of runs that have none
 LARGE = 1024  # values of a run from which on they are stored apart from those of other runs
-BLOCK, BLOCK_BYTES = 256, 2**24  # runs that are written at once, or as many as have so many bytes
+# runs that are written at once, or as many as have so many bytes
+BLOCK = 256
+BLOCK_BYTES = 2**24
 TEXTS = {
     "status": f"complete, failed, interrupted, or {NOT_RUN}",
     "status_message": "why a run failed",
@@ -67,7 +70,9 @@ class RunsFile:
         self._last: xr.Dataset | None = None
         self._attributes: dict[str, object] = {}
         self._names: list[str] = []
-        self._count, self._written, self._bytes = count, 0, 0
+        self._count = count
+        self._written = 0
+        self._bytes = 0
         self._block: list[tuple[Mapping[str, np.ndarray], tuple[str, ...]]] = []
         self._file.createDimension(RUN, count)
         self._file.coordinates = " ".join(coordinates)
@@ -131,7 +136,9 @@ class RunsFile:
             variable[rows] = block
         for name, texts in zip(TEXTS, zip(*(t for _, t in self._block), strict=True), strict=True):
             self._file[name][rows] = np.array(texts, dtype=object)
-        self._written, self._block, self._bytes = rows.stop, [], 0
+        self._written = rows.stop
+        self._block = []
+        self._bytes = 0
 
     def differs(self, found: xr.Dataset) -> str | None:
         """A coordinate of a run that the runs before it have otherwise."""

@@ -48,7 +48,9 @@ TOLD = (
     ("closed", "closings", "largest_contact_force", "closing_speed"),
     ("closed again", "recontacts", "recontact_force", "recontact_speed"),
 )
-IMPULSE, TIME, WEIGHT = "group_impulse", "stage_time", "contact_weight"
+IMPULSE = "group_impulse"
+TIME = "stage_time"
+WEIGHT = "contact_weight"
 
 
 class Group(NamedTuple):
@@ -80,7 +82,8 @@ class Group(NamedTuple):
         """The times at which `PARTS` of the weight are transferred."""
         if not self.weight > 0.0 or self.time.size < 2:
             return [NEVER] * len(PARTS)
-        share, time = self.share(), np.arange(self.time[0], self.time[-1], LOOK)
+        share = self.share()
+        time = np.arange(self.time[0], self.time[-1], LOOK)
         levels = [part - (WITHIN if part == PARTS[-1] else 0.0) for part in PARTS]
         return [_reaches(level, time, share(time), share) for level in levels]
 
@@ -94,8 +97,10 @@ def staged(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
     load = load.rename(fender_group="contact_group").sel(contact_group=run.contact_group)
     load = load.transpose("time", "contact_group").drop_attrs()
     count = run.sizes["contact_group"]
-    weight, impulse = np.full(count, np.nan), np.full(load.shape, np.nan)
-    times, figures = np.full((count, len(STAGES)), np.nan), np.full((count, len(FIGURES)), np.nan)
+    weight = np.full(count, np.nan)
+    impulse = np.full(load.shape, np.nan)
+    times = np.full((count, len(STAGES)), np.nan)
+    figures = np.full((count, len(FIGURES)), np.nan)
     for each in groups:
         k = each.group
         own = each.y

@@ -12,7 +12,8 @@ from hydrosim.forces import KINDS
 from hydrosim.forces.kind import Variable
 from hydrosim.results.phases import Phase
 
-EARTH, HEADING = "earth", "axes that turn with the yaw of the body"
+EARTH = "earth"
+HEADING = "axes that turn with the yaw of the body"
 MIXED = "SI"  # of numbers that have different units
 OWN = {
     # name: long_name, units, frame; a name that ends in "_" is of all that begin with it

@@ -101,7 +101,8 @@ def accelerations(x, bodies, motion, a):
         if i % 6 < 3 or not bodies.exact:
             a[i] += x[j]
         else:
-            E, k = motion.rate_map[i // 6], 6 * (i // 6) + 3
+            E = motion.rate_map[i // 6]
+            k = 6 * (i // 6) + 3
             for axis in range(3):
                 a[k + axis] += E[axis, i - k] * x[j]
 
@@ -120,36 +121,61 @@ def _turn(b, angles, motion):
 @kernel
 def _rotate(angles, R):
     """R = Rz(psi) Ry(theta) Rx(phi)."""
-    cf, sf = cos(angles[0]), sin(angles[0])
-    ct, st = cos(angles[1]), sin(angles[1])
-    cp, sp = cos(angles[2]), sin(angles[2])
-    R[0, 0], R[0, 1], R[0, 2] = cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf
-    R[1, 0], R[1, 1], R[1, 2] = sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf
-    R[2, 0], R[2, 1], R[2, 2] = -st, ct * sf, ct * cf
+    cf = cos(angles[0])
+    sf = sin(angles[0])
+    ct = cos(angles[1])
+    st = sin(angles[1])
+    cp = cos(angles[2])
+    sp = sin(angles[2])
+    R[0, 0] = cp * ct
+    R[0, 1] = cp * st * sf - sp * cf
+    R[0, 2] = cp * st * cf + sp * sf
+    R[1, 0] = sp * ct
+    R[1, 1] = sp * st * sf + cp * cf
+    R[1, 2] = sp * st * cf - cp * sf
+    R[2, 0] = -st
+    R[2, 1] = ct * sf
+    R[2, 2] = ct * cf
 
 
 @kernel
 def _rotate_little(angles, R):
     """I + angles x, the first order of R."""
-    R[0, 0], R[0, 1], R[0, 2] = 1.0, -angles[2], angles[1]
-    R[1, 0], R[1, 1], R[1, 2] = angles[2], 1.0, -angles[0]
-    R[2, 0], R[2, 1], R[2, 2] = -angles[1], angles[0], 1.0
+    R[0, 0] = 1.0
+    R[0, 1] = -angles[2]
+    R[0, 2] = angles[1]
+    R[1, 0] = angles[2]
+    R[1, 1] = 1.0
+    R[1, 2] = -angles[0]
+    R[2, 0] = -angles[1]
+    R[2, 1] = angles[0]
+    R[2, 2] = 1.0
 
 
 @kernel
 def _rate_map(angles, E):
-    ct, st = cos(angles[1]), sin(angles[1])
-    cp, sp = cos(angles[2]), sin(angles[2])
-    E[0, 0], E[0, 1], E[0, 2] = cp * ct, -sp, 0.0
-    E[1, 0], E[1, 1], E[1, 2] = sp * ct, cp, 0.0
-    E[2, 0], E[2, 1], E[2, 2] = -st, 0.0, 1.0
+    ct = cos(angles[1])
+    st = sin(angles[1])
+    cp = cos(angles[2])
+    sp = sin(angles[2])
+    E[0, 0] = cp * ct
+    E[0, 1] = -sp
+    E[0, 2] = 0.0
+    E[1, 0] = sp * ct
+    E[1, 1] = cp
+    E[1, 2] = 0.0
+    E[2, 0] = -st
+    E[2, 1] = 0.0
+    E[2, 2] = 1.0
 
 
 @kernel
 def _rate_map_bias(angles, rate):
     """E' a': the angular acceleration that is there when the angles' rates a' are constant."""
-    ct, st = cos(angles[1]), sin(angles[1])
-    cp, sp = cos(angles[2]), sin(angles[2])
+    ct = cos(angles[1])
+    st = sin(angles[1])
+    cp = cos(angles[2])
+    sp = sin(angles[2])
     dphi, dtheta, dpsi = rate
     return (
         -dphi * (dtheta * cp * st + dpsi * sp * ct) - dtheta * dpsi * cp,
@@ -183,7 +209,8 @@ def point_velocity(b, arm, motion):
 @kernel
 def point_bias(b, arm, motion):
     """Acceleration S' q' x arm + omega x (omega x arm) of a body's point."""
-    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
+    omega = vector(motion.velocity, 6 * b + 3)
+    bias = vector(motion.bias, 6 * b + 3)
     return add(cross(bias, arm), cross(omega, cross(omega, arm)))
 
 
@@ -238,7 +265,8 @@ def acceleration_map(bodies, motion, M, H):
     n = M.shape[0]
     if bodies.exact:
         for b in range(bodies.each.size):
-            E, k = motion.rate_map[b], 6 * b + 3
+            E = motion.rate_map[b]
+            k = 6 * b + 3
             for i in range(n):
                 row = vector(M[i], k)
                 for j in range(3):

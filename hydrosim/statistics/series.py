@@ -6,7 +6,9 @@ import numpy as np
 
 SMOOTHED = 4  # neighbours in the spectrum
 BINS = 1024  # of a series whose slow parts are asked for
-LEAST, MOST = 12, 48  # coefficients
+# coefficients
+LEAST = 12
+MOST = 48
 
 
 def upcrossings(x: np.ndarray) -> np.ndarray:

@@ -191,7 +191,8 @@ def _of_channels(
 ) -> Found:
     """Figures, extremes and their basis of all channels of a variable, along its dimensions; the
     arguments of `extremes` besides; ``growing`` are the waves."""
-    dims, size = tuple(map(str, series.dims[:-1])), series.shape[:-1]
+    dims = tuple(map(str, series.dims[:-1]))
+    size = series.shape[:-1]
     channels = series.values.reshape(-1, series.shape[-1])
     figures = [_figures(x, how[0]) for x in channels]
     sides = [_judged(x, how, growing) for x in channels]
@@ -218,8 +219,10 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     the mean between upcrossings of the mean, NaN if there are fewer than two; skewness and kurtosis
     the mean third and fourth powers of (x - mean) / std, NaN of what is constant; of its peaks
     see `hydrosim.statistics.peaks`."""
-    mean, std = x.mean(), x.std()
-    crossings, period = upcrossings(x - mean), np.nan
+    mean = x.mean()
+    std = x.std()
+    crossings = upcrossings(x - mean)
+    period = np.nan
     if crossings.size > 1:
         period = step * (crossings[-1] - crossings[0]) / (crossings.size - 1)
     size = max(int(PART * x.size), 1)

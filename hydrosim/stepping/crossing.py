@@ -55,7 +55,9 @@ def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
     scratch = run.scratch
-    end, after, every = scratch.states[END], scratch.margins[AFTER], scratch.watched[EVERY]
+    end = scratch.states[END]
+    after = scratch.margins[AFTER]
+    every = scratch.watched[EVERY]
     _measure(stop, end, run, every, after)
     left = any_negative(after)
     if after.size == 0 or not located:
@@ -83,14 +85,19 @@ def _measure(t, y, run, watched, out):
     """Margins at t, y, those of contacts of ``watched`` rows alone."""
     if out.size == 0:
         return
-    model, work, modes = run.model, run.work, run.state.modes
+    model = run.model
+    work = run.work
+    modes = run.state.modes
     if work.constraints.force.size > 0:  # the reactions are margins of what is held
         slope(t, y, run, run.scratch.states[SPARE])
     else:
         _place(y, run)
     run.counters[LOOKS] += 1
-    motion, bodies, elements = work.motion, model.bodies, model.elements
-    headings, reactions = run.scratch.headings, work.holds.reaction
+    motion = work.motion
+    bodies = model.bodies
+    elements = model.elements
+    headings = run.scratch.headings
+    reactions = work.holds.reaction
     events.find_margins(
         t, y, modes, motion, bodies, elements, model.tanks, headings, reactions, watched, out
     )
@@ -106,8 +113,11 @@ def _place(y, run):
 @root
 def _find_before(t, run):
     """Margins at the start of the step, as far as the step before has not left them there."""
-    scratch, state = run.scratch, run.state
-    known, watched, slipping = scratch.known, scratch.watched[EVERY], scratch.watched[SOME]
+    scratch = run.scratch
+    state = run.state
+    known = scratch.known
+    watched = scratch.watched[EVERY]
+    slipping = scratch.watched[SOME]
     if known[START_MARGINS] == KNOWN:
         return
     if known[START_MARGINS] == BUT_FOR_SLIP:
@@ -128,14 +138,20 @@ def _land(t, h, run):
     """
     scratch = run.scratch
     end = scratch.states[END]
-    before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
-    every, ended = scratch.watched[EVERY], scratch.watched[SOME]
+    before = scratch.margins[BEFORE]
+    after = scratch.margins[AFTER]
+    now = scratch.margins[NOW]
+    every = scratch.watched[EVERY]
+    ended = scratch.watched[SOME]
     slope(t + h, end, run, scratch.states[SLOPE])
     assign(scratch.states[FULL], end)
     _find_before(t, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
-    lo, f_lo, hi, f_hi = 0.0, phi(before, before, after), 1.0, phi(after, before, after)
+    lo = 0.0
+    f_lo = phi(before, before, after)
+    hi = 1.0
+    f_hi = phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
     while True:  # halves the bracket in the end, so that it does end
@@ -148,9 +164,11 @@ def _land(t, h, run):
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
         if value >= 0.0:
-            lo, f_lo = x, value
+            lo = x
+            f_lo = value
         else:  # or a step that is no longer finite
-            hi, f_hi = x, value
+            hi = x
+            f_hi = value
         x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
         if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
@@ -164,39 +182,49 @@ def _land(t, h, run):
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
-    before, after = run.scratch.margins[BEFORE], run.scratch.margins[AFTER]
-    lo, f_lo = 0.0, phi(before, before, after) + defect
-    hi, f_hi = 0.0, -1.0
+    before = run.scratch.margins[BEFORE]
+    after = run.scratch.margins[AFTER]
+    lo = 0.0
+    f_lo = phi(before, before, after) + defect
+    hi = 0.0
+    f_hi = -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
         f_hi = _phi_on_cubic(hi, t, h, run) + defect
         if f_hi < 0.0 <= f_lo:
             break
-        lo, f_lo = hi, f_hi
+        lo = hi
+        f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
         return 0.0, f_lo - defect
-    x, f = hi, f_hi
+    x = hi
+    f = f_hi
     for _ in range(60):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
         x = between(lo, f_lo, hi, f_hi)
         f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
-            lo, f_lo = x, f
+            lo = x
+            f_lo = f
         else:
-            hi, f_hi = x, f
+            hi = x
+            f_hi = f
     return x, f - defect
 
 
 @kernel
 def _phi_on_cubic(x, t, h, run):
     scratch = run.scratch
-    now, before, after = scratch.margins[NOW], scratch.margins[BEFORE], scratch.margins[AFTER]
+    now = scratch.margins[NOW]
+    before = scratch.margins[BEFORE]
+    after = scratch.margins[AFTER]
     _on_cubic(x, t, h, run, scratch.watched[SOME], now)
     smallest = 1.0
     for i in range(run.state.modes.shape[0]):
         if scratch.watched[SOME, i] != 0:
-            a, b = MARGINS * i, MARGINS * (i + 1)
+            a = MARGINS * i
+            b = MARGINS * (i + 1)
             smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
     return smallest
 
@@ -205,7 +233,8 @@ def _phi_on_cubic(x, t, h, run):
 def _on_cubic(x, t, h, run, watched, out):
     """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and what
     margins look at alone, but for the reactions of what is held."""
-    model, stage = run.model, run.scratch.states[STAGE]
+    model = run.model
+    stage = run.scratch.states[STAGE]
     if run.work.constraints.force.size > 0:
         _interpolate(x, h, 0, stage.size, run)
     else:
@@ -222,8 +251,12 @@ def _on_cubic(x, t, h, run, watched, out):
 @kernel
 def _interpolate(x, h, i, j, run):
     """States i to j on the cubic through both ends of the uncut step, into ``states[STAGE]``."""
-    states, y, k = run.scratch.states, run.state.y, run.scratch.k[0]
-    full, end, out = states[FULL], states[SLOPE], states[STAGE]
+    states = run.scratch.states
+    y = run.state.y
+    k = run.scratch.k[0]
+    full = states[FULL]
+    end = states[SLOPE]
+    out = states[STAGE]
     hermite(x, h, y[i:j], k[i:j], full[i:j], end[i:j], out[i:j])
 
 
@@ -236,7 +269,9 @@ def _dip(t, h, run):
     step, or before another event, is not jumped over. The margins of the end are in NOW.
     """
     scratch = run.scratch
-    margin, every, end = scratch.margins, scratch.watched[EVERY], scratch.states[END]
+    margin = scratch.margins
+    every = scratch.watched[EVERY]
+    end = scratch.states[END]
     slope(t + h, end, run, scratch.states[SLOPE])
     scratch.known[END_SLOPE] = 1
     assign(scratch.states[FULL], end)
@@ -246,8 +281,10 @@ def _dip(t, h, run):
         return 1.0
     _on_cubic(1.0 - NEAR, t, h, run, every, margin[LATE])
     for i in range(margin.shape[1]):
-        first, last = margin[BEFORE, i], margin[NOW, i]
-        falling, rising = (margin[EARLY, i] - first) / NEAR, (last - margin[LATE, i]) / NEAR
+        first = margin[BEFORE, i]
+        last = margin[NOW, i]
+        falling = (margin[EARLY, i] - first) / NEAR
+        rising = (last - margin[LATE, i]) / NEAR
         if falling < 0.0 < rising:
             meet = (last - rising - first) / (falling - rising)
             floor = -LANDED * max(abs(first), abs(last))
@@ -273,19 +310,25 @@ def _deepest(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
     golden = 0.6180339887498949
-    lo, hi = 0.0, 1.0
-    a, b = 1.0 - golden, golden
+    lo = 0.0
+    hi = 1.0
+    a = 1.0 - golden
+    b = golden
     f_a = _margin_on_cubic(i, a, t, h, run)
     f_b = _margin_on_cubic(i, b, t, h, run)
     for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
         if min(f_a, f_b) < floor:
             return a if f_a < f_b else b
         if f_a < f_b:
-            hi, b, f_b = b, a, f_a
+            hi = b
+            b = a
+            f_b = f_a
             a = hi - golden * (hi - lo)
             f_a = _margin_on_cubic(i, a, t, h, run)
         else:
-            lo, a, f_a = a, b, f_b
+            lo = a
+            a = b
+            f_a = f_b
             b = lo + golden * (hi - lo)
             f_b = _margin_on_cubic(i, b, t, h, run)
     return 1.0
@@ -293,7 +336,8 @@ def _deepest(i, floor, t, h, run):
 
 @root
 def _margin_on_cubic(i, x, t, h, run):
-    one, out = run.scratch.watched[SOME], run.scratch.margins[TRIAL]
+    one = run.scratch.watched[SOME]
+    out = run.scratch.margins[TRIAL]
     for j in range(one.size):
         one[j] = 1 if j == i // MARGINS else 0
     _on_cubic(x, t, h, run, one, out)
@@ -303,10 +347,13 @@ def _margin_on_cubic(i, x, t, h, run):
 @root
 def note_headings(t, run):
     """Note where all points slip to at the start of a step."""
-    headings, state, model = run.scratch.headings, run.state, run.model
+    headings = run.scratch.headings
+    state = run.state
+    model = run.model
     if headings.size > 0:
         _place(state.y, run)
-        motion, bodies = run.work.motion, model.bodies
+        motion = run.work.motion
+        bodies = model.bodies
         events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
@@ -314,8 +361,12 @@ def note_headings(t, run):
 def switch_modes(t, run):
     """Switch the modes that have ended at ``state.y``: all whose margin is zero there, or without
     location all whose margin is negative. One switch per row of modes."""
-    state, scratch, located = run.state, run.scratch, run.clock.events
-    before, after, now = scratch.margins[BEFORE], scratch.margins[AFTER], scratch.margins[NOW]
+    state = run.state
+    scratch = run.scratch
+    located = run.clock.events
+    before = scratch.margins[BEFORE]
+    after = scratch.margins[AFTER]
+    now = scratch.margins[NOW]
     near = max(phi(now, before, after), 0.0) + SWITCHED
     _place(state.y, run)
     _add_momentum(-1.0, run)
@@ -335,7 +386,10 @@ def switch_modes(t, run):
 def _add_momentum(sign, run):
     """Momentum of flows between tanks: taken before modes switch, given back after, so that what
     bodies and fluid have of it together stays."""
-    p, model, state, push = run.model.tanks, run.model, run.state, run.work.push
+    p = run.model.tanks
+    model = run.model
+    state = run.state
+    push = run.work.push
     if p.flows.size == 0:
         return
     if sign < 0.0:
@@ -348,11 +402,17 @@ def _add_momentum(sign, run):
 @kernel
 def _switch(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` was of this ``size``."""
-    state, model = run.state, run.model
+    state = run.state
+    model = run.model
     step = run.clock.step if run.clock.events else 0.0
     _book_stored(i, 1.0, t, run)
-    y, modes, motion, bodies = state.y, state.modes, run.work.motion, model.bodies
-    elements, tanks, reactions = model.elements, model.tanks, run.work.holds.reaction
+    y = state.y
+    modes = state.modes
+    motion = run.work.motion
+    bodies = model.bodies
+    elements = model.elements
+    tanks = model.tanks
+    reactions = run.work.holds.reaction
     events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
     _book_stored(i, -1.0, t, run)
 
@@ -361,10 +421,13 @@ def _switch(i, which, size, t, run):
 def _book_stored(i, sign, t, run):
     """Before and after a trigger: what is stored in its element then is lost, or comes from
     outside."""
-    state, model, stored = run.state, run.model, run.work.rate
+    state = run.state
+    model = run.model
+    stored = run.work.rate
     if events.is_trigger(i, model.elements):
         clear(stored)
-        motion, elements = run.work.motion, model.elements
+        motion = run.work.motion
+        elements = model.elements
         add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
         events.book(i, sign, state.y, stored, elements)
 
@@ -372,13 +435,20 @@ def _book_stored(i, sign, t, run):
 @root
 def make_consistent(t, run):
     """Bring what is held to rest, and let break loose what cannot be held."""
-    state, model, work = run.state, run.model, run.work
+    state = run.state
+    model = run.model
+    work = run.work
     still(state.y, state.modes, model, work)
     for _ in range(work.constraints.force.size):
         slope(t, state.y, run, run.scratch.states[SPARE])
         loose = events.break_loose(
-            *(t, state.y, state.modes, work.motion, model.bodies),
-            *(model.elements, work.holds.reaction),
+            t,
+            state.y,
+            state.modes,
+            work.motion,
+            model.bodies,
+            model.elements,
+            work.holds.reaction,
         )
         if not loose:
             return

@@ -147,7 +147,8 @@ class Work(NamedTuple):
 
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
-    m, n = 6 * model.bodies.each.size, model.bodies.active.size
+    m = 6 * model.bodies.each.size
+    n = model.bodies.active.size
     rows = most_constraints(model)
     return Work(
         new_motion(model.bodies),
@@ -182,7 +183,9 @@ def dynamic_states(model: Model) -> np.ndarray:
 
 def radiation_filters(model: Model) -> Filters:
     """The radiation states of the model, pole by pole or pair by pair."""
-    p, one, other = model.states, [], []
+    p = model.states
+    one = []
+    other = []
     for first, last, real in zip(p.state[:-1], p.state[1:], p.real, strict=True):
         alone = np.arange(first, first + real)
         pairs = np.arange(first + real, last).reshape(2, -1)
@@ -197,7 +200,8 @@ def radiation_filters(model: Model) -> Filters:
 def rhs(t, y, modes, history, model, work, dy):
     """Fill ``dy`` = y'(t) for the contact ``modes`` and the velocity ``history``. Pure: it changes
     scratch and ``dy`` only."""
-    n, motion = model.bodies.active.size, work.motion
+    n = model.bodies.active.size
+    motion = work.motion
     place(y[:n], y[n : 2 * n], model.bodies, motion)
     if model.headings.turned.size > 0:
         look_along(model.headings, motion, work.hulls)
@@ -231,13 +235,15 @@ def rhs(t, y, modes, history, model, work, dy):
 def add_impulses(t, y, modes, model, work, rates):
     """The force of every row, reactions included, its power by coordinate, and what contacts do
     into ``rates``."""
-    wrench, v = work.wrench, work.motion.velocity
+    wrench = work.wrench
+    v = work.motion.velocity
     count = model.rows * v.size
     for row in range(model.rows):
         for i in range(v.size):
             rates[row * v.size + i] = wrench[row, i]
             rates[count + row * v.size + i] = wrench[row, i] * v[i]
-    reactions, tallies = work.holds.reaction, rates[2 * count :]
+    reactions = work.holds.reaction
+    tallies = rates[2 * count :]
     events.tally(t, y, modes, work.motion, model.bodies, model.elements, reactions, tallies)
 
 
@@ -245,7 +251,8 @@ def add_impulses(t, y, modes, model, work, rates):
 def accelerate_along(model, work, x):
     """Accelerations ``x`` (n,) where nothing is held, by way of heading axes, where inertia is
     steady."""
-    headings, along = model.headings, work.hulls.motion
+    headings = model.headings
+    along = work.hulls.motion
     motion_along(headings, model.bodies, work.motion, along)
     all_to_heading(headings, work.motion, work.total)
     accelerate_freely(model.inertia, model.bodies, along, work.total, work.turning, x)
@@ -256,7 +263,8 @@ def accelerate_along(model, work, x):
 def accelerate(modes, model, A, work, x):
     """Accelerations ``x`` (n,) where something may be held, or the added mass ``A`` changes; the
     reactions of elements go into ``work.holds`` and their rows of ``work.wrench``."""
-    motion, constraints = work.motion, work.constraints
+    motion = work.motion
+    constraints = work.constraints
     find_mass(model, A, work)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
@@ -296,13 +304,16 @@ def find_mass(model, A, work):
 def kick(y, modes, model, work):
     """Change the rates in ``y`` by the impulse ``work.push`` (6 nb,), which is overwritten, on
     bodies where ``work.motion`` is placed, what is held included; its work is booked."""
-    n, push, constraints = model.bodies.active.size, work.push, work.constraints
+    n = model.bodies.active.size
+    push = work.push
+    constraints = work.constraints
     look_inside(y, model, work)
     blends = model.family.body.size > 0
     if blends:
         blend(y[model.draught :], model.family, model.added_mass, work.blend)
     find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
-    change, drive = work.jump[0], work.jump[1]
+    change = work.jump[0]
+    drive = work.jump[1]
     if model.impulse < model.size:
         for i in range(push.size):
             y[model.impulse + model.tanks.row * push.size + i] += push[i]
@@ -330,7 +341,8 @@ def constrain(modes, model, work):
 @root
 def still(y, modes, model, work):
     """Take from the rates in ``y`` what constraints do not let move, where they hold."""
-    n, constraints = model.bodies.active.size, work.constraints
+    n = model.bodies.active.size
+    constraints = work.constraints
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     constrain(modes, model, work)
     if constraints.number[0] > 0:
@@ -343,7 +355,9 @@ def still(y, modes, model, work):
 def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
     """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
     differences of size ``step``; ``scratch`` (3, ny)."""
-    shifted, ahead, behind = scratch[0], scratch[1], scratch[2]
+    shifted = scratch[0]
+    ahead = scratch[1]
+    behind = scratch[2]
     assign(shifted, y)
     for j in range(states.size):
         k = states[j]
@@ -359,7 +373,10 @@ def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
 @kernel
 def add_forces(t, y, modes, history, model, work, dy):
     """The force of every row into ``work.wrench``; the rates of all states but motion into dy."""
-    motion, wrench, rate, v = work.motion, work.wrench, work.rate, work.motion.velocity
+    motion = work.motion
+    wrench = work.wrench
+    rate = work.rate
+    v = work.motion.velocity
     u = work.hulls.velocity if model.headings.turned.size > 0 else v
     clear(wrench.reshape(wrench.size))
     clear(rate)
@@ -370,7 +387,8 @@ def add_forces(t, y, modes, history, model, work, dy):
     if model.family.body.size > 0:
         add_blended(t, y, u, history, model, work, dy)
     else:
-        first, second = wrench[WAVE_FIRST_ORDER], wrench[WAVE_SECOND_ORDER]
+        first = wrench[WAVE_FIRST_ORDER]
+        second = wrench[WAVE_SECOND_ORDER]
         add_water(t, y, u, history, model, work, wrench[RADIATION], first, second, dy)
     all_to_earth(model.headings, motion, wrench[RADIATION])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
@@ -403,7 +421,9 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
 def add_blended(t, y, u, history, model, work, dy):
     """The same of families of databases, whose roots are known: what changes of their added mass
     takes no energy, and is not booked."""
-    family, every, wrench = model.family, work.blend, work.wrench
+    family = model.family
+    every = work.blend
+    wrench = work.wrench
     spread(u, family, every)
     add_water(
         t, y, every.velocity, history, model, work, every.force, every.first, every.second, dy
@@ -450,7 +470,8 @@ def power(force, v):
 def subtract_gyroscopic(bodies, contents, motion, total):
     """total -= omega x (R I R^T omega), omega x (omega x m c), which vanish for small angles."""
     for b in range(bodies.each.size if bodies.exact else 0):
-        k, R = 6 * b + 3, motion.rotation[b]
+        k = 6 * b + 3
+        R = motion.rotation[b]
         omega = vector(motion.velocity, k)
         body_omega = matvec(R.T, omega)
         gyroscopic = cross(omega, matvec(R, matvec(contents.inertia[b], body_omega)))
@@ -486,7 +507,8 @@ def momentum(work, out):
 def stored_energies(t, y, modes, model, work, stored):
     """Energy stored in every row of forces into ``stored`` (nr,); returns the kinetic energy
     v (M + A) v / 2, less that of the current in the added mass."""
-    n, motion = model.bodies.active.size, work.motion
+    n = model.bodies.active.size
+    motion = work.motion
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     look_inside(y, model, work)
     clear(stored)

@@ -30,7 +30,9 @@ def sample_loads(start, step, rows, model, state, work, loads):
     """What waves and applied forces do on the free coordinates at start + k step, into ``loads``
     (nk, nr, n), for the ``rows`` (nr,) of forces and bodies at rest as ``work`` has them when new.
     """
-    bodies, elements, wrench = model.bodies, model.elements, work.wrench
+    bodies = model.bodies
+    elements = model.elements
+    wrench = work.wrench
     for k in range(loads.shape[0]):
         t = start + k * step
         for r in range(rows.size):
@@ -51,10 +53,14 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
     to the ``rows``, of which the first two are waves. ``resistances`` are rows (nb,) that take
     the power v (B v - b), with B (nb, n, n) and b (nb, n).
     """
-    resisting, B, b = resistances.row, resistances.B, resistances.b
+    resisting = resistances.row
+    B = resistances.B
+    b = resistances.b
     for k in range(energies.shape[0]):
         for i in range(weights.size):
-            u, w, waves = v[k, i], weights[i], 0.0
+            u = v[k, i]
+            w = weights[i]
+            waves = 0.0
             for r in range(rows.size):
                 rate = power(loads[k * (weights.size - 1) + i, r], u)
                 energies[k, rows[r]] += w * rate

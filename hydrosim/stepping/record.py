@@ -47,9 +47,16 @@ def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Recor
 def keep(t, run):
     """Record the state and everything that follows from it; the slope that is found for that begins
     the next step."""
-    model, work, scratch, counters = run.model, run.work, run.scratch, run.counters
-    y, modes, motion, at = run.state.y, run.state.modes, work.motion, run.record.at
-    row, kept = run.record.channels[counters[RECORDS]], run.record.modes[counters[RECORDS]]
+    model = run.model
+    work = run.work
+    scratch = run.scratch
+    counters = run.counters
+    y = run.state.y
+    modes = run.state.modes
+    motion = work.motion
+    at = run.record.at
+    row = run.record.channels[counters[RECORDS]]
+    kept = run.record.modes[counters[RECORDS]]
     stored = row[at.stored : at.wrench]
     row[at.kinetic] = stored_energies(t, y, modes, model, work, stored)
     if model.impulse < model.size:
@@ -57,7 +64,8 @@ def keep(t, run):
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
     scratch.known[START_SLOPE] = 1
     if run.record.accelerations.size > 0:
-        n, changes = model.bodies.active.size, run.record.accelerations[counters[RECORDS]]
+        n = model.bodies.active.size
+        changes = run.record.accelerations[counters[RECORDS]]
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[at.time] = t
     assign(row[at.y :], y)
@@ -65,7 +73,9 @@ def keep(t, run):
     assign(row[at.velocity :], motion.velocity)
     for r in range(model.rows):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
-    elements, reactions, observed = model.elements, work.holds.reaction, row[at.observed :]
+    elements = model.elements
+    reactions = work.holds.reaction
+    observed = row[at.observed :]
     events.observe(t, y, modes, motion, model.bodies, elements, reactions, work.wrench, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])

@@ -66,7 +66,9 @@ def advance(evaluations, run):
 
     ``run.state`` is left where the last accepted piece ended. Returns the time that was reached.
     """
-    clock, counters, pace = run.clock, run.counters, run.scratch.pace
+    clock = run.clock
+    counters = run.counters
+    pace = run.scratch.pace
     enough = spent(counters) + evaluations
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
@@ -99,9 +101,11 @@ def spent(counters):
 def _next_block(t, run):
     """Slow paths in waves are taken anew from t on; the loads are others then, and so is the
     acceleration to remember: that which a run would that starts here."""
-    model, known = run.model, run.scratch.known
+    model = run.model
+    known = run.scratch.known
     begin_block(t, run.state.y[model.slow :], model.following)
-    known[START_SLOPE], known[START_MARGINS] = 0, UNKNOWN
+    known[START_SLOPE] = 0
+    known[START_MARGINS] = UNKNOWN
     if drop(t, run.state.history):
         remember(t, run)
 
@@ -109,7 +113,8 @@ def _next_block(t, run):
 @root
 def _take_up_block(t, run):
     """Keep the paths that a run starts with if the next ones are taken before these end."""
-    clock, p = run.clock, run.model.following
+    clock = run.clock
+    p = run.model.following
     if clock.block > 0:
         missing = clock.block - clock.first % clock.block
         begun = run.state.y[run.model.slow + BEGIN]
@@ -126,7 +131,10 @@ def grid_time(n, clock):
 @root
 def _cross(goal, enough, run):
     """Go to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
-    clock, state, scratch, counters = run.clock, run.state, run.scratch, run.counters
+    clock = run.clock
+    state = run.state
+    scratch = run.scratch
+    counters = run.counters
     t = scratch.pace[REACHED]
     while t < goal and spent(counters) < enough and counters[STATUS] == RUNNING:
         stop = _breakpoint_after(t, goal, clock)
@@ -156,7 +164,9 @@ def _cross(goal, enough, run):
 @root
 def _note(t, run):
     """Keep what the record would miss between output times."""
-    y, model, motion = run.state.y, run.model, run.work.motion
+    y = run.state.y
+    model = run.model
+    motion = run.work.motion
     if events.remembers(model.elements):
         n = model.bodies.active.size
         place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
@@ -167,9 +177,11 @@ def _note(t, run):
 def _watch(t, run):
     """Stop a run that does not come on: in the time of one step of the solver too many modes have
     ended, or too many steps were taken."""
-    counters, pace = run.counters, run.scratch.pace
+    counters = run.counters
+    pace = run.scratch.pace
     if t - pace[SINCE] > run.clock.solver_step:
-        pace[SINCE], counters[EVENTS_THEN] = t, counters[EVENTS]
+        pace[SINCE] = t
+        counters[EVENTS_THEN] = counters[EVENTS]
         counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
     if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
         counters[STATUS] = CHATTERING
@@ -181,7 +193,8 @@ def _watch(t, run):
 def _try(t, stop, run):
     """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
     one, and whether a mode has ended there."""
-    clock, counters = run.clock, run.counters
+    clock = run.clock
+    counters = run.counters
     note_headings(t, run)
     step(t, stop - t, run)
     if clock.control.adaptive and not _accepted(t, stop - t, run):
@@ -211,11 +224,17 @@ def _pace(t, h, run):
 def _accepted(t, h, run):
     """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
     is stopped. Stages that have no solution are an error without bound."""
-    method, scratch, pace, counters = run.method, run.scratch, run.scratch.pace, run.counters
-    y, end, error = run.state.y, scratch.states[END], np.inf
+    method = run.method
+    scratch = run.scratch
+    pace = run.scratch.pace
+    counters = run.counters
+    y = run.state.y
+    end = scratch.states[END]
+    error = np.inf
     if counters[STATUS] == RUNNING:
         error = error_norm(h, method, scratch.k, y, end, run.clock.control)
-    factor, planned = step_factor(error, pace[LAST_ERROR], method.order), pace[NEXT_STEP]
+    factor = step_factor(error, pace[LAST_ERROR], method.order)
+    planned = pace[NEXT_STEP]
     if error <= 1.0:
         pace[NEXT_STEP] = factor * h
         if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a slower pace
@@ -241,14 +260,18 @@ def _shorten(t, h, run):
 def remember(t, run):
     """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
     needs them; the slope found for that begins the next step."""
-    history, bodies, work = run.state.history, run.model.bodies, run.work
+    history = run.state.history
+    bodies = run.model.bodies
+    work = run.work
     if history.grid.shape[1] == 0:
         return
-    rates, n = run.scratch.k[0], bodies.active.size
+    rates = run.scratch.k[0]
+    n = bodies.active.size
     slope(t, run.state.y, run, rates)
     run.scratch.known[START_SLOPE] = 1
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
-    headings, hulls = run.model.headings, work.hulls
+    headings = run.model.headings
+    hulls = work.hulls
     accelerations_along(headings, work.motion, hulls.flow, work.total)
     u = hulls.velocity if headings.turned.size > 0 else work.motion.velocity
     push(history, t, u, work.total)
@@ -266,9 +289,12 @@ def _breakpoint_after(t, goal, clock):
 def _renew(left, run):
     """After a step: the slope at its end, where it is known, and the margins there begin the next,
     if the modes stay and no constraint changes the state."""
-    scratch, known = run.scratch, run.scratch.known
+    scratch = run.scratch
+    known = run.scratch.known
     end_slope = known[END_SLOPE] != 0
-    known[START_SLOPE], known[END_SLOPE], known[START_MARGINS] = 0, 0, UNKNOWN
+    known[START_SLOPE] = 0
+    known[END_SLOPE] = 0
+    known[START_MARGINS] = UNKNOWN
     if left or run.work.constraints.force.size > 0:
         return
     assign(scratch.margins[BEFORE], scratch.margins[AFTER])

@@ -126,7 +126,8 @@ class Run(NamedTuple):
 
 def new_scratch(model: Model, method: Method, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
-    ny, rows = model.size, len(new_modes(model))
+    ny = model.size
+    rows = len(new_modes(model))
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[EVERY] = 1
     return Scratch(

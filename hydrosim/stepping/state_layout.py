@@ -152,7 +152,9 @@ def _each(owners: Iterable[str], components: Iterable[str], kind: str = "") -> I
 
 def _radiation(scene: Scene, model: Model) -> Iterator[Entry]:
     """States of the memory, group by group: each is of some coordinates, of one body or several."""
-    states, family, bodies = model.states, model.family, [body.name for body in scene.bodies]
+    states = model.states
+    family = model.family
+    bodies = [body.name for body in scene.bodies]
     members = zip(family.owner, family.draught, strict=True)
     bodies += [f"{scene.bodies[b].name} at {draught:g} m" for b, draught in members]
     # the model may repeat the last DOF of a group

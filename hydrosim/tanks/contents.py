@@ -98,7 +98,8 @@ def flow_names(scene: Scene) -> list[str]:
 @kernel
 def level(k, y, p):
     """Level of tank ``k`` [m]."""
-    tank, volume = p.each[k], y[p.state + k]
+    tank = p.each[k]
+    volume = y[p.state + k]
     piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
     return value(piece, LEVEL, volume - piece.start)
 
@@ -128,7 +129,8 @@ def fill(y, p, contents):
 @kernel
 def _fill(volume, tank, p, contents):
     """Add what is in one tank."""
-    b, d = tank.body, tank.density
+    b = tank.body
+    d = tank.density
     piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
     x = volume - piece.start
     contents.mass[b] += d * volume
@@ -198,7 +200,8 @@ def mass_and_centre(
 
 def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
     """Whether what is in them, and what flows, is its own mirror image in y = 0."""
-    volume, image = y[p.state : p.state + p.each.size], p.each["image"]
+    volume = y[p.state : p.state + p.each.size]
+    image = p.each["image"]
     own = modes[p.mode : p.mode + p.flows.size]
     held = np.abs(volume - volume[image]) <= CLOSE * p.each["capacity"]
     same = own[:, MODE] == own[p.flows["image"], MODE]

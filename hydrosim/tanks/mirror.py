@@ -51,7 +51,8 @@ def _image(tank: Tank, y: float) -> Tank:
     if isinstance(shape, TankMesh):
         corners = shape.corners[:, ::-1] * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
         return replace(tank, shape=replace(shape, corners=corners))
-    low, high = list(shape.low), list(shape.high)
+    low = list(shape.low)
+    high = list(shape.high)
     low[1], high[1] = 2.0 * y - high[1], 2.0 * y - low[1]
     return replace(tank, shape=replace(shape, low=tuple(low), high=tuple(high)))
 
@@ -82,7 +83,8 @@ def _same_contents(a: TankMesh, b: TankMesh) -> bool:
     if not _near(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
         return False
     x, y = (pieces(mesh, np.zeros(3)) for mesh in (a, b))
-    volume, size = capacity(a), np.abs(a.corners).max()
+    volume = capacity(a)
+    size = np.abs(a.corners).max()
     unit = np.repeat([volume * size, volume * size**2, size, volume * size], [3, 6, 1, 3])
     apart = (x["c"][..., 0] - y["c"][..., 0]) / unit if x.shape == y.shape else np.ones(1)
     return bool(np.abs(apart).max() <= SMALL)
@@ -96,7 +98,8 @@ def _same_plan(a: Plan | None, b: Plan | None) -> bool:
 
 def _near(a: object, b: object) -> bool:
     """Numbers within `SMALL` of the largest."""
-    x, y = np.asarray(a, float), np.asarray(b, float)
+    x = np.asarray(a, float)
+    y = np.asarray(b, float)
     return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
 
 

@@ -49,7 +49,8 @@ def follow(p: Tanks, end: float) -> Timeline:
     t = 0.0
     volume = p.each["first_volume"].astype(float)
     begun = np.zeros(p.flows.size)
-    times, volumes = [t], [volume.copy()]
+    times = [t]
+    volumes = [volume.copy()]
     problem = None
     for _ in range(MOST):
         speed = _speeds(modes, p)

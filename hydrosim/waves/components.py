@@ -198,7 +198,8 @@ def _recorded(record: RecordedElevation, train: WaveTrain, environment: Environm
     lines[: (count - 1) // 2] *= 2.0  # all but that of two values a period
     omega = spacing * np.arange(1, lines.size + 1)
     kept = omega <= record.highest_frequency
-    omega, lines = omega[kept], lines[kept]
+    omega = omega[kept]
+    lines = lines[kept]
     heading = np.full(omega.size, train.heading)
     phase = np.angle(lines) - omega * record.time[0]
     there = _airy(train, environment, spacing, omega, np.abs(lines), phase, heading)

@@ -16,7 +16,8 @@ from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
 """Time for which one slow path is taken [s], or the nearest multiple of the grid of steps."""
-PLACE, YAW = (0, 1), (5,)
+PLACE = (0, 1)
+YAW = (5,)
 
 
 def chosen_places(scene: Scene, body: Body) -> WaveForces:
@@ -41,7 +42,8 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
 def places(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
     """`chosen_places` for a body with this database, if it has one: where that has not all headings
     round the circle, automatic is at rest."""
-    chosen, asked = chosen_places(scene, body), body.wave_forces
+    chosen = chosen_places(scene, body)
+    asked = body.wave_forces
     wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
     if wanted or database is None or all_round(database):
         return chosen

@@ -60,9 +60,11 @@ class Wall(Strict):
         """The same of the scene."""
         from hydrosim.forces.contact.guide import Wall as Built  # loads numba
 
-        compression, force = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
+        compression = np.array([0.0, 1.0])
+        force = np.array([0.0, self.stiffness or 0.0])
         if self.compression is not None and self.force is not None:
-            compression, force = np.array(self.compression), np.array(self.force)
+            compression = np.array(self.compression)
+            force = np.array(self.force)
         wall = Built(self.gap, compression, force, float(np.tan(self.angle)))
         return wall if self.depth is None else replace(wall, depth=self.depth)
 

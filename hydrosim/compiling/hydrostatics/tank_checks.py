@@ -33,7 +33,8 @@ def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
 
 def check_tanks(body: Body) -> None:
     """What a case file says by its keys is true of a body that is written in Python, too."""
-    key, known = f"bodies.{body.name}", {tank.name: tank for tank in body.tanks}
+    key = f"bodies.{body.name}"
+    known = {tank.name: tank for tank in body.tanks}
     for tank in body.tanks:
         _check_level(f"{key}.tanks.{tank.name}.level", tank.level, tank)
         if tank.plan is not None and tank.name in unforeseen_tanks(body):
@@ -95,7 +96,8 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
                 " tank that is pumped."
             )
         _check_level(f"{key}.{name}", when.level, tanks[when.tank])
-    first, last = pump.start, pump.stop
+    first = pump.start
+    last = pump.stop
     if isinstance(first, float | int) and isinstance(last, float | int) and first >= last:
         raise InputError(f"{key}.stop: found {last:g} s; expected after the start, {first:g} s.")
 
@@ -114,7 +116,8 @@ def _check_lightship(body: Body) -> None:
 def check_flow(scene: Scene, p: Tanks) -> None:
     """Follow the levels to the end of the run, and refuse what cannot be pumped."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
-    names, course = tank_names(scene), follow(p, end)
+    names = tank_names(scene)
+    course = follow(p, end)
     flows = [f"bodies.{body.name}.{flow.key}" for body in scene.bodies for flow in flows_of(body)]
     problem = course.problem
     if problem is None:

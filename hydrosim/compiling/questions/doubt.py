@@ -58,6 +58,8 @@ class About:
 
 def describe_start(scene: Scene, facts: Facts, state: State, sea: Sequence[Components]) -> About:
     """What questions are asked about, of a scene in its ``sea`` and the ``state`` of its start."""
-    n, motion, y = facts.model.bodies.active.size, new_work(facts.model).motion, state.y
+    n = facts.model.bodies.active.size
+    motion = new_work(facts.model).motion
+    y = state.y
     place_bodies(y[:n], y[n : 2 * n], facts.model.bodies, motion)
     return About(scene, facts, state, tuple(sea), motion)

@@ -17,25 +17,35 @@ from hydrosim.compiling.questions.doubt import About, Doubt
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
-DENSITIES, GRAVITIES = (990.0, 1035.0), (9.75, 9.85)  # kg/m^3, m/s^2
-CURRENT, WIND = 5.0, 70.0  # m/s
-HIGHEST, PERIODS = 20.0, (1.0, 30.0)  # m; s
-STEEPEST, MICHE = 0.1, 0.142
+# kg/m^3, m/s^2
+DENSITIES = (990.0, 1035.0)
+GRAVITIES = (9.75, 9.85)
+# m/s
+CURRENT = 5.0
+WIND = 70.0
+# m; s
+HIGHEST = 20.0
+PERIODS = (1.0, 30.0)
+STEEPEST = 0.1
+MICHE = 0.142
 MOST_STEPS = 1e9  # of a run: an hour, about
 STEPS = 10.0  # of a method to the period of the waves, at least
 
 
 def water(about: About) -> Iterator[Doubt]:
     """Another liquid, another planet."""
-    environment, (low, high) = about.scene.environment, DENSITIES
+    environment = about.scene.environment
+    (low, high) = DENSITIES
     if not any(about.wet()):
         return
     if not low <= environment.water_density <= high:
-        found, usual = f"{environment.water_density:g} kg/m^3", f"usual is {low:g} to {high:g}"
+        found = f"{environment.water_density:g} kg/m^3"
+        usual = f"usual is {low:g} to {high:g}"
         yield Doubt("environment.water_density", found, usual)
     low, high = GRAVITIES
     if not low <= environment.gravity <= high:
-        found, usual = f"{environment.gravity:g} m/s^2", f"usual is {low:g} to {high:g}"
+        found = f"{environment.gravity:g} m/s^2"
+        usual = f"usual is {low:g} to {high:g}"
         yield Doubt("environment.gravity", found, usual)
 
 
@@ -47,14 +57,16 @@ def streams(about: About) -> Iterator[Doubt]:
         ("wind", environment.wind, WIND),
     ):
         if stream.speed > limit:
-            usual, advice = f"usual is up to {limit:g} m/s", "Is it in knots?"
+            usual = f"usual is up to {limit:g} m/s"
+            advice = "Is it in knots?"
             yield Doubt(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
 
 
 def waves(about: About) -> Iterator[Doubt]:
     """Seas higher, shorter or longer than seas are."""
     for sea in about.sea:
-        height, peak = _height(sea), _peak_period(sea)
+        height = _height(sea)
+        peak = _peak_period(sea)
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
             yield Doubt("environment.waves", f"a height of {height:.3g} m", usual)
@@ -67,14 +79,17 @@ def steepness(about: About) -> Iterator[Doubt]:
     """Waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
-        height, period = _height(sea), _crossing_period(sea)
+        height = _height(sea)
+        period = _crossing_period(sea)
         if sea.omega.size == 1:
             k = float(sea.wavenumber[0])
-            steep, limit = height * k / (2.0 * np.pi), MICHE * np.tanh(k * environment.water_depth)
+            steep = height * k / (2.0 * np.pi)
+            limit = MICHE * np.tanh(k * environment.water_depth)
             what = f"waves of {height:.3g} m"
         else:
             steep = 2.0 * np.pi * height / (environment.gravity * period**2)
-            limit, what = STEEPEST, f"a significant height of {height:.3g} m"
+            limit = STEEPEST
+            what = f"a significant height of {height:.3g} m"
         if steep > limit:
             found = f"{what} at a mean period of {period:.3g} s, {steep:.2g} of their length"
             usual = f"waves break beyond {limit:.2g}"
@@ -87,13 +102,15 @@ def ramp(about: About) -> Iterator[Doubt]:
     end = scene.duration + (scene.initial.time or np.inf if scene.initial else 0.0)
     for sea in about.sea:
         if sea.ramp > end:
-            found, usual = f"{sea.ramp:g} s", f"usual is a part of the run, which ends at {end:g} s"
+            found = f"{sea.ramp:g} s"
+            usual = f"usual is a part of the run, which ends at {end:g} s"
             yield Doubt("environment.waves.ramp", found, usual, "The sea is never full.")
 
 
 def step(about: About) -> Iterator[Doubt]:
     """Steps too large for the waves, or so small that a run takes hours."""
-    solver, duration = about.scene.solver, about.scene.duration
+    solver = about.scene.solver
+    duration = about.scene.duration
     free = solver.method.adapts or about.facts.exact
     if not free and duration > MOST_STEPS * solver.step:
         found = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"

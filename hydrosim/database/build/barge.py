@@ -45,7 +45,8 @@ class Barge:
     def bottom(self, x: np.ndarray) -> np.ndarray:
         """Height of the bottom [m], negative, at ``x`` [m]."""
         corners = [0.0, self.rake_length, self.length - self.rake_length, self.length]
-        wall, keel = -self.wall_depth, -self.draught
+        wall = -self.wall_depth
+        keel = -self.draught
         return np.interp(x, corners, [wall, keel, keel, wall])
 
     def corners(self) -> list[float]:
@@ -61,7 +62,8 @@ def hydrostatics(hull: Barge) -> Hydrostatics:
     half = np.diff(knots)[:, None] / 2
     x = ((knots[:-1] + knots[1:])[:, None] / 2 + half * nodes).ravel()
     dx = (half * weights).ravel()
-    breadth, depth = 2 * hull.half_breadth(x), -hull.bottom(x)
+    breadth = 2 * hull.half_breadth(x)
+    depth = -hull.bottom(x)
     volume = np.sum(dx * breadth * depth)
     moments = [np.sum(dx * breadth * depth * x), 0.0, -np.sum(dx * breadth * depth**2 / 2)]
     return Hydrostatics(
@@ -97,7 +99,8 @@ def half_hull(hull: Barge, mesh: Resolution) -> Panels:
     """
     x = _stations(hull, mesh)
     to_bilge = np.sin(np.linspace(0, np.pi / 2, mesh.across + 1))
-    breadth, bottom = hull.half_breadth(x), hull.bottom(x)
+    breadth = hull.half_breadth(x)
+    bottom = hull.bottom(x)
     below = patch(x[:, None], breadth[:, None] * to_bilge, bottom[:, None])
     side = patch(x[:, None], breadth[:, None], bottom[:, None] * _cosine(mesh.down))
     across = np.linspace(0, 1, mesh.wall_across + 1)[:, None]
@@ -117,7 +120,8 @@ def half_lid(hull: Barge, mesh: Resolution) -> Panels:
 
 def box(length: float, beam: float, draught: float) -> Barge:
     """A barge without taper and rakes; its corners only part the panels."""
-    third, end = length / 3, min(length / 5, beam / 2)
+    third = length / 3
+    end = min(length / 5, beam / 2)
     return Barge(length, beam, draught, beam, third, third, draught, end)
 
 

@@ -116,14 +116,17 @@ def solve_all(
 
 def solve(hull: Hull, water: Water, frequency: float, headings: Real) -> Solution:
     """Radiation and diffraction at one ``frequency`` [rad/s] for ``headings`` [rad]."""
-    given, used = _given(hull, water, frequency), solver(water.is_deep)
+    given = _given(hull, water, frequency)
+    used = solver(water.is_deep)
     moving = [cpt.RadiationProblem(radiating_dof=d, **given) for d in hull.body.dofs]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
-    radiated, diffracted = _solved(used, moving), _solved(used, fixed)
+    radiated = _solved(used, moving)
+    diffracted = _solved(used, fixed)
     far = kochin([*radiated, *diffracted])
     if hull.direct:
         used = solver(water.is_deep, direct=True)
-        radiated, diffracted = _solved(used, moving), _solved(used, fixed)
+        radiated = _solved(used, moving)
+        diffracted = _solved(used, fixed)
     incident = froude_krylov(hull, water, frequency, headings)
     scattered = loads_of(hull.body, (result.forces for result in diffracted))
     return Solution(
@@ -160,7 +163,8 @@ def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
     """Added mass (n, n) at ``frequency`` infinity or, in deep water only, 0."""
 
     def compute() -> list[Real]:
-        given, used = _given(hull, water, frequency), solver(water.is_deep, hull.direct)
+        given = _given(hull, water, frequency)
+        used = solver(water.is_deep, hull.direct)
         moving = (cpt.RadiationProblem(radiating_dof=d, **given) for d in hull.body.dofs)
         return [loads_of(hull.body, (each.added_masses for each in _solved(used, moving))).T]
 

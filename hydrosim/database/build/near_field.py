@@ -74,7 +74,8 @@ def parts_of(hull: Hull) -> list[Part]:
     """The bodies of a hull."""
     if len(hull.centres) == 1:
         return [whole(hull.body)]
-    mesh, owner = hull.body.mesh.merged(), np.array(hull.owner)
+    mesh = hull.body.mesh.merged()
+    owner = np.array(hull.owner)
     return [
         Part(number, mesh.extract_faces(np.flatnonzero(owner == number)), np.array(centre))
         for number, centre in enumerate(hull.centres)
@@ -83,9 +84,11 @@ def parts_of(hull: Hull) -> list[Part]:
 
 def wetted_surface(part: Part) -> Wetted:
     """Panels and waterline of a body, from its centre."""
-    mesh, centre = part.mesh, part.centre
+    mesh = part.mesh
+    centre = part.centre
     edge_arm, edge_normal = _waterline(mesh)
-    arm, edge_arm = mesh.faces_centers - centre, edge_arm - centre
+    arm = mesh.faces_centers - centre
+    edge_arm = edge_arm - centre
     area = mesh.faces_normals * mesh.faces_areas[:, None]
     edge = _with_moment(edge_arm, edge_normal)
     return Wetted(arm, _with_moment(arm, area), _sharp(mesh), edge_arm, edge)
@@ -128,7 +131,8 @@ def first_order_of_each(
     sources = np.conj(motion) @ [r.sources for r in radiated] + [r.sources for r in diffracted]
     flows = []
     for part in parts:
-        wetted, own = wetted_surface(part), motion[:, part.dofs]
+        wetted = wetted_surface(part)
+        own = motion[:, part.dofs]
         velocity = _velocity(part, wetted, fixed, sources, own)
         rise = _rise(part, wetted, fixed, sources, own)
         flows.append(Flow(frequency, own, load[:, part.dofs], velocity, rise))
@@ -196,7 +200,8 @@ def _velocity(
     motion: Complex,
 ) -> Complex:
     """Velocity (headings, n, 3) at the panels."""
-    problem, mesh = fixed[0], part.mesh
+    problem = fixed[0]
+    mesh = part.mesh
     incident = np.conj([airy_waves_velocity(mesh.faces_centers, wave) for wave in fixed])
     corner = np.conj(_potential(problem, sources, mesh.vertices))
     hull = 1j * problem.omega * displacement(motion, wetted.arm)
@@ -207,7 +212,8 @@ def _velocity(
 def _gradient(mesh: cpt.Mesh, corner: Complex, normal: Complex) -> Complex:
     """Gradients (headings, n, 3) at the panels of a potential (headings, corners of ``mesh``) by
     its differences along the diagonals, and its ``normal`` derivatives (headings, n)."""
-    place, value = mesh.vertices[mesh.faces], corner[:, mesh.faces]
+    place = mesh.vertices[mesh.faces]
+    value = corner[:, mesh.faces]
     diagonals = [place[:, 2] - place[:, 0], place[:, 3] - place[:, 1]]
     slope = [value[..., 2] - value[..., 0], value[..., 3] - value[..., 1], normal]
     axes = np.stack([*diagonals, mesh.faces_normals], axis=1)
@@ -249,7 +255,8 @@ def _sharp(mesh: cpt.Mesh) -> Real:
     """
     sharp = np.tile(np.eye(3), (mesh.nb_faces, 1, 1))
     panel, other, along = _neighbours(mesh)
-    normal, centre = mesh.faces_normals, mesh.faces_centers
+    normal = mesh.faces_normals
+    centre = mesh.faces_centers
     angle = np.arccos(np.clip(np.sum(normal[panel] * normal[other], axis=1), -1.0, 1.0))
     convex = np.sum((centre[other] - centre[panel]) * normal[panel], axis=1) < 0
     a = np.pi / (np.pi + np.where(convex, angle, -angle))

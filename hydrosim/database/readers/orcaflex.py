@@ -78,7 +78,9 @@ class _Node:
     """A mapping of the file and where it stands; its scalars are texts."""
 
     def __init__(self, path: Path, name: str, content: Any) -> None:
-        self.path, self.name, self.content = path, name, content
+        self.path = path
+        self.name = name
+        self.content = content
         if not isinstance(content, dict):
             raise self.wrong("", f"{type(content).__name__} {str(content)[:40]!r}", "a mapping")
 
@@ -178,7 +180,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     model = _Node(path, "", _content(path))
     model.node("General").choice("UnitsSystem", ["SI"])
     vessel = _vessel(model, given)
-    draught, lift = vessel.draught, np.array([0.0, 0.0, vessel.waterline])
+    draught = vessel.draught
+    lift = np.array([0.0, 0.0, vessel.waterline])
     omega, added_mass, damping = _matrices(vessel)
     waves, heading, excitation = _first_order(vessel)
     rows = _matching(draught, omega, waves)

@@ -64,7 +64,8 @@ def friction(mode, load, v, heading, p):
     """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
     if mode != SLIP:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-    d, speed = direction(v, heading, AT_REST), length(v)
+    d = direction(v, heading, AT_REST)
+    speed = length(v)
     size = p.kinetic * load.N
     power = size * (d[0] * v[0] + d[1] * v[1])
     return Friction((-size * d[0], -size * d[1]), (0.0, 0.0), speed, power, 0.0, 0.0)
@@ -127,7 +128,9 @@ def hold(i, point, contact, bodies, motion, wrench, rows, holds):
 @kernel
 def _independent(r, rows, holds):
     """Number of directions that row ``r`` and the next hold; if it is one, row r is the one."""
-    g11, g12, g22 = 0.0, 0.0, 0.0
+    g11 = 0.0
+    g12 = 0.0
+    g22 = 0.0
     for j in range(rows.J.shape[1]):
         g11 += rows.J[r, j] * rows.J[r, j]
         g12 += rows.J[r, j] * rows.J[r + 1, j]
@@ -137,13 +140,16 @@ def _independent(r, rows, holds):
     if g11 * g22 - g12 * g12 > RANK * (g11 + g22) ** 2:
         return 2
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
-    u1, u2 = cos(angle), sin(angle)
+    u1 = cos(angle)
+    u2 = sin(angle)
     if u2 < -u1:  # along the second axis: of two signs always the same, so that rows are smooth
-        u1, u2 = -u1, -u2
+        u1 = -u1
+        u2 = -u2
     for j in range(rows.J.shape[1]):
         rows.J[r, j] = u1 * rows.J[r, j] + u2 * rows.J[r + 1, j]
     rows.bound[r] = u1 * rows.bound[r] + u2 * rows.bound[r + 1]
-    holds.direction[r, 0], holds.direction[r, 1] = u1, u2
+    holds.direction[r, 0] = u1
+    holds.direction[r, 1] = u2
     return 1
 
 

@@ -59,7 +59,13 @@ STATE_NAMES = (  # of each point
 STATES = len(STATE_NAMES)
 SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
 FELT = 2  # first states of a point, which others feel: its stretch
-COMPRESSION, NORMAL_FORCE, FRICTION, NODE, LOST, OBSERVED = 0, 1, 2, 5, 8, 9  # see `observe`
+# see `observe`
+COMPRESSION = 0
+NORMAL_FORCE = 1
+FRICTION = 2
+NODE = 5
+LOST = 8
+OBSERVED = 9
 LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
 
 
@@ -102,7 +108,8 @@ class Contact(ForceElement):
 
     def check(self, name: str) -> None:
         """Slip without damping needs N' and constant coefficients; see also `loop` and `edges`."""
-        law, normal = self.friction, self.normal
+        law = self.friction
+        normal = self.normal
         try:
             if isinstance(normal, NormalLoop):
                 loop.check(normal)
@@ -186,8 +193,12 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     fenders = {name: e for name, e in elements.items() if isinstance(e, Contact)}
     normals = [e.normal for e in fenders.values()]
     signals, pieces = compile_signals([n.force for n in normals if isinstance(n, PrescribedNormal)])
-    rows, segments, following = [], [np.zeros(0, dtype=PIECE)], iter(signals)
-    ends, remembering, names = [np.zeros((0, 3))], 0, []
+    rows = []
+    segments = [np.zeros(0, dtype=PIECE)]
+    following = iter(signals)
+    ends = [np.zeros((0, 3))]
+    remembering = 0
+    names = []
     for name, e in fenders.items():
         signal = (False, 0.0, NOTHING)
         if isinstance(e.normal, PrescribedNormal):
@@ -207,7 +218,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             names.append(e.group or name)
             ends.append(sides)
             remembering += keeps
-    points, all_ends = np.array(rows, dtype=POINT), np.concatenate(ends)
+    points = np.array(rows, dtype=POINT)
+    all_ends = np.concatenate(ends)
     states = STATES * len(points) + loop.STATES * remembering
     groups = group.remembering(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
@@ -254,7 +266,8 @@ def memories(p: Params, y: np.ndarray) -> np.ndarray:
 
 def without_friction(p: Params) -> Params:
     """The same contact points without friction."""
-    points, none = p.points.copy(), laws.constants(Frictionless())
+    points = p.points.copy()
+    none = laws.constants(Frictionless())
     for (name, _), constant in zip(LAW, none, strict=True):
         points[name] = constant
     return p._replace(points=points)
@@ -275,7 +288,8 @@ def forget(p: Params, y: np.ndarray) -> None:
 def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
     """Whether each contact point's image is stretched as it is, in the same mode and on the same
     line of its loop."""
-    points, n = p.points, p.points.size
+    points = p.points
+    n = p.points.size
     s = y[p.state :][: STATES * n].reshape(-1, STATES)[:, :2, None]
     stretch = s[:, 0] * points["tangent1"] + s[:, 1] * points["tangent2"]
     here = np.stack([points["place"], points["plane_normal"], stretch], axis=1)
@@ -299,8 +313,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     first = p.state + STATES * p.points.size
     clear(dy[first : first + loop.STATES * p.remembering + group.STATES * p.groups.size])
     for i in range(p.points.size):
-        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
-        x, dx = y[k : k + STATES], dy[k : k + STATES]
+        point = p.points[i]
+        mode = modes[p.mode + i, MODE]
+        k = p.state + STATES * i
+        x = y[k : k + STATES]
+        dx = dy[k : k + STATES]
         if mode == OPEN and (not point.node or x[0] == x[1] == 0.0):
             clear(dx)
             continue
@@ -311,8 +328,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, (x[0], x[1]), point)
         dx[0], dx[1] = f.stretch_rate
-        dx[SLIP_DISTANCE], dx[DISSIPATED] = f.slip_speed, f.dissipation
-        dx[DAMPED], dx[SLIP_DAMPED], dx[SETTLED] = f.damped, f.slip_damped, 0.0
+        dx[SLIP_DISTANCE] = f.slip_speed
+        dx[DISSIPATED] = f.dissipation
+        dx[DAMPED] = f.damped
+        dx[SLIP_DAMPED] = f.slip_damped
+        dx[SETTLED] = 0.0
         lost = load.N if point.prescribed else point.normal_damping * c.rate
         rate[point.row] += lost * c.rate
         geometry.press(point, c, load.N, f.force, wrench[point.row])
@@ -325,14 +345,16 @@ def _relax(s, point, dx):
     f = laws.relax(Pressed(0.0, 0.0, 0.0, False), s, point)
     clear(dx)
     dx[0], dx[1] = f.stretch_rate
-    dx[DISSIPATED], dx[DAMPED] = f.dissipation, f.damped
+    dx[DISSIPATED] = f.dissipation
+    dx[DAMPED] = f.damped
 
 
 @kernel
 def pressure(i, t, y, modes, contact, p):
     """Normal force of point ``i``, zero when open; not cut at zero, so that it is smooth across the
     event that ends the contact."""
-    mode, point = modes[p.mode + i], p.points[i]
+    mode = modes[p.mode + i]
+    point = p.points[i]
     if mode[MODE] == OPEN:
         return Pressed(0.0, 0.0, 0.0, False)
     start = y[memory(point, p) + loop.SET] if mode[SEGMENT] == point.line else 0.0
@@ -374,7 +396,8 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
     """Reactions of the held points into their rows of ``wrench``."""
     coulomb.collect_reactions(constraints, holds)
     for i in range(p.points.size if constraints.number[0] > 0 else 0):
-        point, f = p.points[i], (holds.reaction[i, 0], holds.reaction[i, 1])
+        point = p.points[i]
+        f = (holds.reaction[i, 0], holds.reaction[i, 1])
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
             geometry.press(point, geometry.touch(point, bodies, motion), 0.0, f, wrench[point.row])
 
@@ -382,7 +405,8 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
 @kernel
 def stored_along_normal(i, t, y, modes, contact, p):
     """Energy in the normal curve of point ``i``, in contact: what it gives back."""
-    point, x = p.points[i], contact.compression
+    point = p.points[i]
+    x = contact.compression
     if point.line != loop.NONE:
         return loop.recoverable(pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments)
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
@@ -391,7 +415,8 @@ def stored_along_normal(i, t, y, modes, contact, p):
 @kernel
 def lost_in_loop(i, y, modes, contact, p):
     """Energy that the loop of point ``i`` has taken for good."""
-    point, mode = p.points[i], modes[p.mode + i]
+    point = p.points[i]
+    mode = modes[p.mode + i]
     lost = y[memory(point, p) + loop.LOSS]
     if mode[MODE] != OPEN:
         lost += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
@@ -402,7 +427,8 @@ def lost_in_loop(i, y, modes, contact, p):
 def left_behind(i, modes, contact, p):
     """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
     the curve was free: what is not lost yet of what is booked as lost."""
-    point, mode = p.points[i], modes[p.mode + i]
+    point = p.points[i]
+    mode = modes[p.mode + i]
     if point.prescribed or contact.compression <= 0.0 or mode[RISING] >= PASSED:
         return 0.0
     segment = curve.find_segment(point.first, point.last, p.segments, contact.compression)
@@ -412,10 +438,12 @@ def left_behind(i, modes, contact, p):
 @kernel
 def stored_in_plane(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
-    k, point = p.state + STATES * i, p.points[i]
+    k = p.state + STATES * i
+    point = p.points[i]
     if not point.node:
         return 0.0
-    load, s = pressure(i, t, y, modes, contact, p), (y[k], y[k + 1])
+    load = pressure(i, t, y, modes, contact, p)
+    s = (y[k], y[k + 1])
     return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
 
@@ -423,7 +451,8 @@ def stored_in_plane(i, t, y, modes, contact, p):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy in normal curves and stretched nodes, into each fender's row of ``stored``."""
     for i in range(p.points.size):
-        contact, row = geometry.touch(p.points[i], bodies, motion), p.points[i].row
+        contact = geometry.touch(p.points[i], bodies, motion)
+        row = p.points[i].row
         stored[row] += stored_in_plane(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, t, y, modes, contact, p)
@@ -436,9 +465,13 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
     """Rows of `OBSERVED` of all points one after the other in ``out``: compression, N, friction (3)
     in the earth frame, node (3), energy lost in friction."""
     for i in range(p.points.size):
-        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
-        x, row = y[k : k + STATES], out[OBSERVED * i : OBSERVED * (i + 1)]
-        c, s = geometry.touch(point, bodies, motion), (x[0], x[1])
+        point = p.points[i]
+        mode = modes[p.mode + i, MODE]
+        k = p.state + STATES * i
+        x = y[k : k + STATES]
+        row = out[OBSERVED * i : OBSERVED * (i + 1)]
+        c = geometry.touch(point, bodies, motion)
+        s = (x[0], x[1])
         load = pressure(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
@@ -449,8 +482,11 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         if point.memory != loop.NONE:
             row[LOST] += lost_in_loop(i, y, modes, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)
-        row[COMPRESSION], row[NORMAL_FORCE] = c.compression, load.N
+        row[COMPRESSION] = c.compression
+        row[NORMAL_FORCE] = load.N
         for j in range(3):
-            t1, t2, n = c.tangent1[j], c.tangent2[j], c.normal[j]
+            t1 = c.tangent1[j]
+            t2 = c.tangent2[j]
+            n = c.normal[j]
             row[FRICTION + j] = f[0] * t1 + f[1] * t2
             row[NODE + j] = c.place[j] + c.compression * n - s[0] * t1 - s[1] * t2

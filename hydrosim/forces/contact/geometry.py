@@ -44,20 +44,29 @@ class Touch(NamedTuple):
 @kernel
 def touch(point, bodies, motion):
     """Where a contact point stands against its plane, as a `Touch`."""
-    b, r = point.body, vector(point.place, 0)
+    b = point.body
+    r = vector(point.place, 0)
     p, arm = attachment(b, r, bodies, motion)
     v = point_velocity(b, arm, motion)
-    a, c, normal = point.plane_body, vector(point.plane_point, 0), vector(point.plane_normal, 0)
-    t1, t2 = vector(point.tangent1, 0), vector(point.tangent2, 0)
-    d, plane_arm = sub(p, c), (0.0, 0.0, 0.0)
+    a = point.plane_body
+    c = vector(point.plane_point, 0)
+    normal = vector(point.plane_normal, 0)
+    t1 = vector(point.tangent1, 0)
+    t2 = vector(point.tangent2, 0)
+    d = sub(p, c)
+    plane_arm = (0.0, 0.0, 0.0)
     if a != EARTH:
         d, plane_arm = _from_moving_plane(b, r, a, c, p, bodies, motion)
         v = sub(v, point_velocity(a, plane_arm, motion))
         if bodies.exact:
             R = motion.rotation[a]
-            normal, t1, t2 = matvec(R, normal), matvec(R, t1), matvec(R, t2)
-    velocity, offset = (dot(t1, v), dot(t2, v)), (dot(t1, d), dot(t2, d))
-    depth, rate = -dot(normal, d), -dot(normal, v)
+            normal = matvec(R, normal)
+            t1 = matvec(R, t1)
+            t2 = matvec(R, t2)
+    velocity = (dot(t1, v), dot(t2, v))
+    offset = (dot(t1, d), dot(t2, d))
+    depth = -dot(normal, d)
+    rate = -dot(normal, v)
     return Touch(p, arm, plane_arm, normal, t1, t2, depth, rate, velocity, offset)
 
 
@@ -78,13 +87,15 @@ def tangential_bias(point, contact, bodies, motion):
     if not bodies.exact:
         return (0.0, 0.0)
     a = point_bias(point.body, contact.arm, motion)
-    w, turn = point_velocity(point.body, contact.arm, motion), (0.0, 0.0, 0.0)
+    w = point_velocity(point.body, contact.arm, motion)
+    turn = (0.0, 0.0, 0.0)
     if point.plane_body != EARTH:
         turn = vector(motion.velocity, 6 * point.plane_body + 3)
         centre = vector(motion.velocity, 6 * point.plane_body)
         a = sub(a, _plane_bias(point.plane_body, contact.plane_arm, sub(w, centre), motion))
         w = sub(w, point_velocity(point.plane_body, contact.plane_arm, motion))
-    t1, t2 = contact.tangent1, contact.tangent2
+    t1 = contact.tangent1
+    t2 = contact.tangent2
     return (dot(t1, a) + dot(cross(turn, t1), w), dot(t2, a) + dot(cross(turn, t2), w))
 
 
@@ -92,7 +103,8 @@ def tangential_bias(point, contact, bodies, motion):
 def _plane_bias(b, arm, velocity, motion):
     """Rate of omega x arm of the plane's body, whose ``arm`` goes at ``velocity`` with the point
     it ends at."""
-    omega, bias = vector(motion.velocity, 6 * b + 3), vector(motion.bias, 6 * b + 3)
+    omega = vector(motion.velocity, 6 * b + 3)
+    bias = vector(motion.bias, 6 * b + 3)
     return add(cross(bias, arm), cross(omega, velocity))
 
 

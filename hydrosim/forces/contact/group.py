@@ -27,8 +27,12 @@ they carried `CARRIES`, and of when all were open last; how often contacts close
 at which one did [m/s] and the largest force of one [N]; the same since all were open."""
 STATES = len(STATE_NAMES)
 IMPULSE, LOAD, MOST, FIRST, OPENED, LAST, CLOSINGS = range(7)
-AGAIN, SPEED, FORCE = CLOSINGS + 3, 1, 2  # the last two are counted from closings and recontacts
-NEVER, NONE = -1.0, -1
+# the last two are counted from closings and recontacts
+AGAIN = CLOSINGS + 3
+SPEED = 1
+FORCE = 2
+NEVER = -1.0
+NONE = -1
 CARRIES = 0.5  # of the weight: a group that has carried so much has let go when it is open
 GROUP = np.dtype([("first", int), ("index", int), ("weight", float)])
 """The first of its states among those of contacts, which of all groups of contacts it is, and the

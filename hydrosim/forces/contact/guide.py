@@ -73,7 +73,8 @@ class Params(NamedTuple):
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
     """Constants of the guides of all landings among ``elements``, in their order."""
-    rows, segments = [], [np.zeros(0, dtype=curve.SEGMENT)]
+    rows = []
+    segments = [np.zeros(0, dtype=curve.SEGMENT)]
     for name, (begin, end) in unit_ranges(elements, Contact).items():
         wall = getattr(elements[name], "wall", None)
         if wall is None:
@@ -149,7 +150,9 @@ def margins(modes, motion, bodies, elements, out):
     it or its opposite, of the segment the distance to its nearer corner."""
     p = elements.guides
     for i in range(p.pins.size):
-        pin, mode, m = p.pins[i], modes[p.mode + i], MARGINS * (p.mode + i)
+        pin = p.pins[i]
+        mode = modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
         c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
@@ -171,13 +174,15 @@ def margins(modes, motion, bodies, elements, out):
 def switch(i, which, y, modes, motion, bodies, elements):
     """Put pin ``i`` into the mode that follows when margin ``which`` has reached zero."""
     p = elements.guides
-    pin, mode = p.pins[i], modes[p.mode + i]
+    pin = p.pins[i]
+    mode = modes[p.mode + i]
     c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
     elif which == CONTACT_MARGIN:
-        mode[MODE], mode[SEGMENT] = PRESSED if mode[MODE] == FREE else FREE, pin.first
+        mode[MODE] = PRESSED if mode[MODE] == FREE else FREE
+        mode[SEGMENT] = pin.first
     elif mode[MODE] == AWAY:
         mode[MODE] = BESIDE if e > 0.0 else FREE
     else:
@@ -223,7 +228,8 @@ def settle(modes, motion, bodies, elements):
     """Modes of all pins for a start."""
     p = elements.guides
     for i in range(p.pins.size):
-        pin, mode = p.pins[i], modes[p.mode + i]
+        pin = p.pins[i]
+        mode = modes[p.mode + i]
         c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         mode[MODE] = AWAY if c.compression <= -pin.depth else PRESSED if e > 0.0 else FREE

@@ -37,7 +37,8 @@ from hydrosim.forces.kind import Columns, Kept, Modes, Parts, States, Variable, 
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
-EARTH, NORMAL = "earth", "normal of the plane"
+EARTH = "earth"
+NORMAL = "normal of the plane"
 POINT = ("time", "fender", "axis")
 
 
@@ -127,7 +128,8 @@ class _Kind(ContactPostures):
         }
 
     def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
-        seen, is_open = kept.observed, kept.modes[:, :, MODE] == OPEN
+        seen = kept.observed
+        is_open = kept.modes[:, :, MODE] == OPEN
         each = POINT[:2]
         own = kept.y[:, p.state : p.state + STATES * p.points.size]
         states = own.reshape(len(own), -1, STATES)

@@ -52,5 +52,6 @@ class Landing(Contact):
         return [replace(self, points=point[None], seats=seat[None]) for point, seat in pairs]
 
     def image(self) -> ForceElement:
-        points, seats = self.points * MIRROR_SIGN[:3], self.seats * MIRROR_SIGN[:3]
+        points = self.points * MIRROR_SIGN[:3]
+        seats = self.seats * MIRROR_SIGN[:3]
         return replace(self, points=points, seats=seats, axis=turned(self.axis))

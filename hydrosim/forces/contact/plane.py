@@ -29,7 +29,8 @@ class Plane:
     def image(self) -> Plane:
         """The mirror image in the plane y = 0."""
         corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
-        point, normal = turned(self.point), turned(self.normal)
+        point = turned(self.point)
+        normal = turned(self.normal)
         return replace(self, point=point, normal=normal, corners=corners)
 
 

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Pump
 
-LEVEL, NEAR = 1e-8, 1e-7  # rad; m: the plan is met
+# rad; m: the plan is met
+LEVEL = 1e-8
+NEAR = 1e-7
 ROUNDS = 20
 SLACK = 1e-9  # of the largest mass
 
@@ -54,10 +56,12 @@ def plan(
     Raises InputError where the pumps cannot, with what limits them.
     """
     problem = _Program(compiled, body, within)
-    g, volume = compiled.scene.environment.gravity, problem.first
+    g = compiled.scene.environment.gravity
+    volume = problem.first
     wanted = problem.rest.position[problem.body, [2, 3, 4]] * [1.0, 0.0, 0.0] + [rise, 0.0, 0.0]
     b = np.array([-(lift or 0.0) / g, 0.0, 0.0])
-    now, x = problem.rest, np.zeros(len(problem.pumps))
+    now = problem.rest
+    x = np.zeros(len(problem.pumps))
     for turn in range(ROUNDS):
         missing = wanted - now.position[problem.body, [2, 3, 4]]
         if lift is not None:  # how far it rises by that is a guess, for the moments alone
@@ -81,7 +85,9 @@ class _Program:
     """The linear program of the pumps of one body."""
 
     def __init__(self, compiled: Compiled, body: str, within: float) -> None:
-        scene, self.compiled, self.within = compiled.scene, compiled, within
+        scene = compiled.scene
+        self.compiled = compiled
+        self.within = within
         self.body = [each.name for each in scene.bodies].index(body)
         self.p: Tanks = compiled.model.tanks
         own = scene.bodies[self.body].pumps
@@ -114,16 +120,20 @@ class _Program:
         way to ``volume`` (nt,)."""
         from scipy.optimize import linprog
 
-        A, limits = self._matrix(volume), self._limits()
+        A = self._matrix(volume)
+        limits = self._limits()
         scale = np.abs(A).max(axis=1)
         scale[scale == 0.0] = 1.0
-        A, b, n = A / scale[:, None], b / scale, len(self.pumps)
+        A = A / scale[:, None]
+        b = b / scale
+        n = len(self.pumps)
         bounds = [(0.0, most) for most in self.most]
         found = linprog(np.ones(n), *limits, A, b, bounds)
         if found.status != 0:
             raise InputError(self._refusal(A, b, limits))
         # of all plans that pump as little, the one whose hardest working pump works least
-        beside, total = np.zeros((len(limits[0]), 1)), found.x.sum() * (1.0 + SLACK)
+        beside = np.zeros((len(limits[0]), 1))
+        total = found.x.sum() * (1.0 + SLACK)
         rows = [np.hstack([limits[0], beside]), np.append(np.ones(n), 0.0)[None]]
         rows.append(np.hstack([np.eye(n), -self.most[:, None]]))
         room = np.concatenate([limits[1], [total], np.zeros(n)])
@@ -149,7 +159,8 @@ class _Program:
     def _limits(self) -> tuple[np.ndarray, np.ndarray]:
         """What tanks have room for, and what is in them: rows of L x <= l."""
         density = self.p.each["density"]
-        held, room = density * self.first, density * (self.p.each["capacity"] - self.first)
+        held = density * self.first
+        room = density * (self.p.each["capacity"] - self.first)
         return np.vstack([self.moves, -self.moves]), np.concatenate([room, held])
 
     def _refusal(self, A: np.ndarray, b: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> str:
@@ -157,7 +168,8 @@ class _Program:
         from scipy.optimize import linprog
 
         n = len(self.pumps)
-        cost, free = np.append(np.zeros(n), -1.0), np.zeros((len(limits[0]), 1))
+        cost = np.append(np.zeros(n), -1.0)
+        free = np.zeros((len(limits[0]), 1))
         found: Any = linprog(
             cost,
             A_ub=np.hstack([limits[0], free]),

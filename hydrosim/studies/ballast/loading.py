@@ -78,7 +78,8 @@ def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
 
 def pumped(compiled: Compiled, time: float) -> State:
     """The state of the start with what is in the tanks at a time [s]."""
-    state, p = compiled.first_state(), compiled.model.tanks
+    state = compiled.first_state()
+    p = compiled.model.tanks
     state.y[p.state : p.state + p.each.size] = volumes_at(compiled, time)
     return state
 
@@ -87,7 +88,8 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
     """The scene without waves, with what is in its tanks at a time [s], and with its bodies and
     their slow draught at rest then, if they are anywhere: what it is made linear about. Loads of
     waves along a slow path are a table of the block that the state is in, and nothing beyond it."""
-    state, scene = pumped(compiled, time), compiled.scene
+    state = pumped(compiled, time)
+    scene = compiled.scene
     waveless = compiled.model._replace(
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
@@ -95,14 +97,17 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
     still = _still(waveless)
     calm = still._replace(elements=without_friction(still.elements))
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
-    n, slow = calm.bodies.active.size, slice(calm.draught, calm.energy)
+    n = calm.bodies.active.size
+    slow = slice(calm.draught, calm.energy)
     y = state.y.copy()
     y[n : 2 * n] = 0.0
     try:
         found = equilibrium(calm, state._replace(y=y, modes=state.modes.copy()), time, weight)
-        y[:n], y[slow] = found.state.y[:n], found.state.y[slow]
+        y[:n] = found.state.y[:n]
+        y[slow] = found.state.y[slow]
     except InputError:
-        y[:n], y[slow] = state.y[:n], state.y[slow]
+        y[:n] = state.y[:n]
+        y[slow] = state.y[slow]
     facts = facts_of(scene, compiled.wet, waveless)
     return replace(compiled, facts=facts, state=state._replace(y=y))
 
@@ -110,8 +115,11 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
 def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
     """The bodies at rest with so much in their tanks. Raises InputError if they are at rest
     nowhere."""
-    model, state, scene = _still(compiled.model), compiled.first_state(), compiled.scene
-    p, n = model.tanks, model.bodies.active.size
+    model = _still(compiled.model)
+    state = compiled.first_state()
+    scene = compiled.scene
+    p = model.tanks
+    n = model.bodies.active.size
     state.y[p.state : p.state + p.each.size] = volume
     state.y[n : 2 * n] = 0.0
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
@@ -135,7 +143,8 @@ def _still(model: Model) -> Model:
 
 def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
     """Of all bodies with tanks, at a time [s]. Raises InputError where there is no rest."""
-    volume, scene = volumes_at(compiled, time), compiled.scene
+    volume = volumes_at(compiled, time)
+    scene = compiled.scene
     found = afloat(compiled, volume, time)
     moved = iter(volume)
     each = []
@@ -143,7 +152,8 @@ def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
         own = {tank.name: float(next(moved)) for tank in changing(body)}
         held = [(t, own.get(t.name, v)) for t, v in at_start(body.tanks)]
         if held:
-            g, k = scene.environment.gravity, 6 * b + np.array([2, 3, 4])
+            g = scene.environment.gravity
+            k = 6 * b + np.array([2, 3, 4])
             righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
             each.append(_condition(body, held, found.position[b], *righting))
     return each

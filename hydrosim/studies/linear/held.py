@@ -39,7 +39,8 @@ def contact_remarks(
     compiled: Compiled, rest: Rest, about: Responder, contacts: Contacts
 ) -> Iterator[str]:
     """What contacts are taken to do, and whether they would in the waves of the scene."""
-    names, found = contact_names(compiled.scene), pressed(rest.model, rest.state)
+    names = contact_names(compiled.scene)
+    found = pressed(rest.model, rest.state)
     if not found.size:
         return
     which = _listed([names[i] for i in found])
@@ -73,13 +74,17 @@ def contact_remarks(
 
 def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     """How point ``i`` is pressed at ``rest``."""
-    model, y, n = compiled.model, rest.state.y, rest.model.bodies.active.size
-    motion, fenders = new_work(model).motion, model.elements.fenders
+    model = compiled.model
+    y = rest.state.y
+    n = rest.model.bodies.active.size
+    motion = new_work(model).motion
+    fenders = model.elements.fenders
     place_bodies(y[:n], np.zeros(n), model.bodies, motion)
     point = fenders.points[i]
     contact = touch(point, model.bodies, motion)
     load = pressure(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
-    still, one = (0.0, 0.0), (1.0, 0.0)
+    still = (0.0, 0.0)
+    one = (1.0, 0.0)
     if point["law"] == FRICTIONLESS:
         return Grip(contact, load.N, np.inf, 0.0, 0.0)
     stiffness, damping = (

@@ -65,13 +65,16 @@ class Responder:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in waves of 1 m to ``heading``
         [rad] of frequencies ``omega`` (nw,) [rad/s], for exp(+i w t) and elevations at the
         earth's origin."""
-        depth, gravity = self.environment.water_depth, self.environment.gravity
-        k, ones = wavenumber(omega, depth, gravity), np.ones(omega.size)
+        depth = self.environment.water_depth
+        gravity = self.environment.gravity
+        k = wavenumber(omega, depth, gravity)
+        ones = np.ones(omega.size)
         return self.motions(Components(omega, ones, 0.0 * ones, k, heading * ones, 0.0, 0.0))
 
     def motions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, 6 nb) of all coordinates [m, rad] in each of some waves."""
-        loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
+        loads = self.loads(waves)
+        D = self.dynamic_stiffness(waves.omega)
         found = np.zeros((len(loads), self.map.shape[0]), dtype=complex)
         found[:, self.linear.active] = self.linear.freedom.solve_motions(D, loads)
         found[np.abs(found) <= ROUNDING * np.abs(found).max(initial=0.0)] = 0.0
@@ -79,7 +82,8 @@ class Responder:
 
     def reactions(self, waves: Components) -> np.ndarray:
         """Complex amplitudes (nw, m) of the forces of constraints in each of some waves."""
-        loads, D = self.loads(waves), self.dynamic_stiffness(waves.omega)
+        loads = self.loads(waves)
+        D = self.dynamic_stiffness(waves.omega)
         q = self.linear.freedom.solve_motions(D, loads)
         return self.linear.freedom.solve_reactions((D @ q[:, :, None])[:, :, 0] - loads)
 
@@ -127,13 +131,15 @@ def responder(
     rest. Raises InputError if the scene cannot be compiled, or its contacts not be linear.
     """
     compiled = scene if isinstance(scene, Compiled) else compile_for_linear(scene, radiation, time)
-    scene, model = compiled.scene, compiled.model
+    scene = compiled.scene
+    model = compiled.model
     about = pumped(compiled, time)
     if state is not None:
         about = _of_model(model, state, about)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
-    linear, n = linearise(model, about, time=time), model.bodies.active.size
+    linear = linearise(model, about, time=time)
+    n = model.bodies.active.size
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
     databases = compiled.facts.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
@@ -153,7 +159,10 @@ def _met_at_rest(body: Body) -> Body:
 def _of_model(model: Model, state: State, start: State) -> State:
     """The place and contacts of a state at rest, for a model with other memory, with what is in the
     tanks at the ``start``."""
-    y, n, tanks = np.zeros(model.size), model.bodies.active.size, model.tanks
+    y = np.zeros(model.size)
+    n = model.bodies.active.size
+    tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
-    y[:n], y[held] = state.y[:n], start.y[held]
+    y[:n] = state.y[:n]
+    y[held] = start.y[held]
     return state._replace(y=y)

@@ -59,7 +59,8 @@ def at_rest(
 
 def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     """The model under the mean second-order loads of the whole sea."""
-    scene, seas = calm.scene, calm.sea or sea(calm.scene.environment)
+    scene = calm.scene
+    seas = calm.sea or sea(calm.scene.environment)
     pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
     databases = calm.facts.databases
     drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))

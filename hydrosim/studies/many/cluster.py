@@ -38,9 +38,13 @@ if TYPE_CHECKING:
     from hydrosim.studies.many.pools import Digest
 
 PATIENCE = 4  # s, to be answered by a scheduler, and again by a worker
-DESERTED, ASKED = 60.0, 2.0  # s without a worker, after which none is waited for; between looks
+# s without a worker, after which none is waited for; between looks
+DESERTED = 60.0
+ASKED = 2.0
 LOOKS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
-LARGEST, PARTS = 50, 4  # runs in a batch; batches for each worker, at least
+# runs in a batch; batches for each worker, at least
+LARGEST = 50
+PARTS = 4
 MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
 Run = tuple[Future[Outcome], Scene]
 OPEN = "run whatever is sent to them: let nobody else reach these ports"
@@ -136,7 +140,9 @@ class Cluster:
             return found
         if work.calm is not self._calm:
             self.flush()
-            self._calm, self._made, self._digest = work.calm, None, digest
+            self._calm = work.calm
+            self._made = None
+            self._digest = digest
         self._waiting.append((found, pack(work)))
         if len(self._waiting) >= self.size:
             self.flush()
@@ -145,7 +151,8 @@ class Cluster:
     def flush(self) -> None:
         """Send the batch that waits."""
         if self._waiting:
-            batch, self._waiting = self._waiting, []
+            batch = self._waiting
+            self._waiting = []
             self._send(batch, self._compiled(), self._digest)
 
     def _compiled(self) -> Any:
@@ -210,7 +217,8 @@ class Cluster:
         with self._lock:
             left = [future for each in self._tasks.values() for future in each]
             left += [future for future, _ in self._rest()]
-            tasks, self._tasks = list(self._tasks), {}
+            tasks = list(self._tasks)
+            self._tasks = {}
         for future in left:
             if not future.done():
                 future.set_exception(
@@ -225,13 +233,15 @@ class Cluster:
     def _rest(self) -> list[Run]:
         """Runs that have not been sent; there are none afterwards."""
         left = [*self._waiting, *(run for run, *_ in self._suspects)]
-        self._waiting, self._suspects = [], deque()
+        self._waiting = []
+        self._suspects = deque()
         return left
 
     def stop(self) -> None:
         """Runs that are not done are not run."""
         with self._lock:
-            tasks, left = list(self._tasks), self._rest()
+            tasks = list(self._tasks)
+            left = self._rest()
         for future, _ in left:
             future.set_result(Outcome(NOT_RUN))
         self._client.cancel(tasks, force=True)

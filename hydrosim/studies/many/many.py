@@ -97,7 +97,8 @@ def simulate_many(
     varied = {name: known[name] for name in along}
     check_together(scenes, varied, partial(digest, start=0.0), simulate)
 
-    shared, result = Shared(), None if output is None else as_output(output, "sweep")
+    shared = Shared()
+    result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
     said = {**(attributes or {}), **({} if result is None else result.attributes)}
 
@@ -118,7 +119,8 @@ def simulate_many(
     asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     known_as = identity(scenes, shared.opened, values, asked)
     with alone_with(result) as here:
-        ended, journal = False, begun(result, resume, known_as)
+        ended = False
+        journal = begun(result, resume, known_as)
         try:
             file_at(here / f"{KNOWN}.partial").close()
             journal.take_known(here / f"{KNOWN}.partial")
@@ -206,7 +208,8 @@ def _closed(file: RunsFile) -> Iterator[None]:
 def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
     """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
     order."""
-    done, due = 0, 0.0
+    done = 0
+    due = 0.0
     pending: deque[tuple[int, Future[Outcome]]] = deque()
 
     def take() -> None:
@@ -287,7 +290,8 @@ class _Set(NamedTuple):
 
     def write(self, run: int, outcome: Outcome) -> None:
         """Put a run into the file, or why there is none."""
-        found, file = outcome.found, self.file
+        found = outcome.found
+        file = self.file
         if found is not None and (name := file.differs(found)):
             outcome = Outcome("failed", f"its {name} is not that of the runs before it")
         if outcome.found is not None:

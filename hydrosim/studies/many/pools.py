@@ -94,7 +94,8 @@ class Threads:
 
     def __init__(self, workers: int) -> None:
         self.ahead = (1 + AHEAD) * workers
-        self._pool, self._stop = ThreadPoolExecutor(workers), Event()
+        self._pool = ThreadPoolExecutor(workers)
+        self._stop = Event()
 
     def begin(self, count: int) -> None:
         """Nothing to prepare."""

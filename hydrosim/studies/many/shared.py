@@ -45,7 +45,9 @@ class Shared:
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
         if self._calm is None or not alike(calm, self._calm):
-            self._calm, self._wet, self._made = calm, (), None
+            self._calm = calm
+            self._wet = ()
+            self._made = None
             self._known.clear()
         try:
             check_scene(scene)

@@ -40,7 +40,8 @@ class Spectral:
     """A linear scene, and limits of its motions."""
 
     def __init__(self, calm: Compiled) -> None:
-        self.scene, rest = calm.scene, at_rest(calm, free=True)
+        self.scene = calm.scene
+        rest = at_rest(calm, free=True)
         self.rest = rest.position
         self.about: Responder = responder(calm, rest.state)
 
@@ -49,10 +50,12 @@ class Spectral:
         probability, infinite where waves do not move it; 0 if it never does."""
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
-        names, order = [each.name for each in self.scene.bodies], MOTIONS[name]
+        names = [each.name for each in self.scene.bodies]
+        order = MOTIONS[name]
         at = 6 * names.index(body) + DOFS.index(dof)
         energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
-        m0, m2 = float(energy.sum()), float(energy @ waves.omega**2)
+        m0 = float(energy.sum())
+        m2 = float(energy @ waves.omega**2)
         if m0 == 0.0:
             return inf
         mean = self.rest.ravel()[at] if order == 0 else 0.0

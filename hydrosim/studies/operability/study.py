@@ -195,7 +195,8 @@ class _Table:
         return dict.fromkeys(("limit", "low", "high"), limit)
 
     def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
-        study, before = self.study, trials.count
+        study = self.study
+        before = trials.count
 
         def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
             scenes = [
@@ -229,7 +230,8 @@ class _Table:
         return ""
 
     def dataset(self) -> xr.Dataset:
-        study, of = self.study, ("stage", "swell", "heading", "peak_period")
+        study = self.study
+        of = ("stage", "swell", "heading", "peak_period")
         said = {
             "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
             "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),

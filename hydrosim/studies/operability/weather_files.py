@@ -82,7 +82,9 @@ def read_hindcast(source: Source) -> Hindcast:
     """The states of the sea in a file; InputError says what is wrong with it."""
     netcdf = source.head(4).startswith(NETCDF)
     found = _read_netcdf(source) if netcdf else _read_text(source)
-    time, height, period = found.time, found.height, found.period
+    time = found.time
+    height = found.height
+    period = found.period
     for values in (time, height, period, found.coming):
         if values is not None:
             require_finite(source, values)

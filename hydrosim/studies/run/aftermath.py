@@ -43,7 +43,8 @@ class Sample(NamedTuple):
 
 def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """What to warn of after a ``run`` of the compiled scene, in words with figures."""
-    scene, seas = compiled.scene, compiled.sea
+    scene = compiled.scene
+    seas = compiled.sea
     exact = scene.solver.kinematics == Kinematics.EXACT
     if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
         return
@@ -58,7 +59,8 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
     """Bodies that were not where waves met them."""
-    scene, alone = compiled.scene, compiled.facts.databases
+    scene = compiled.scene
+    alone = compiled.facts.databases
     for body in scene.bodies:
         if body.name in alone and body.wave_forces.first_order:
             chosen = compiled.facts.met[body.name]
@@ -114,7 +116,8 @@ def _turned(
 ) -> Iterator[str]:
     """A body that was turned from the heading at which waves met it."""
     at = int(np.abs(slow[:, 2]).argmax())
-    yaw, to = float(slow[at, 2]), sea.heading - body.heading
+    yaw = float(slow[at, 2])
+    to = sea.heading - body.heading
     there = (
         f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
         " loads are others by"
@@ -167,7 +170,8 @@ def _beyond_draughts(group: WetGroup, run: xr.Dataset) -> Iterator[str]:
     """A body that was slowly at draughts that its family of databases has not."""
     if not group.members:
         return
-    draughts, (name,) = [member.draught for member in group.members], group.names
+    draughts = [member.draught for member in group.members]
+    (name,) = group.names
     slow = run.slow_draught.sel(body=name).values
     beyond = np.maximum(draughts[0] - slow, slow - draughts[-1])
     at = int(beyond.argmax())

@@ -41,7 +41,9 @@ def survey(
     shows how far the search for step limits is."""
     own = compile_scene(scene, in_plane=True)
     compiled = linearisable(own)
-    scene, model, notes = compiled.scene, own.model, own.notes
+    scene = compiled.scene
+    model = own.model
+    notes = own.notes
     clock = compile_clock(compiled)
     yield scene.title
     for key, value in started_from(scene).items():
@@ -53,7 +55,8 @@ def survey(
         f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
         f" {model.size} states in all"
     )
-    memory, size = sizes.shown(sizes.memory(scene)), sizes.shown(sizes.result(scene))
+    memory = sizes.shown(sizes.memory(scene))
+    size = sizes.shown(sizes.result(scene))
     yield f"about {memory} of memory, {size} of result"
     if notes.symmetry:
         yield f"solved {notes.symmetry}"
@@ -114,7 +117,8 @@ def linearisable(compiled: Compiled) -> Compiled:
 
 def _limits(compiled: Compiled, watch: Watch) -> Iterator[str]:
     found = scene_combinations(compiled, each_alone=True, watch=watch)
-    limits, solver = scene_step_limits(compiled, found), compiled.scene.solver
+    limits = scene_step_limits(compiled, found)
+    solver = compiled.scene.solver
     for limit in limits:
         yield limit.describe(solver.step)
     if not limits:

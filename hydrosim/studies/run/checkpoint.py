@@ -66,8 +66,11 @@ class Keeper:
     """Keeps a ``run`` of what is compiled."""
 
     def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
-        self._kept, self._compiled, self._run = kept, compiled, run
-        self._before, self._start = 0.0, perf_counter()
+        self._kept = kept
+        self._compiled = compiled
+        self._run = run
+        self._before = 0.0
+        self._start = perf_counter()
         self._next = self._start + kept.every
 
     def begin(self) -> None:
@@ -134,7 +137,8 @@ class Keeper:
 
     def _identity(self) -> dict[str, str]:
         """What must be the same, by what it is called in a message."""
-        compiled, run = self._compiled, self._run
+        compiled = self._compiled
+        run = self._run
         databases = {
             f"the database of {', '.join(wet.names)}": wet.read.checksum for wet in compiled.wet
         }

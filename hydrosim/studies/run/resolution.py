@@ -78,7 +78,8 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
     contacts change often, errors are several times as large, see `hydrosim.studies.run.twin`."""
     needs = list(_needs(compiled, record, count))
     if needs:
-        step, scene = min(need.step for need in needs), compiled.scene
+        step = min(need.step for need in needs)
+        scene = compiled.scene
         worst = max(needs, key=lambda need: need.error)
         yield (
             f"solver.step {scene.solver.step:g} s does not resolve"
@@ -90,7 +91,8 @@ def unresolved(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
 
 def described(vibration: Vibration, compiled: Compiled) -> str:
     """What vibrates, and what the method makes of it."""
-    scene, omega = compiled.scene, vibration.eigenvalue.imag
+    scene = compiled.scene
+    omega = vibration.eigenvalue.imag
     error = vibration.error(compiled.method, scene.solver.step, 2 * np.pi / omega)
     return (
         f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which {scene.solver.method}"
@@ -101,8 +103,10 @@ def described(vibration: Vibration, compiled: Compiled) -> str:
 def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
     if count < 2 or not compiled.vibrations:
         return
-    values, scene = unpack(compiled.model, record, count), compiled.scene
-    active, method = compiled.model.bodies.active, compiled.method
+    values = unpack(compiled.model, record, count)
+    scene = compiled.scene
+    active = compiled.model.bodies.active
+    method = compiled.method
     ranges = _ranges(values["coordinates"][:, active], active)
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
@@ -119,7 +123,8 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[Need]:
 def _ranges(motion: np.ndarray, active: np.ndarray) -> np.ndarray:
     """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in its widest
     direction, or about its widest axis."""
-    own, kind = np.ptp(motion, axis=0), active // 3
+    own = np.ptp(motion, axis=0)
+    kind = active // 3
     return np.maximum([own[kind == k].max() for k in kind], STILL)
 
 

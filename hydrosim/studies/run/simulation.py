@@ -130,7 +130,9 @@ def run_compiled(
     compiled: Compiled, progress: Progress | None = None, kept: Checkpoint | None = None
 ) -> xr.Dataset:
     """`simulate` for a scene that is compiled and whose step limits are known."""
-    scene, model, clock = compiled.scene, compiled.model, compile_clock(compiled)
+    scene = compiled.scene
+    model = compiled.model
+    clock = compile_clock(compiled)
     record = new_record(model, clock, scene.output_accelerations)
     run = new_run(clock, model, compiled.method, compiled.first_state(), record)
     counters = run.counters
@@ -140,7 +142,8 @@ def run_compiled(
         keeper.take_up()
     chunks = propagate(run) if exact else _chunks(run)
     time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
-    start, status = perf_counter(), "complete"
+    start = perf_counter()
+    status = "complete"
     if keeper:
         keeper.begin()
     try:
@@ -166,7 +169,8 @@ def run_compiled(
         "status": "failed" if message else status,
         "status_message": message,
     }
-    count, history = int(counters[RECORDS]), run.state.history
+    count = int(counters[RECORDS])
+    history = run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
     attributes["warnings"] = "\n".join(warnings) or None
     layout = compiled.facts.layout
@@ -186,7 +190,8 @@ def _chunks(run: Run) -> Iterator[float]:
     The processor's time of this thread counts: a chunk that waits for other processes would make
     the next ones shorter, and each is followed by a look at its records.
     """
-    counters, held = run.counters, Held(run)
+    counters = run.counters
+    held = Held(run)
     evaluations = 1
     yield advance(0, held)
     while counters[POINT] < run.clock.points and not counters[STATUS]:
@@ -201,12 +206,15 @@ def _chunks(run: Run) -> Iterator[float]:
 def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[float]:
     """The times of ``chunks``, up to the record at which the run blows up: what comes after is
     forgotten."""
-    seen, counters, record = 0, run.counters, run.record
+    seen = 0
+    counters = run.counters
+    record = run.record
     for time in chunks:
         count = int(counters[RECORDS])
         found = blown_up(compiled.scene, run.model, record, seen, count)
         if found is not None:
-            counters[RECORDS], counters[STATUS] = found + 1, BLOWN_UP
+            counters[RECORDS] = found + 1
+            counters[STATUS] = BLOWN_UP
             yield float(unpack(run.model, record, found + 1, found)["time"][0])
             return
         seen = count
@@ -215,7 +223,9 @@ def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[
 
 def _failure(compiled: Compiled, run: Run, time: float) -> str:
     """When, what and where: the message of a run that cannot go on, and what it was warned of."""
-    scene, model, counters = compiled.scene, compiled.model, run.counters
+    scene = compiled.scene
+    model = compiled.model
+    counters = run.counters
     count = int(counters[RECORDS])
     if counters[STATUS] == BLOWN_UP:
         where = holder(scene, model, run.record, count)
@@ -259,7 +269,8 @@ def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tu
 
 def _provenance(compiled: Compiled) -> dict[str, object]:
     """Where the numbers come from: case, databases, seeds, radiation, solver."""
-    scene, notes = compiled.scene, compiled.notes
+    scene = compiled.scene
+    notes = compiled.notes
     return {
         "Conventions": "CF-1.11",
         "format": f"{FORMAT} {LATEST}",

@@ -54,7 +54,8 @@ def complete(
     InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
     runs are written.
     """
-    chain, made = (*above, case.path.resolve()), False
+    chain = (*above, case.path.resolve())
+    made = False
     for stage in case.stages():
         if stage.case.path.resolve() in chain:
             raise InputError(
@@ -79,7 +80,8 @@ def complete(
 def _result(stage: Stage) -> Output:
     """The file of a stage, beside its own case: a case file makes no file anywhere else, and
     replaces none but an earlier run of that case."""
-    home, key = stage.case.path.parent, f"file: {stage.file.name} (a run of {stage.case.path})"
+    home = stage.case.path.parent
+    key = f"file: {stage.file.name} (a run of {stage.case.path})"
     if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
         raise InputError(
             f"{key}: found {stage.file}; expected a name that ends in .nc in the folder of that"

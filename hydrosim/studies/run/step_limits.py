@@ -43,7 +43,8 @@ def warned_of_steps(compiled: Compiled) -> Compiled:
     if found and scene.solver.unstable == Unstable.ERROR:
         raise InputError(f"solver.step {step:g} s: {'. '.join(found)}. {_advice(scene, limits[0])}")
     texts = [f"solver.step {step:g} s: {text}" for text in found]
-    notes, unresolved = compiled.notes.warned(texts), scene_vibrations(compiled, looked_at)
+    notes = compiled.notes.warned(texts)
+    unresolved = scene_vibrations(compiled, looked_at)
     return replace(compiled, notes=notes, vibrations=unresolved)
 
 

@@ -37,10 +37,15 @@ if TYPE_CHECKING:
 WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
 STILL = 1e-6  # m, rad: a smaller range is none
 ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
-FINER, TIGHTER = 1.4, 4.0  # steps of the twin for one of the run, and tolerances
+# steps of the twin for one of the run, and tolerances
+FINER = 1.4
+TIGHTER = 4.0
 LEAST = 1e-12  # of a tolerance
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
-FIRST, MOST, AT_ONCE = 60_000, 1_000_000, 5_000  # evaluations of a twin's equation
+# evaluations of a twin's equation
+FIRST = 60_000
+MOST = 1_000_000
+AT_ONCE = 5_000
 STEEP = 4.0  # times farther apart in the second half than in the first: the two part
 
 
@@ -72,7 +77,8 @@ def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
 def _finer(compiled: Compiled) -> Compiled:
     """The scene with finer steps or a tighter tolerance, with the same databases and sea."""
     scene = replace(compiled.scene, solver=_finer_solver(compiled.scene))
-    calm, ours = compile_calm(scene, compiled.wet), compiled.model
+    calm = compile_calm(scene, compiled.wet)
+    ours = compiled.model
     if ours.following.slow.any():  # paths are taken anew every so many steps
         return in_waves(calm, scene, compiled.sea)
     model = calm.model._replace(waves=ours.waves, following=ours.following)
@@ -80,7 +86,8 @@ def _finer(compiled: Compiled) -> Compiled:
 
 
 def _finer_solver(scene: Scene) -> Solver:
-    solver, given = scene.solver, scene.solver.tolerance
+    solver = scene.solver
+    given = scene.solver.tolerance
     if not solver.method.adapts:
         steps = ceil(FINER * scene.output_step / solver.step)
         return replace(solver, step=scene.output_step / steps)
@@ -115,9 +122,12 @@ def _said(solver: Solver) -> str:
 
 def _twin(run: Run, finer: Compiled, ranges: np.ndarray) -> Run:
     """A run with finer steps, of as many evaluations as are worth it."""
-    clock, model = compile_clock(finer), finer.model
+    clock = compile_clock(finer)
+    model = finer.model
     twin = new_run(clock, model, finer.method, finer.first_state(), new_record(model, clock))
-    counters, allowed, held = twin.counters, FIRST, Held(twin)
+    counters = twin.counters
+    allowed = FIRST
+    held = Held(twin)
     while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
         advance(AT_ONCE, held)
         if counters[STATUS]:
@@ -134,7 +144,8 @@ def _parting(run: Run, twin: Run, ranges: np.ndarray) -> bool:
     time, wrong = _apart(run, twin, ranges)
     if time.size < 2:
         return False
-    worst, half = wrong.max(axis=1), time.size // 2
+    worst = wrong.max(axis=1)
+    half = time.size // 2
     whole = (run.clock.end - time[0]) / (time[-1] - time[0])
     steep = worst[half:].max() > STEEP * worst[:half].max(initial=0.0)
     return bool(steep or whole * worst.max() > WRONG)

@@ -48,8 +48,10 @@ def run_until(
     Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
     are of: as the seeds of a round follow from those before it, a study that was killed goes on
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
-    known, part = list(seeds), study
-    folder, shared = Path(f"{output.path}.rounds"), Shared()
+    known = list(seeds)
+    part = study
+    folder = Path(f"{output.path}.rounds")
+    shared = Shared()
     with output.held():
         _begin(folder, resume, output)
         rounds: list[xr.Dataset] = []
@@ -57,12 +59,14 @@ def run_until(
             rounds.append(_made(part, len(rounds), shared, folder, run))
             runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
             runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
-            width, count = widest(runs, wanted.figure), len(known)
+            width = widest(runs, wanted.figure)
+            count = len(known)
             more = min(count, wanted.most - count)
             if width <= wanted.wide.value or more <= 0 or wanted.figure not in runs:
                 break
             new = [max(known) + 1 + k for k in range(more)]
-            part, known = with_seeds(study, len(seeds), new), [*known, *new]
+            part = with_seeds(study, len(seeds), new)
+            known = [*known, *new]
         write(runs, output)
         for each in rounds:
             each.close()
@@ -74,7 +78,8 @@ def run_until(
 def _said(width: float, unit: str, count: int, wanted: Enough) -> str:
     if width == inf:
         return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
-    wide, unit = wanted.wide.value, unit and f" {unit}"
+    wide = wanted.wide.value
+    unit = unit and f" {unit}"
     said = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
     said += f" {width:.3g}{unit}"
     return said if width <= wide else f"{said}, not {wide:g}{unit} as asked for"

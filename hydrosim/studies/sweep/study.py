@@ -38,7 +38,9 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.statistics.figures import Figure
 
-STUDY, VARIED = "study", "varied"  # coordinates of runs: the plan, and what of it is varied
+# coordinates of runs: the plan, and what of it is varied
+STUDY = "study"
+VARIED = "varied"
 DESIGN = "design"  # attribute of a file of runs, see `described`
 MOST_RUNS = 1_000_000
 OWN = {*TEXTS, RUN, STUDY, VARIED, "seed"}  # names that files of runs have
@@ -196,7 +198,8 @@ class _Builder:
     """Cases with what a study sets in them."""
 
     def __init__(self, path: Path, data: StudyFile) -> None:
-        self.path, self.case = path, path.parent / data.case
+        self.path = path
+        self.case = path.parent / data.case
         self.read = read_case(self.case)
         kept = {f"output.{key}": getattr(data.output, key) for key in ("step", "impulses")}
         fixed = {"duration": data.duration, **kept}

@@ -55,7 +55,8 @@ def width(spectrum: scene.Density) -> float:
 @lru_cache
 def cut_off(spectrum: scene.Density) -> float:
     """Frequency [rad/s] above which the fraction `TAIL_ENERGY` of the energy is."""
-    wanted, high = TAIL_ENERGY * energy(spectrum), 1.0
+    wanted = TAIL_ENERGY * energy(spectrum)
+    high = 1.0
     if wanted == 0.0:
         return 0.0
     above = _curve(spectrum).above

@@ -87,7 +87,8 @@ def peakedness(u: np.ndarray) -> np.ndarray:
 def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
     """Integral of the enhanced shape from ``low`` on: an incomplete gamma function, and what the
     enhancement adds, by quadrature."""
-    a, b = 0.25 * (exponent - 1.0), 0.25 * exponent
+    a = 0.25 * (exponent - 1.0)
+    b = 0.25 * exponent
     part = gammainc(a, b * low**-4.0) if low > 0.0 else 1.0
     return float(0.25 * b**-a * gamma(a) * part + _added(exponent, enhancement, low))
 
@@ -95,11 +96,13 @@ def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
 def _added(exponent: float, enhancement: float, low: float) -> float:
     if enhancement == 1.0:
         return 0.0
-    begin, end = max(low, _ENHANCED[0]), _ENHANCED[1]
+    begin = max(low, _ENHANCED[0])
+    end = _ENHANCED[1]
     limits = [begin, *([1.0] if begin < 1.0 else []), max(begin, end)]
     total = 0.0
     for low, high in pairwise(limits):
-        half, middle = 0.5 * (high - low), 0.5 * (high + low)
+        half = 0.5 * (high - low)
+        middle = 0.5 * (high + low)
         u = middle + half * _NODES
         total += half * float(
             _WEIGHTS @ (shape(u, exponent) * (enhancement ** peakedness(u) - 1.0))
