@@ -144,6 +144,7 @@ def test_a_terminal_that_is_closed(folder: Path) -> None:
     """There is nowhere to write messages to; what was computed is written all the same."""
     process, here = pty.fork()
     if process == 0:
+        heed_signals()
         command = [sys.executable, "-m", "hydrosim", "run", "slow.yaml", "--checkpoint", "0.1"]
         os.execv(sys.executable, command)
     os.set_blocking(here, False)
