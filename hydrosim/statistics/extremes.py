@@ -24,16 +24,16 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.statistics.gaussian import Gaussian, fit_gaussian
-from hydrosim.statistics.gumbel import SLIDE, Gumbel, fit_record, sliding
-from hydrosim.statistics.peaks import tail_shape
-from hydrosim.statistics.series import below, memories, upcrossings
-from hydrosim.statistics.stationarity import changes
+from hydrosim.statistics.gumbel import ENDS, SLIDE, Gumbel, fit_record, sliding
+from hydrosim.statistics.peaks import Tail, fit_tail
+from hydrosim.statistics.series import below, flatness, memories, slow_part, upcrossings
+from hydrosim.statistics.stationarity import begins_larger, changes
 
 MEMORIES = 4  # in a window, at least
 LEAST, MOST = 8, 50  # windows
 GUMBEL = (8, 10, 13, 17, 22, 28, 34)  # windows: shorter ones hold too few waves for Gumbel's law
 WAVES, ENOUGH = 70, 13  # waves in a window, at least, if there are so many windows
-SLOW, FEW = 0.05, 500.0  # of the variance; memories of that part: more show their moments
+SLOW, FEW = 0.05, 250.0  # of the variance; memories of that part: more show their moments
 CLIPPED = 0.005  # of the time: what is at the smallest value for longer is clipped there
 ALIKE = 1e-3  # of the range: maxima that differ by less are one, as those of a regular wave
 PERIODIC = 0.05  # of the mean period: the same of periods
@@ -44,6 +44,11 @@ OFF = 1.3  # times the shape over the root of the number of waves: the scatter o
 NORMAL = 1.645  # 5 % of a normal distribution are beyond
 NEAR = 0.02  # of the range: a magnitude comes so near to zero
 SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
+RARELY = 0.0025  # probability of a largest value of one half by the law of the other, on each side
+UNEXPECTED = 1e-3  # times that the largest value is expected by the tail of the many
+OTHERS = 2.0  # of the many are expected above a level: what is above it is mostly not of them
+MOSTLY = 0.75  # of the windows
+BOUNDED = 1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal one
 ROUNDING = 1e-12  # of the largest value
 
 
@@ -64,6 +69,9 @@ class Basis(IntEnum):
     OPERATION = 11
     ALONE = 12
     NOT_FINITE = 13
+    HALVES = 14
+    BOUNDED = 15
+    TRANSIENT = 16
 
 
 LAWS = (Basis.GAUSSIAN, Basis.CLIPPED_GAUSSIAN, Basis.GUMBEL)
@@ -89,11 +97,17 @@ class Extremes(NamedTuple):
 
 class _Record(NamedTuple):
     """What is the same of the largest and the smallest value: how many ``memories`` a record is
-    long, and whether it is ``slow``; an exposure of ``ratio`` times its length."""
+    long, and whether it is ``slow``; an exposure of ``ratio`` times its length; the probabilities
+    of the ``ends`` of the prediction interval."""
 
     memories: float
     slow: bool
     ratio: float
+    ends: tuple[float, float] = ENDS
+
+    def half(self) -> _Record:
+        """Half of the record, whose law is to predict the largest value of the other half."""
+        return _Record(0.5 * self.memories, self.slow, 1.0, (RARELY, 1.0 - RARELY))
 
 
 def extremes(
@@ -111,9 +125,13 @@ def extremes(
     if any(changing):
         said = Basis.MEAN_CHANGES if changing[0] else Basis.STD_CHANGES
         return none(said), none(said)
+    if begins_larger(z, long):
+        return none(Basis.TRANSIENT), none(Basis.TRANSIENT)
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = below(z, step, slowest)
     record = _Record(long, share > SLOW and few < FEW, ratio)
+    if record.slow and flatness(slow_part(z, step, slowest)) < BOUNDED:
+        return none(Basis.BOUNDED), none(Basis.BOUNDED)
     least = _of_largest(-z, record).scaled(-1.0).scaled(size, middle)
     if _is_magnitude(x):
         return least, _of_squares(x, record)
@@ -151,6 +169,27 @@ def trivial(x: np.ndarray) -> Basis | None:
 
 
 def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
+    """Extremes by a law that also holds from one half of the record to the other."""
+    found = _by_law(x, record)
+    if found.basis in LAWS and not _holds_between_halves(x, record):
+        return none(Basis.HALVES)
+    return found
+
+
+def _holds_between_halves(x: np.ndarray, record: _Record) -> bool:
+    """Whether the law of each half of a record (nt,) lets the largest value of the other happen. A
+    half that has no law by itself says nothing."""
+    middle = x.size // 2
+    for fitted, other in ((x[:middle], x[middle:]), (x[middle:], x[:middle])):
+        law = _by_law(fitted, record.half())
+        if law.basis not in LAWS:
+            continue
+        if not law.predicted_lower <= other.max() <= law.predicted_upper:
+            return False
+    return True
+
+
+def _by_law(x: np.ndarray, record: _Record) -> Extremes:
     if _regular(x):
         return _of([x.max()] * 5, Basis.REGULAR)
     if _stays(x, x.max()):
@@ -169,7 +208,7 @@ def _of_largest(x: np.ndarray, record: _Record) -> Extremes:
     fit = None if record.slow else fit_gaussian(x, record.memories, windows)
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
         return _by_windows(x, count, record)
-    return _by(fit, record.ratio, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
+    return _by(fit, record, 1.0, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
 
 
 def _stays(x: np.ndarray, value: float) -> bool:
@@ -187,21 +226,48 @@ def _count(x: np.ndarray, windows: int, record: _Record) -> int:
 
 def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
     """By Gumbel's law of so many windows: of x itself if it is slow, else of (x - origin)^shape,
-    whose tail is exponential; what the shape is off is in the intervals."""
-    origin, shape = (x.mean(), 1.0) if record.slow else _tail(x)
-    if shape > SHAPES[1]:
+    whose tail is exponential."""
+    if record.slow:
+        found = _of_power(x - x.mean(), 1.0, count, record)
+        return none(Basis.ALONE) if found is None else _of(x.mean() + found, Basis.GUMBEL)
+    tail = _tail(x)
+    if tail.shape > SHAPES[1]:
         return none(Basis.CLIPPED)
-    found = _of_power(x - origin, shape, count, record)
+    if np.isnan(tail.shape):
+        tail = tail._replace(shape=1.0)
+    elif tail.exceedances(x.max()) < UNEXPECTED:
+        return _by_impacts(x, tail, record)
+    return _by_tail(x, tail, count, record)
+
+
+def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _Record) -> Extremes:
+    """By Gumbel's law of windows of (x - origin)^shape. The error of the shape widens intervals."""
+    z = x - tail.origin
+    shape = max(tail.shape, SHAPES[0])
+    found = _of_power(z, shape, count, record)
     if found is None:
         return none(Basis.ALONE)
-    if not record.slow:
-        waves = upcrossings(x - origin).size
-        other = _of_power(x - origin, shape * (1.0 + OFF / np.sqrt(waves)), count, record)
-        if other is not None:
-            off = NORMAL * (other[0] - found[0])
-            apart = found - found[0]
-            found = found[0] + np.sign(apart) * np.hypot(apart, off)
-    return _of(origin + found, Basis.GUMBEL)
+    other = _of_power(z, shape * (1.0 + OFF / np.sqrt(tail.waves)), count, record)
+    if other is not None:
+        off = NORMAL * (other[0] - found[0])
+        apart = found - found[0]
+        found = found[0] + np.sign(apart) * np.hypot(apart, off)
+    return _of(tail.origin + found, Basis.GUMBEL)
+
+
+def _by_impacts(x: np.ndarray, tail: Tail, record: _Record) -> Extremes:
+    """By Gumbel's law of windows in which the largest value is not one of the many, whose tail is
+    known, but one of the large ones, whose sizes are taken for exponential. So long windows that
+    nearly all of them hold one."""
+    level = tail.level(OTHERS)
+    for count in reversed(GUMBEL):
+        if record.memories < MEMORIES * count:
+            continue
+        largest = x[: x.size // count * count].reshape(count, -1).max(axis=1)
+        if np.mean(largest > level) >= MOSTLY:
+            found = _of_power(x - x.mean(), 1.0, count, record)
+            return none(Basis.ALONE) if found is None else _of(x.mean() + found, Basis.GUMBEL)
+    return none(Basis.ALONE)
 
 
 def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.ndarray | None:
@@ -210,19 +276,18 @@ def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.nd
     law = fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
     if law.exceedances(z.max() ** shape, count) < UNLIKELY:
         return None
-    values = np.array(_by(law, record.ratio * count, Basis.GUMBEL)[:-1])
+    values = np.array(_by(law, record, count, Basis.GUMBEL)[:-1])
     return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / shape))
 
 
-def _tail(x: np.ndarray) -> tuple[float, float]:
-    """Origin and shape of the upper tail of a record x (nt,): about its mean, or, if it is nearly
-    cut off as seen from there, about the middle of what is above: friction in slip is as large one
-    way as the other, and seldom near its mean."""
-    shape = tail_shape(x, x.mean())
-    if shape > SHAPES[1]:
-        middle = float(np.median(x[x > x.mean()]))
-        return middle, max(tail_shape(x, middle), SHAPES[0])
-    return x.mean(), 1.0 if np.isnan(shape) else max(shape, SHAPES[0])
+def _tail(x: np.ndarray) -> Tail:
+    """The upper tail of a record x (nt,): about its mean, or, if it is nearly cut off as seen from
+    there, about the middle of what is above: friction in slip is as large one way as the other, and
+    seldom near its mean."""
+    tail = fit_tail(x, float(x.mean()))
+    if tail.shape > SHAPES[1]:
+        return fit_tail(x, float(np.median(x[x > x.mean()])))
+    return tail
 
 
 def _regular(x: np.ndarray) -> bool:
@@ -234,8 +299,11 @@ def _regular(x: np.ndarray) -> bool:
     return bool(alike and np.ptp(periods) <= PERIODIC * periods.mean())
 
 
-def _by(law: Gaussian | Gumbel, ratio: float, basis: Basis) -> Extremes:
-    return _of([law.expected(ratio), *law.confidence(ratio), *law.prediction(ratio)], basis)
+def _by(law: Gaussian | Gumbel, record: _Record, count: float, basis: Basis) -> Extremes:
+    """Extremes by a law of one of ``count`` windows of a record."""
+    ratio = record.ratio * count
+    predicted = law.prediction(ratio, record.ends)
+    return _of([law.expected(ratio), *law.confidence(ratio), *predicted], basis)
 
 
 def _of(values: Sequence[float] | np.ndarray, basis: Basis) -> Extremes:

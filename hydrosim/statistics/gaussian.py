@@ -61,11 +61,13 @@ class Gaussian(NamedTuple):
         size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
         return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
-    def prediction(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the largest value in ``ratio`` times the length: what the
-        largest scatters and what the fit is off, added in squares."""
-        middle, *ends = (self._level(ratio, p) for p in (0.5, *ENDS))
-        apart = [np.hypot(self.std * (u - middle), self._error(u)) for u in ends]
+    def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
+        """Interval (2,) whose ``ends`` have these probabilities to be above the largest value in
+        ``ratio`` times the length. The scatter of the largest and the error of the fit are added
+        in squares."""
+        middle = self._level(ratio, 0.5)
+        levels = [self._level(ratio, p) for p in ends]
+        apart = [np.hypot(self.std * (u - middle), self._error(u, odds=ends[1])) for u in levels]
         return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
 
     def doubtful(self) -> bool:
@@ -91,16 +93,16 @@ class Gaussian(NamedTuple):
         """u below which the largest is with a probability."""
         return self.crossings.level(-np.log(probability) / ratio)
 
-    def _error(self, u: float, counted: bool = True) -> float:
-        """Half of the interval that holds m + s u; of m and s alone if u is not ``counted``."""
+    def _error(self, u: float, counted: bool = True, odds: float = ENDS[1]) -> float:
+        """Distance of m + s u from the end of its interval that has the probability ``odds``; of
+        m and s alone if u is not ``counted``."""
         shape = np.array([1.0, u])
         off = np.zeros(self.counted.size)
         if counted and u > 0.0:
             shape, off = shape - self.moved / u, self.counted / u
         weights = np.linalg.solve(self.information[:2, :2], shape)
         draws = weights @ self.scatter[:2, : off.size] - off
-        odds = float(stdtrit(draws.size, ENDS[1]))
-        return odds * self.std * _size(draws)
+        return float(stdtrit(draws.size, odds)) * self.std * _size(draws)
 
     def _weights(self, u: float, order: int) -> np.ndarray:
         """How the value at u moves with the mean scores (4,), if so many parameters are free."""

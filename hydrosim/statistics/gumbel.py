@@ -49,13 +49,14 @@ class Gumbel(NamedTuple):
         moved, wider = _pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
-    def prediction(self, ratio: float) -> np.ndarray:
-        """Interval (2,) that holds the largest value of a time of so many windows."""
+    def prediction(self, ratio: float, ends: tuple[float, float] = ENDS) -> np.ndarray:
+        """Interval (2,) whose ``ends`` have these probabilities to be above the largest value of a
+        time of so many windows."""
         moved, wider, largest = _pivots(self.windows, self.memories)
-        return self._ends(moved + (np.log(ratio) + largest) * wider)
+        return self._ends(moved + (np.log(ratio) + largest) * wider, ends)
 
-    def _ends(self, draws: np.ndarray) -> np.ndarray:
-        return np.asarray(self.location + self.scale * np.quantile(draws, ENDS))
+    def _ends(self, draws: np.ndarray, ends: tuple[float, float] = ENDS) -> np.ndarray:
+        return np.asarray(self.location + self.scale * np.quantile(draws, ends))
 
 
 def exceeding(probability: float) -> float:

@@ -27,6 +27,25 @@ class Weibull(NamedTuple):
     scale: float
 
 
+class Tail(NamedTuple):
+    """A record rises above a level ``waves`` exp(-((level - origin) / scale)^shape) times. The
+    shape is 2 of a Gaussian process about its mean, however broad its band."""
+
+    origin: float
+    shape: float
+    scale: float
+    waves: int
+
+    def exceedances(self, level: float) -> float:
+        """How often the record is expected to rise above a level."""
+        return float(self.waves * np.exp(-(((level - self.origin) / self.scale) ** self.shape)))
+
+    def level(self, exceedances: float) -> float:
+        """The level above which the record is expected to rise so often."""
+        fall = np.log(self.waves / exceedances)
+        return float(self.origin + self.scale * fall ** (1.0 / self.shape))
+
+
 def peaks(x: np.ndarray) -> np.ndarray:
     """The largest value (n,) above the mean between each two upcrossings of it."""
     z = x - x.mean()
@@ -34,20 +53,19 @@ def peaks(x: np.ndarray) -> np.ndarray:
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
-def tail_shape(x: np.ndarray, origin: float) -> float:
-    """The shape k of which a record x (nt,) rises above a level with the rate exp(-((level -
-    origin) / scale)^k), by its upcrossings of levels above the origin, where they are many; 2 of a
-    Gaussian process about its mean, however broad its band; not a number where there are too
-    few."""
+def fit_tail(x: np.ndarray, origin: float) -> Tail:
+    """The tail of a record x (nt,) above an origin, by its upcrossings of those levels that it
+    crosses often; of not a number where these are too few."""
     z = x - origin
     levels = z.max() * np.arange(1, LEVELS) / LEVELS
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
     fall = np.log(counts[0] / np.maximum(counts[1:], 1))
     used = (counts[1:] >= MANY) & (fall > NEAR)
     if np.count_nonzero(used) < FEWEST:
-        return np.nan
+        return Tail(origin, np.nan, np.nan, int(counts[0]))
     weight = (fall * np.sqrt(counts[1:]))[used]
-    return float(np.polyfit(np.log(levels[used]), np.log(fall[used]), 1, w=weight)[0])
+    shape, offset = np.polyfit(np.log(levels[used]), np.log(fall[used]), 1, w=weight)
+    return Tail(origin, float(shape), float(np.exp(-offset / shape)), int(counts[0]))
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:

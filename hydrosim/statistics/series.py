@@ -41,6 +41,19 @@ def below(x: np.ndarray, step: float, frequency: float) -> tuple[float, float]:
     return float(slow.sum() / power.sum()), _memories(slow)
 
 
+def slow_part(x: np.ndarray, step: float, frequency: float) -> np.ndarray:
+    """What of x (nt,) is below a ``frequency`` [rad/s], its mean left out."""
+    coefficients = np.fft.rfft(x - x.mean())
+    coefficients[2.0 * np.pi * np.fft.rfftfreq(x.size, step) >= frequency] = 0.0
+    return np.fft.irfft(coefficients, x.size)
+
+
+def flatness(x: np.ndarray) -> float:
+    """The kurtosis of x (nt,), 3 of a normal distribution."""
+    square = (x - x.mean()) ** 2
+    return float(np.mean(square**2) / np.mean(square) ** 2)
+
+
 def lowest_frequency(x: np.ndarray, step: float, share: float = 0.01) -> float:
     """The frequency [rad/s] below which a ``share`` of the variance of x (nt,) is."""
     power = np.cumsum(spectrum(x))

@@ -19,7 +19,7 @@ from hydrosim.statistics.crossings import Crossings, crossings
 from hydrosim.statistics.extremes import LAWS, OFF, Basis, extremes
 from hydrosim.statistics.gaussian import fit_gaussian
 from hydrosim.statistics.gumbel import exceeding, fit_maxima
-from hydrosim.statistics.peaks import tail_shape
+from hydrosim.statistics.peaks import fit_tail
 from hydrosim.statistics.series import memories, upcrossings
 from hydrosim.statistics.stationarity import changes
 
@@ -94,7 +94,7 @@ def test_shape_of_a_tail(name: str, shape: float) -> None:
     holds from the mean on. Ten records; one is 3 % off, by counts of fifty crossings and more."""
     kind, random = KINDS[name], np.random.default_rng(4)
     drawn = [kind.draw(random) for _ in range(10)]
-    found = np.mean([tail_shape(x, x.mean()) for x in drawn])
+    found = np.mean([fit_tail(x, x.mean()).shape for x in drawn])
     assert found == pytest.approx(shape, rel=3.0 * 0.03 / np.sqrt(10.0))
 
 
@@ -103,7 +103,7 @@ def test_shapes_of_tails_scatter_as_is_said() -> None:
     which is 1.09 to 1.5."""
     kind, random = KINDS["drag force"], np.random.default_rng(6)
     drawn = [kind.draw(random) for _ in range(60)]
-    shapes = [tail_shape(x, x.mean()) for x in drawn]
+    shapes = [fit_tail(x, x.mean()).shape for x in drawn]
     waves = np.mean([upcrossings(x - x.mean()).size for x in drawn])
     assert np.std(shapes) / np.mean(shapes) * np.sqrt(waves) == pytest.approx(OFF, rel=0.3)
 
