@@ -122,8 +122,73 @@ def sea_and_swell(omega: np.ndarray) -> np.ndarray:
     return np.asarray(sea / sea.sum() + swell / swell.sum())
 
 
+def slow_motion(slowest: float, fastest: float) -> Spectrum:
+    """Even between two frequencies."""
+    return lambda omega: ((omega > slowest) & (omega < fastest)).astype(float)
+
+
 SEA = Process(jonswap(10.0), 0.5)
+CREEP = Process(slow_motion(1e-3, 1e-2), 0.5)
+WEATHER = Process(slow_motion(1e-3, 2.0 * np.pi / 1800.0), 0.5)
 GAUSSIAN, TOP = (0.0, 1.0), np.array([3.458, 3.762, 4.477])
+PULSE = np.array([0.5, 1.0, 0.8, 0.4, 0.2, 0.1])
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """A sea with impacts of 3 s, once in so many seconds on average, of exponential sizes."""
+
+    apart: float
+    size: float
+
+    def __call__(self, random: np.random.Generator) -> np.ndarray:
+        x = SEA(random)
+        hits = np.zeros(x.size)
+        count = random.poisson(DURATION / self.apart)
+        np.add.at(hits, random.integers(0, x.size, count), random.exponential(self.size, count))
+        return x + np.convolve(hits, PULSE)[: x.size]
+
+
+def crawling(random: np.random.Generator) -> np.ndarray:
+    """A sea, and a slow part that is bounded."""
+    return SEA(random) + 1.5 * np.tanh(2.0 * CREEP(random))
+
+
+def gusting(random: np.random.Generator) -> np.ndarray:
+    """A sea that waxes and wanes over half an hour and more."""
+    return SEA(random) * np.exp(0.25 * WEATHER(random))
+
+
+def beginning(random: np.random.Generator) -> np.ndarray:
+    """A sea, and an oscillation of 80 s that dies out in ten minutes."""
+    x = SEA(random)
+    time = 0.5 * np.arange(x.size)
+    return x + 4.0 * np.exp(-time / 300.0) * np.cos(2.0 * np.pi * time / 80.0)
+
+
+def slamming(random: np.random.Generator) -> np.ndarray:
+    """A sea, and half of the crests beyond two standard deviations slam, the more the higher."""
+    x = SEA(random)
+    above = (x[:-1] < 2.0) & (x[1:] >= 2.0)
+    at = np.flatnonzero(above)
+    at = at[random.random(at.size) < 0.5]
+    hits = np.zeros(x.size)
+    hits[at] = random.exponential(1.0, at.size)
+    return x + np.convolve(hits, PULSE)[: x.size]
+
+
+def with_swell(random: np.random.Generator) -> np.ndarray:
+    """A sea, and a regular swell of 14 s as large as it."""
+    x = SEA(random)
+    phase = 2.0 * np.pi * random.random()
+    return x + np.sqrt(2.0) * np.cos(2.0 * np.pi / 14.0 * 0.5 * np.arange(x.size) + phase)
+
+
+def switching(random: np.random.Generator) -> np.ndarray:
+    """A sea about one of two places, at each of which it stays for two minutes on average."""
+    x = SEA(random)
+    switches = random.random(x.size) < 0.5 / 120.0
+    return x + np.where(np.cumsum(switches) % 2 == 0, 1.5, -1.5)
 
 
 def size(random: np.random.Generator) -> np.ndarray:
@@ -188,3 +253,18 @@ KINDS = {
     "speed with current": Kind(with_current, 0.5, 0.45, (2.272, 0.914), (5.601, 5.910, 6.614)),
     "friction in slip": Kind(friction, 0.5, 0.45, (0.0, 1.044), (1.985, 2.082, 2.306)),
 }
+
+HARD = {
+    "impacts every 120 s": Impacts(120.0, 2.0),
+    "every 200 s, larger": Impacts(200.0, 3.0),
+    "every 300 s, smaller": Impacts(300.0, 1.5),
+    "every 600 s": Impacts(600.0, 2.0),
+    "every 1200 s, larger": Impacts(1200.0, 3.0),
+    "bounded slow part": crawling,
+    "gusts": gusting,
+    "transient": beginning,
+    "slamming of crests": slamming,
+    "sea and regular swell": with_swell,
+    "two places": switching,
+}
+"""Records in steps of 0.5 s of waves above 0.45 rad/s, whose largest values are of no one law."""

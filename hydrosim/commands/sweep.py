@@ -226,7 +226,9 @@ def _extremes(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[
 
     rows = list(zip(*labels.values(), strict=True)) if labels else [()] * runs.sizes["run"]
     each = list(dict.fromkeys(rows))
-    found = [f"intervals hold 90 % ({RUNS} runs or more), over seeds by Gumbel's law"]
+    found = [
+        f"intervals hold 90 % ({RUNS} runs or more), over seeds by Gumbel's law or their order"
+    ]
     for row in each[:SHOWN]:
         of = [k for k, other in enumerate(rows) if other == row]
         name = ", ".join(f"{key} {value}" for key, value in zip(labels, row, strict=True))

@@ -12,7 +12,7 @@ from hydrosim.report.blocks import Block, Number, Points, Table, Text, number
 from hydrosim.results.stages import FIGURES, TIME, stage_lines, stages
 from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import LAWS, Basis
-from hydrosim.statistics.sentences import NAMED, Scale, reason, scale_of
+from hydrosim.statistics.sentences import HOW, NAMED, SEEDS, Scale, reason, scale_of
 from hydrosim.statistics.statistics import NAMES, SIDES, statistics
 
 FEWEST = 16  # records that figures are made of
@@ -42,7 +42,10 @@ def statistics_blocks(run: xr.Dataset) -> Iterator[Block]:
     moments = [row for each in channels for row in _moments(found, *each)]
     yield Table(("channel", *MOMENTS), moments)
     head = ("channel", "side", "observed", "most probable (interval)", "another run", "by")
-    yield Table(head, [row for each in channels for row in _extremes(found, *each)])
+    rows = [row for each in channels for row in _extremes(found, *each)]
+    yield Table(head, rows)
+    if any(SEEDS in str(row[-1]) for row in rows):
+        yield Text(f"For {HOW}.")
 
 
 def contact_blocks(run: xr.Dataset) -> Iterator[Block]:

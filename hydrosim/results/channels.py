@@ -36,6 +36,8 @@ TO = " to "  # between two points
 MOST = 40  # names in a message
 CAPABLE = {"fender": "fender_normal_force", "spring": "spring_tension"}
 """Units that may have a capacity, `fender_capacity` and so on, and what is held against it."""
+NEVER_NEGATIVE = ("fender_normal_force", "spring_tension", "speed", "utilisation")
+"""Kinds of channels that zero bounds: contacts only push, lines only pull."""
 
 
 class Channel(NamedTuple):
@@ -48,6 +50,11 @@ class Channel(NamedTuple):
 def channels(run: xr.Dataset) -> list[Channel]:
     """All channels that are recorded of a run."""
     return [Channel(name, select(RUN, run, name)[1]) for name in columns_of(run)]
+
+
+def lowest_value(name: str) -> float:
+    """What a channel, or the channels of a variable, are never below."""
+    return 0.0 if name.partition(".")[0] in NEVER_NEGATIVE else -np.inf
 
 
 def names(run: xr.Dataset) -> list[str]:

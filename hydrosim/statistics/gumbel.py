@@ -24,6 +24,8 @@ DRAWS = 4000
 ROUNDS = 8  # of Newton's method, which has converged by then
 INTERVAL = 0.9  # probability of all intervals
 ENDS = (0.05, 0.95)
+DOUBTED = 0.637  # of Anderson's and Darling's test of Gumbel's law: 10 % are beyond
+CERTAIN = 1e-15
 LONGEST = 16  # memories: of longer windows it does not matter what they know of each other
 
 
@@ -69,6 +71,17 @@ def fit_maxima(maxima: np.ndarray) -> Gumbel:
     """The law of independent maxima (n,), not all of one value."""
     location, scale = _fit(maxima)
     return Gumbel(float(location), float(scale), maxima.size, None)
+
+
+def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
+    """Whether independent maxima (n,) may be of the ``law`` that is fitted to them, by the test of
+    Anderson and Darling, which doubts one in ten that are (Stephens 1977, Biometrika 64)."""
+    count = maxima.size
+    below = np.exp(-np.exp((law.location - np.sort(maxima)) / law.scale))
+    below = np.clip(below, CERTAIN, 1.0 - CERTAIN)
+    weight = 2.0 * np.arange(1, count + 1) - 1.0
+    statistic = -count - np.mean(weight * (np.log(below) + np.log1p(-below[::-1])))
+    return bool(statistic * (1.0 + 0.2 / np.sqrt(count)) < DOUBTED)
 
 
 def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,8 @@ from hydrosim.results.stages import FIGURES as OF_STAGES
 from hydrosim.results.stages import TIME, stage_lines
 from hydrosim.statistics.effects import spread
 from hydrosim.statistics.extremes import LAWS, Basis
-from hydrosim.statistics.gumbel import exceeding, fit_maxima
+from hydrosim.statistics.gumbel import Gumbel, exceeding, fit_maxima, follows_gumbel
+from hydrosim.statistics.orders import ENOUGH, find_confidence, find_prediction
 from hydrosim.statistics.statistics import FIGURES, NAMES, SIDES
 
 RUNS = 8  # to fit Gumbel's law to
@@ -23,22 +24,34 @@ NAMED = {
     Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
     Basis.GUMBEL: "Gumbel's law",
 }
+SEEDS = f"the largest of {ENOUGH} seeds"
+HOW = (
+    f"{SEEDS} write a study file with `case: CASE.yaml` and `seeds: 1-{ENOUGH}`, and call"
+    " `hydrosim sweep STUDY.yaml`: the smallest and the largest of so many hold that of another"
+    " run in 90 %"
+)
 LATER = "take a part that is stationary (--from)"
 REASONS = {
     Basis.CLIPPED: "it stays there for much of the time",
     Basis.TOO_SHORT: "too short for what is slow in it, or not stationary: its mean goes from"
     " {first_mean} to {last_mean} {unit} (first and last fifth); simulate longer",
-    Basis.RARE: "there is too little contact: simulate longer, or take the largest of many seeds",
+    Basis.RARE: f"there is too little contact: simulate longer, or take {SEEDS}",
     Basis.MEAN_CHANGES: "not stationary: its mean goes from {first_mean} to {last_mean} {unit}"
-    f" (first and last fifth); {LATER}, or the largest of many seeds",
-    Basis.STD_CHANGES: "not stationary: its standard deviation goes from {first_std} to {last_std}"
-    f" {{unit}} (first and last fifth); {LATER}, or the largest of many seeds",
+    f" (first and last fifth); {LATER}, or {SEEDS}",
+    Basis.STD_CHANGES: "not stationary: its standard deviation changes, from {first_std} in the"
+    f" first to {{last_std}} {{unit}} in the last fifth or in between; {LATER}, or {SEEDS}",
     Basis.WAVES_GROW: "not stationary: the waves grow until {ramp:g} s: begin there (--from"
     " {ramp:g})",
     Basis.OPERATION: "not stationary: contact goes through phases while other channels change their"
-    f" mean or standard deviation; {LATER}, or the largest of many seeds",
-    Basis.ALONE: "it is far beyond all others, which say nothing of it (an impact?): take the"
-    " largest of many seeds",
+    f" mean or standard deviation; {LATER}, or {SEEDS}",
+    Basis.ALONE: "the largest values follow another law than the rest (impacts?), and are too few"
+    f" for one of their own: simulate longer, or take {SEEDS}",
+    Basis.HALVES: "a law that holds for one half of the record does not let the largest of the"
+    f" other half happen (impacts, a change?): take {SEEDS}",
+    Basis.BOUNDED: "its slow part goes to and fro between bounds, which no law of extremes knows:"
+    f" take {SEEDS}",
+    Basis.TRANSIENT: "it is larger at its beginning than later, as while it forgets how it began:"
+    " begin later (--from)",
     Basis.NOT_FINITE: "it is not finite",
 }
 
@@ -56,7 +69,15 @@ def scale_of(dof: str) -> Scale:
 
 
 def lines(found: xr.Dataset) -> Iterator[str]:
-    """What `statistics` found: each channel that varies, and crawl by phase."""
+    """What `statistics` found: each channel that varies, crawl by phase, and how to ask many seeds
+    where one record says too little."""
+    told = list(_lines(found))
+    yield from told
+    if any(SEEDS in line for line in told):
+        yield HOW
+
+
+def _lines(found: xr.Dataset) -> Iterator[str]:
     percent = 100.0 * found.motion_extreme.attrs["interval_probability"]
     yield (
         f"extremes of {found.attrs['exposure']:g} s, with {percent:.0f} % intervals of the most"
@@ -140,7 +161,8 @@ def _extreme(of: xr.DataArray, basis: Basis) -> str:
 
 def lines_of_runs(runs: xr.Dataset) -> Iterator[str]:
     """Of runs that differ in their seeds alone: between which values each motion is, and the
-    smallest and largest value of another such run, by Gumbel's law over the runs that there are."""
+    smallest and largest value of another such run: by Gumbel's law over the runs, or where they do
+    not follow it by their order."""
     for body in runs.body.values:
         for dof in runs.dof.values:
             scale = scale_of(str(dof))
@@ -155,17 +177,53 @@ def lines_of_runs(runs: xr.Dataset) -> Iterator[str]:
 
 
 def _of_runs(low: np.ndarray, high: np.ndarray) -> Iterator[str]:
+    """Of the smallest and of the largest value of each run, by Gumbel's law if they follow it."""
     for side, maxima, sign in zip(SIDES, (-low, high), (-1.0, 1.0), strict=True):
-        if np.ptp(maxima) > 0.0:
-            law = fit_maxima(maxima)
-            (a, b), (c, d) = (np.sort(sign * f(1.0)) for f in (law.confidence, law.prediction))
-            ratio = exceeding(P90)
-            low90, high90 = np.sort(sign * law.confidence(ratio))
-            yield (
-                f"  {side} of a run: most probable {sign * law.expected(1.0):.3f} ({a:.3f} to"
-                f" {b:.3f}), P90 {sign * law.expected(ratio):.3f} ({low90:.3f} to {high90:.3f}), of"
-                f" another run {c:.3f} to {d:.3f}"
-            )
+        if not np.ptp(maxima) > 0.0:
+            continue
+        law = fit_maxima(maxima)
+        if follows_gumbel(maxima, law):
+            yield f"  {side} of a run: {_by_gumbel(law, sign)}"
+        else:
+            yield f"  {side} of a run: {_by_order(maxima, sign)}"
+
+
+def _by_gumbel(law: Gumbel, sign: float) -> str:
+    ratio = exceeding(P90)
+    probable = _between(law.confidence(1.0), sign)
+    rare = _between(law.confidence(ratio), sign)
+    another = _between(law.prediction(1.0), sign)
+    return (
+        f"most probable {sign * law.expected(1.0):.3f} ({probable}),"
+        f" P90 {sign * law.expected(ratio):.3f} ({rare}), of another run {another}"
+    )
+
+
+def _by_order(maxima: np.ndarray, sign: float) -> str:
+    """By order statistics: maxima that are of several kinds (with and without an impact), or that
+    something holds, follow no law of extremes."""
+    most_probable = np.exp(-1.0)
+    probable = _between(find_confidence(maxima, most_probable), sign)
+    rare = _between(find_confidence(maxima, P90), sign)
+    held = find_prediction(maxima)
+    another = _between((held.low, held.high), sign)
+    more = "" if maxima.size >= ENOUGH else f"; {ENOUGH} runs hold 90 %"
+    return (
+        f"most probable {sign * np.quantile(maxima, most_probable):.3f} ({probable}),"
+        f" P90 {sign * np.quantile(maxima, P90):.3f} ({rare}), of another run {another}"
+        f" ({100.0 * held.probability:.0f} %{more}), by the order of {maxima.size} runs, which do"
+        " not follow Gumbel's law"
+    )
+
+
+def _between(ends: Sequence[float] | np.ndarray, sign: float) -> str:
+    """An interval of sign x: an end that is not known is said to be beyond what was seen."""
+    low, high = np.sort(sign * np.asarray(ends))
+    if np.isinf(high):
+        return f"{low:.3f} or more, unknown by so few runs"
+    if np.isinf(low):
+        return f"{high:.3f} or less, unknown by so few runs"
+    return f"{low:.3f} to {high:.3f}"
 
 
 def _stages(runs: xr.Dataset) -> Iterator[str]:

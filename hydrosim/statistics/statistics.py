@@ -18,7 +18,7 @@ from scipy import signal
 
 from hydrosim.documents.series import APART
 from hydrosim.results.assembled import assembled
-from hydrosim.results.channels import series
+from hydrosim.results.channels import lowest_value, series
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import stages
 from hydrosim.results.variables import units_of
@@ -113,10 +113,12 @@ def columns(
     for name, (variable, dims, unit) in CHANNELS.items():
         if variable in run:
             each = run.variables[variable].isel(time=late).transpose(*dims, "time")
-            found |= _of_channels(name, each, how, growing, unit)
+            lowest = np.full(each.shape[:-1], lowest_value(variable))
+            found |= _of_channels(name, each, lowest, how, growing, unit)
     if channels:
         named, coords = _named(run, late, channels)
-        found |= _of_channels(NAMED, named, how, growing, EACH)
+        lowest = np.array([lowest_value(channel) for channel in channels])
+        found |= _of_channels(NAMED, named, lowest, how, growing, EACH)
         found |= _by_phase(run, late, named.values, step)
     if _has_phases(run, late):
         _leave_out_laws(found)
@@ -185,18 +187,21 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
 def _of_channels(
     name: str,
     series: xr.Variable,
+    lowest: np.ndarray,
     how: tuple[float, float | None, float],
     growing: bool,
     unit: str,
 ) -> Found:
-    """Figures, extremes and their basis of all channels of a variable, along its dimensions; the
-    arguments of `extremes` besides; ``growing`` are the waves."""
+    """Figures, extremes and their basis of all channels of a variable, along its dimensions, that
+    are never below the ``lowest`` of each; the arguments of `extremes` besides; ``growing`` are the
+    waves."""
     dims = tuple(map(str, series.dims[:-1]))
     size = series.shape[:-1]
     channels = series.values.reshape(-1, series.shape[-1])
     figures = [_figures(x, how[0]) for x in channels]
     sides = [_judged(x, how, growing) for x in channels]
-    values = [[side[:-1] for side in both] for both in sides]
+    values = np.array([[side[:-1] for side in both] for both in sides])
+    values = np.maximum(values, lowest.reshape(-1, 1, 1))
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
     said = _said("most probable extreme and interval, prediction interval", unit)
     return {

@@ -6,8 +6,8 @@ About a place at rest, with contacts held as they are there, motions q of amplit
 
 with K, M and damping by the linearisation of the scene's own equation of motion (`linear`), and
 A(w), B(w) as its radiation model has them, or as the database has. A Gaussian sea of density S(w)
-gives the response density |q|^2 S; maxima of a narrow-banded response are Rayleigh's, the most
-probable largest of N = T / Tz being sqrt(2 m0 ln N) (Longuet-Higgins 1952).
+gives the response density |q|^2 S; its most probable largest value is that of
+`hydrosim.statistics.excursions`.
 """
 
 from __future__ import annotations

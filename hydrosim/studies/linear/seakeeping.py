@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import exp, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
+from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_names, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
@@ -228,6 +230,14 @@ def _in_regular_waves(scene: Scene, waves: Sequence[Components], about: Responde
     )
 
 
+def _most_probable(m0: float, m1: float, m2: float, exposure: float) -> float:
+    """The largest value of a motion that is exceeded once on average in an ``exposure`` [s]; NaN of
+    one that has no period."""
+    if not m2 > 0.0:
+        return np.nan
+    return sqrt(m0) * find_excursions(m0, m1, m2, exposure).level(exp(-1.0))
+
+
 def _in_sea(
     scene: Scene, seas: Sequence[Components], about: Responder, exposure: float
 ) -> xr.Dataset:
@@ -236,9 +246,11 @@ def _in_sea(
         return xr.Dataset()
     omega = np.concatenate([waves.omega for waves in seas])
     energy = 0.5 * np.abs(np.concatenate([about.motions(waves) for waves in seas])) ** 2
-    m0, m2 = energy.sum(axis=0), (omega**2) @ energy
+    m0 = energy.sum(axis=0)
+    m1 = omega @ energy
+    m2 = omega**2 @ energy
     period = 2.0 * np.pi * np.sqrt(np.divide(m0, m2, out=np.full_like(m0, np.nan), where=m2 > 0))
-    largest = np.sqrt(2.0 * m0 * np.log(np.maximum(exposure / period, 1.0)))
+    largest = [_most_probable(*each, exposure) for each in zip(m0, m1, m2, strict=True)]
     edges = np.linspace(0.0, omega.max(), BINS + 1)
     density = [np.histogram(omega, edges, weights=e)[0] / edges[1] for e in energy.T]
 
@@ -249,7 +261,7 @@ def _in_sea(
         {
             "response_std": of(np.sqrt(m0), "standard deviation"),
             "response_period": of(period, "mean zero-crossing period", "s"),
-            "response_maximum": of(largest, f"most probable maximum of {exposure:g} s"),
+            "response_maximum": of(np.array(largest), f"most probable maximum of {exposure:g} s"),
             "response_spectrum": (
                 ("sea_frequency", *MOTION),
                 np.array(density).T.reshape(BINS, -1, 6),

@@ -1,19 +1,15 @@
 """Limits of linear scenes, from response spectra: no runs.
 
-A motion of spectral moments m0, m2 is Gaussian, of the period Tz = 2 pi sqrt(m0 / m2). Its largest
-value in a time T, n = T / Tz, is below a limit with the probability p where
-
-    limit = mean + s sqrt(-2 ln(1 - p^(1/n))),   s = s1 H,
-
-s1 being the standard deviation in a sea of 1 m (Longuet-Higgins 1952, narrow band). Smallest values
-are those of the other sign; both together are within limits with the product of the probabilities.
+A motion is Gaussian, and its standard deviation goes with the height of the sea. The limit is the
+height in which it stays within its limits with the probability that is asked for
+(`hydrosim.statistics.excursions`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import exp, inf, log, log1p, pi, sqrt
+from math import inf, log, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +18,7 @@ from scipy.optimize import brentq
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Scene, SecondOrder
+from hydrosim.statistics.excursions import LEVELS, Excursions, find_excursions
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
 from hydrosim.studies.operability.seas import Sea, in_sea
@@ -54,19 +51,18 @@ class Spectral:
         order = MOTIONS[name]
         at = 6 * names.index(body) + DOFS.index(dof)
         energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
-        m0 = float(energy.sum())
-        m2 = float(energy @ waves.omega**2)
+        m0, m1, m2 = (float(energy @ waves.omega**n) for n in range(3))
         if m0 == 0.0:
             return inf
         mean = self.rest.ravel()[at] if order == 0 else 0.0
         duration = self.scene.duration - max(waves.ramp, figure.start)
-        count = duration * sqrt(m2 / m0) / (2.0 * pi)
+        motion = find_excursions(m0, m1, m2, duration)
         rooms = _rooms(figure.statistic, limit, mean)
         if min(rooms) <= 0.0:
             return 0.0
         if figure.statistic == "std":
             return limit / sqrt(m0)
-        return _deviation(rooms, max(count, 1.0), probability) / sqrt(m0)
+        return _deviation(rooms, motion, probability) / sqrt(m0)
 
 
 def spectral(scene: Scene, figures: Sequence[Figure], swell: bool) -> Spectral | str:
@@ -98,14 +94,12 @@ def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
     return [limit]
 
 
-def _deviation(rooms: list[float], count: float, probability: float) -> float:
-    """The standard deviation of which the largest of ``count`` waves is within the ``rooms`` with
-    this probability."""
+def _deviation(rooms: list[float], motion: Excursions, probability: float) -> float:
+    """The standard deviation of which a ``motion`` is within the ``rooms`` with this
+    probability."""
     room = min(rooms)
 
     def excess(part: float) -> float:
-        levels = [each / (part * room) for each in rooms]
-        inside = sum(log1p(-exp(-0.5 * level**2)) for level in levels)
-        return count * inside - log(probability)
+        return motion.log_inside([each / (part * room) for each in rooms]) - log(probability)
 
-    return room * float(brentq(excess, 1e-2, 1e2, xtol=1e-12))
+    return room * float(brentq(excess, *LEVELS, xtol=1e-12))

@@ -54,8 +54,9 @@ def jonswap(omega: np.ndarray, height: float, period: float) -> np.ndarray:
 
 
 def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(tmp_path: Path) -> None:
-    """From the RAOs of `linear_analysis` and a spectrum written out here: the largest of n waves
-    exceeds s sqrt(-2 ln(1 - p^(1/n))) with 1 - p; both signs count as twice as many waves. Random
+    """From the RAOs of `linear_analysis` and a spectrum written out here: with
+    the probability p none of the groups comes in which n waves exceed u = 1 / s on either side
+    (Vanmarcke), and none is there at the beginning. Random
     seas end where 0.1 % of the energy is above, which is worth 0.05 % of s."""
     path = study(tmp_path, LINEAR.replace(str(SPHERE), str(heave_only(tmp_path))))
     found = limits_of(load_limits(path), 2)
@@ -67,9 +68,14 @@ def test_the_limit_of_a_linear_scene_is_that_of_its_spectrum(tmp_path: Path) -> 
     rao = raos.rao_amplitude.sel(body="sphere", dof="heave").values[0]
     for period in (6.0, 9.0):
         response = jonswap(omega, 1.0, period) * rao**2
-        m0, m2 = np.trapezoid(response, omega), np.trapezoid(omega**2 * response, omega)
+        m0, m1, m2 = (np.trapezoid(omega**n * response, omega) for n in range(3))
         n = 2.0 * 1800.0 * np.sqrt(m2 / m0) / (2.0 * np.pi)
-        expected = 1.0 / np.sqrt(-2.0 * np.log(1.0 - 0.9 ** (1.0 / n)) * m0)
+        broadness = np.sqrt(1.0 - m1**2 / (m0 * m2))
+        u = np.linspace(2.0, 6.0, 40001)
+        begins = 1.0 - np.exp(-0.5 * u**2)
+        together = 1.0 - np.exp(-np.sqrt(0.5 * np.pi) * broadness * u)
+        inside = begins * np.exp(-n * np.exp(-0.5 * u**2) * together / begins)
+        expected = 1.0 / (np.interp(0.9, inside, u) * np.sqrt(m0))
         limit = float(found.limit.sel(stage="all", peak_period=period).squeeze())
         assert limit == pytest.approx(expected, rel=0.01)
 
