@@ -25,6 +25,7 @@ import numpy as np
 
 from hydrosim.statistics.gaussian import Gaussian, fit_gaussian
 from hydrosim.statistics.gumbel import ENDS, SLIDE, Gumbel, fit_record, sliding
+from hydrosim.statistics.impacts import Hits, Impacts, find_impacts, fit_impacts
 from hydrosim.statistics.peaks import Tail, fit_tail
 from hydrosim.statistics.series import below, flatness, memories, slow_part, upcrossings
 from hydrosim.statistics.stationarity import begins_larger, changes
@@ -46,8 +47,6 @@ NEAR = 0.02  # of the range: a magnitude comes so near to zero
 SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
 RARELY = 0.0025  # probability of a largest value of one half by the law of the other, on each side
 UNEXPECTED = 1e-3  # times that the largest value is expected by the tail of the many
-OTHERS = 2.0  # of the many are expected above a level: what is above it is mostly not of them
-MOSTLY = 0.75  # of the windows
 BOUNDED = (
     1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal one
 )
@@ -55,7 +54,7 @@ ROUNDING = 1e-12  # of the largest value
 
 
 class Basis(IntEnum):
-    """What extremes are by; from `REGULAR` on, why there are none."""
+    """What extremes are by, if it is one of `LAWS`; else why there are none."""
 
     GAUSSIAN = 0
     CLIPPED_GAUSSIAN = 1
@@ -74,9 +73,10 @@ class Basis(IntEnum):
     HALVES = 14
     BOUNDED = 15
     TRANSIENT = 16
+    IMPACTS = 17
 
 
-LAWS = (Basis.GAUSSIAN, Basis.CLIPPED_GAUSSIAN, Basis.GUMBEL)
+LAWS = (Basis.GAUSSIAN, Basis.CLIPPED_GAUSSIAN, Basis.GUMBEL, Basis.IMPACTS)
 CHANGES = (Basis.MEAN_CHANGES, Basis.STD_CHANGES)
 
 
@@ -207,6 +207,9 @@ def _by_law(x: np.ndarray, record: _Record) -> Extremes:
             return none(Basis.RARE)
     if not np.ptp(sliding(x, count)) > 0.0:
         return none(Basis.CLIPPED)
+    hits = None if record.slow or clipped else find_impacts(x)
+    if hits is not None:
+        return _by_impacts(hits, record)
     fit = None if record.slow else fit_gaussian(x, record.memories, windows)
     if fit is None or fit.doubtful() or fit.unlikely(x.max()):
         return _by_windows(x, count, record)
@@ -238,7 +241,7 @@ def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
     if np.isnan(tail.shape):
         tail = tail._replace(shape=1.0)
     elif tail.exceedances(x.max()) < UNEXPECTED:
-        return _by_impacts(x, tail, record)
+        return none(Basis.ALONE)
     return _by_tail(x, tail, count, record)
 
 
@@ -257,19 +260,10 @@ def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _Record) -> Extremes
     return _of(tail.origin + found, Basis.GUMBEL)
 
 
-def _by_impacts(x: np.ndarray, tail: Tail, record: _Record) -> Extremes:
-    """By Gumbel's law of windows in which the largest value is not one of the many, whose tail is
-    known, but one of the large ones, whose sizes are taken for exponential. So long windows that
-    nearly all of them hold one."""
-    level = tail.level(OTHERS)
-    for count in reversed(GUMBEL):
-        if record.memories < MEMORIES * count:
-            continue
-        largest = x[: x.size // count * count].reshape(count, -1).max(axis=1)
-        if np.mean(largest > level) >= MOSTLY:
-            found = _of_power(x - x.mean(), 1.0, count, record)
-            return none(Basis.ALONE) if found is None else _of(x.mean() + found, Basis.GUMBEL)
-    return none(Basis.ALONE)
+def _by_impacts(hits: Hits, record: _Record) -> Extremes:
+    """By the law of impacts alone: the waves between them are far below the largest."""
+    law = fit_impacts(hits)
+    return none(Basis.ALONE) if law is None else _by(law, record, 1.0, Basis.IMPACTS)
 
 
 def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.ndarray | None:
@@ -301,7 +295,7 @@ def _regular(x: np.ndarray) -> bool:
     return bool(alike and np.ptp(periods) <= PERIODIC * periods.mean())
 
 
-def _by(law: Gaussian | Gumbel, record: _Record, count: float, basis: Basis) -> Extremes:
+def _by(law: Gaussian | Gumbel | Impacts, record: _Record, count: float, basis: Basis) -> Extremes:
     """Extremes by a law of one of ``count`` windows of a record."""
     ratio = record.ratio * count
     predicted = law.prediction(ratio, record.ends)

@@ -40,11 +40,6 @@ class Tail(NamedTuple):
         """How often the record is expected to rise above a level."""
         return float(self.waves * np.exp(-(((level - self.origin) / self.scale) ** self.shape)))
 
-    def level(self, exceedances: float) -> float:
-        """The level above which the record is expected to rise so often."""
-        fall = np.log(self.waves / exceedances)
-        return float(self.origin + self.scale * fall ** (1.0 / self.shape))
-
 
 def peaks(x: np.ndarray) -> np.ndarray:
     """The largest value (n,) above the mean between each two upcrossings of it."""

@@ -23,6 +23,7 @@ NAMED = {
     Basis.GAUSSIAN: "a Gaussian process",
     Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
     Basis.GUMBEL: "Gumbel's law",
+    Basis.IMPACTS: "impacts of exponential sizes",
 }
 SEEDS = f"the largest of {ENOUGH} seeds"
 HOW = (
