@@ -132,7 +132,8 @@ def extremes(
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = below(z, step, slowest)
     record = _Record(long, share > SLOW and few < FEW, ratio)
-    if record.slow and flatness(slow_part(z, step, slowest)) < BOUNDED:
+    bounded = record.slow and flatness(slow_part(z, step, slowest)) < BOUNDED
+    if bounded and not _regular(z):
         return none(Basis.BOUNDED), none(Basis.BOUNDED)
     least = _of_largest(-z, record).scaled(-1.0).scaled(size, middle)
     if _is_magnitude(x):
@@ -207,11 +208,12 @@ def _by_law(x: np.ndarray, record: _Record) -> Extremes:
             return none(Basis.RARE)
     if not np.ptp(sliding(x, count)) > 0.0:
         return none(Basis.CLIPPED)
-    hits = None if record.slow or clipped else find_impacts(x)
-    if hits is not None:
-        return _by_impacts(hits, record)
     fit = None if record.slow else fit_gaussian(x, record.memories, windows)
-    if fit is None or fit.doubtful() or fit.unlikely(x.max()):
+    doubted = fit is None or fit.doubtful() or fit.unlikely(x.max())
+    hits = None if record.slow or clipped else find_impacts(x)
+    if hits is not None and (hits.lead() or not doubted):
+        return _by_impacts(hits, record)
+    if fit is None or doubted:
         return _by_windows(x, count, record)
     return _by(fit, record, 1.0, Basis.CLIPPED_GAUSSIAN if clipped else Basis.GAUSSIAN)
 

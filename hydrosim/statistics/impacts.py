@@ -1,11 +1,10 @@
 """Impacts on a Gaussian motion, and the law of their largest values.
 
 An impact is a rise that the motion before it does not foretell. A Gaussian motion is foretold by a
-linear prediction from one wave period, by the equations of Yule and Walker (Box and Jenkins 1976,
-Time Series Analysis, section 3.2), and what it is off scatters normally: `BEYOND` times its scatter
-does not happen. The largest values that impacts lead to come at random, and are exponential above
-some level, as sizes are that go on with one mean (Davison and Smith 1990, Journal of the Royal
-Statistical Society B 52):
+linear prediction, and what that is off scatters normally (`prediction_errors`): `BEYOND` times its
+scatter does not happen. The largest values that impacts lead to come at random, and are exponential
+above some level, as sizes are that go on with one mean (Davison and Smith 1990, Journal of the
+Royal Statistical Society B 52):
 
     times above v: n exp(-(v - level) / mean)
 
@@ -17,19 +16,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
-from scipy.signal import lfilter
 from scipy.special import ndtri
 
 from hydrosim.statistics.gumbel import DRAWS, ENDS
-from hydrosim.statistics.series import upcrossings
+from hydrosim.statistics.peaks import peaks
+from hydrosim.statistics.series import prediction_errors, upcrossings
 
-ORDER = 16  # values of a wave period that the next one is foretold by
-NOISE = 1e-3  # of the variance: motions without any are foretold too well
-BEYOND = 8.0  # times the usual error of a prediction
+BEYOND = 6.0  # times the usual error of a prediction
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 ABNORMAL = 0.15  # standard deviations that a quantile of a normal distribution is not off
 WAVES_ABOVE = (100.0, 30.0, 10.0, 3.0, 1.0)  # of the motion, above levels that are tried
+HIGHEST, LEADING = 7, 3  # crests of a motion
 FEWEST, MOST = 6, 20  # impacts of a law
 EXPONENTIAL = 1.062  # of Anderson's and Darling's test: 10 % are beyond (Stephens 1974)
 CERTAIN = 1e-12
@@ -38,12 +35,17 @@ ONE_STD = 0.6827  # of a normal distribution is within one standard deviation of
 
 class Hits(NamedTuple):
     """The largest values (n,) that impacts of a motion lead to, falling; the ``middle`` and ``std``
-    of the motion without them, and its ``waves``."""
+    of the motion without them, its ``waves``, and how many of its ``highest`` crests are theirs."""
 
     values: np.ndarray
     middle: float
     std: float
     waves: int
+    highest: int
+
+    def lead(self) -> bool:
+        """Whether the highest crests are of impacts, and not by chance."""
+        return self.highest >= LEADING
 
     def level(self, above: float) -> float:
         """The level that so many waves of the motion alone are above."""
@@ -95,7 +97,9 @@ def find_impacts(x: np.ndarray) -> Hits | None:
     after = int(0.5 * period)
     values = [x[max(first - 1, 0) : last + after].max() for first, last in events]
     std = float(np.quantile(np.abs(x - middle), ONE_STD))
-    return Hits(np.sort(values)[::-1], middle, std, waves)
+    lowest = np.sort(peaks(x))[-HIGHEST]
+    highest = np.count_nonzero(values >= lowest)
+    return Hits(np.sort(values)[::-1], middle, std, waves, int(highest))
 
 
 def fit_impacts(hits: Hits) -> Impacts | None:
@@ -126,30 +130,15 @@ def _is_nearly_normal(x: np.ndarray) -> bool:
 def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
     """First and last index of each rise of z (nt,) that is not foretold; a ``period`` is a number
     of steps. What follows within half of it is of the same impact, also its end."""
-    stride = max(round(period / ORDER), 1)
-    errors = _prediction_errors(z[::stride])
+    errors, stride = prediction_errors(z)
     usual = np.median(np.abs(errors)) / ndtri(0.75)
     found = np.flatnonzero(np.abs(errors) > BEYOND * usual)
     if found.size == 0:
         return []
     apart = np.flatnonzero(np.diff(found) > 0.5 * period / stride) + 1
     groups = np.split(found, apart)
-    return [
-        (stride * int(group[0]), stride * int(group[-1]))
-        for group in groups
-        if errors[group[0]] > 0
-    ]
-
-
-def _prediction_errors(z: np.ndarray) -> np.ndarray:
-    """What each value of z (nt,) is off its linear prediction; none for the first `ORDER`."""
-    power = np.abs(np.fft.rfft(z, 2 * z.size)) ** 2
-    covariance = np.fft.irfft(power)[: ORDER + 1]
-    covariance[0] *= 1.0 + NOISE
-    weights = solve_toeplitz(covariance[:-1], covariance[1:])
-    errors = lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
-    errors[:ORDER] = 0.0
-    return np.asarray(errors)
+    upwards = [group for group in groups if errors[group[0]] > 0.0]
+    return [(stride * int(group[0]), stride * int(group[-1])) for group in upwards]
 
 
 def _are_exponential(excesses: np.ndarray) -> bool:

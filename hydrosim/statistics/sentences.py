@@ -39,8 +39,8 @@ REASONS = {
     Basis.RARE: f"there is too little contact: simulate longer, or take {SEEDS}",
     Basis.MEAN_CHANGES: "not stationary: its mean goes from {first_mean} to {last_mean} {unit}"
     f" (first and last fifth); {LATER}, or {SEEDS}",
-    Basis.STD_CHANGES: "not stationary: its standard deviation changes, from {first_std} in the"
-    f" first to {{last_std}} {{unit}} in the last fifth or in between; {LATER}, or {SEEDS}",
+    Basis.STD_CHANGES: "not stationary: its standard deviation goes from {first_std} to {last_std}"
+    f" {{unit}} (first and last fifth), or goes up and down in between; {LATER}, or {SEEDS}",
     Basis.WAVES_GROW: "not stationary: the waves grow until {ramp:g} s: begin there (--from"
     " {ramp:g})",
     Basis.OPERATION: "not stationary: contact goes through phases while other channels change their"

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 
 SMOOTHED = 4  # neighbours in the spectrum
 BINS = 1024  # of a series whose slow parts are asked for
+PREDICTED_BY = 16  # values of a wave, by which the next one is foretold
+NOISE = 1e-3  # of the variance: without any, smooth motions are foretold too well
 # coefficients
 LEAST = 12
 MOST = 48
@@ -28,6 +32,22 @@ def _memories(power: np.ndarray) -> float:
     smooth = power[:width].reshape(-1, SMOOTHED).mean(axis=1)
     # the mean square of a periodogram is twice that of what it scatters about
     return float(2.0 * (1.0 + 1.0 / SMOOTHED) * smooth.sum() ** 2 * SMOOTHED / (smooth**2).sum())
+
+
+def prediction_errors(x: np.ndarray) -> tuple[np.ndarray, int]:
+    """What each value of x (nt,), in so many steps, is off its linear prediction from those of one
+    wave before it, by the equations of Yule and Walker (Box and Jenkins 1976, Time Series Analysis,
+    section 3.2); and the number of steps. Zero of the first wave."""
+    z = x - x.mean()
+    stride = max(round(z.size / (PREDICTED_BY * max(upcrossings(z).size, 1))), 1)
+    z = z[::stride]
+    power = np.abs(np.fft.rfft(z, 2 * z.size)) ** 2
+    covariance = np.fft.irfft(power)[: PREDICTED_BY + 1]
+    covariance[0] *= 1.0 + NOISE
+    weights = solve_toeplitz(covariance[:-1], covariance[1:])
+    errors = lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
+    errors[:PREDICTED_BY] = 0.0
+    return np.asarray(errors), stride
 
 
 def below(x: np.ndarray, step: float, frequency: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import f as fisher
 from scipy.stats import ttest_ind
 
-from hydrosim.statistics.series import binned, slow_parts
+from hydrosim.statistics.series import binned, prediction_errors, slow_parts
 
 TRENDS = (1, 3)  # coefficients
 GUSTS = 12  # coefficients of the variance: waves that wax and wane
@@ -32,7 +32,7 @@ def changes(x: np.ndarray, independent: float) -> tuple[bool, bool]:
     z = (x - x.mean()) / x.std()
     variance = _log_variances(z, independent)
     count = int(independent / PARTS)
-    return _has_trend(z, count), _has_trend(variance, count) or _has_gusts(variance, count)
+    return _has_trend(z, count), _has_trend(variance, count) or _has_gusts(z, independent)
 
 
 def begins_larger(x: np.ndarray, independent: float) -> bool:
@@ -62,9 +62,12 @@ def _has_trend(series: np.ndarray, count: int) -> bool:
     return any(_is_larger(squares[:first], squares[max(TRENDS) :]) for first in TRENDS)
 
 
-def _has_gusts(variance: np.ndarray, count: int) -> bool:
-    """Whether more of the lowest coefficients are larger than the rest, if these are as many."""
-    squares = slow_parts(variance - variance.mean(), count) ** 2
+def _has_gusts(z: np.ndarray, independent: float) -> bool:
+    """Whether waves wax and wane slowly: whether more of the lowest coefficients of the variance of
+    what is not foretold, which scatters least, are larger than the rest, if these are as many."""
+    errors, _ = prediction_errors(z)
+    variance = _log_variances(errors / errors.std(), independent)
+    squares = slow_parts(variance - variance.mean(), int(independent / PARTS)) ** 2
     return squares.size >= 2 * GUSTS and _is_larger(squares[:GUSTS], squares[GUSTS:])
 
 
