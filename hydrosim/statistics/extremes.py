@@ -4,7 +4,8 @@ The most probable maximum of a time is the value that is exceeded once on averag
 the largest is with the probability exp(-1). A record is taken for Gaussian, clipped where it often
 stays at its smallest value (a contact that opens), unless
 
-* its third or fourth moment says otherwise and matters for the largest value, or
+* its third or fourth moment says otherwise and matters for the largest value,
+* there are impacts, which have a law of their own (`hydrosim.statistics.impacts`), or
 * it is slow: more than `SLOW` of its variance is below the frequencies of the waves, and that part
   has too few cycles to show its moments. Slow drift is quadratic in the waves, its tail nearly
   exponential (Naess 1986, Applied Ocean Research 8).
@@ -13,6 +14,10 @@ Then extremes are Gumbel's over windows of the record, the fewer the longer it r
 one as it is, of others over windows of that power of it which makes the tail exponential, as its
 upcrossings of levels say. Of a magnitude, which comes down to zero and is never below, that is
 taken of the square.
+
+A law is believed only if, fitted to one half of the record, it lets the largest value of the other
+half happen, both ways. There is none of a slow part that goes to and fro between bounds, or where
+mean or variance change (`hydrosim.statistics.stationarity`).
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from markers import few
-from random_records import DURATION, KINDS, MOST_PROBABLE
+from random_records import DURATION, HARD, KINDS, MOST_PROBABLE
 from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
 
@@ -286,6 +286,69 @@ def test_one_value_far_beyond_all_others_has_no_law() -> None:
     x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
     x[5000] = 300.0
     assert extremes(x, 0.5)[1].basis == Basis.ALONE
+
+
+@pytest.mark.parametrize(
+    ("name", "quantiles"),
+    [
+        ("impacts every 120 s", (7.086, 9.298, 15.252)),
+        ("every 300 s, smaller", (4.180, 5.720, 10.149)),
+        ("slamming of crests", (5.612, 6.703, 9.667)),
+    ],
+)
+def test_impacts_have_a_law(
+    name: str, quantiles: tuple[float, float, float], figure: Figure
+) -> None:
+    """Thirty and more in a record: most get intervals, which hold as often as promised. Quantiles
+    of the largest value are those of 20,000 other records."""
+    random = np.random.default_rng(14)
+    records = [HARD[name](random) for _ in range(120)]
+    found = [extremes(x, 0.5, None, 0.45)[1] for x in records]
+    largest = np.array([x.max() for x in records])
+    given = np.array([each.basis in LAWS for each in found])
+    low, high, least, most = np.array([each[1:5] for each in found]).T
+    assert given.mean() >= 0.8 - scatter(0.8, 120)
+    confidence = np.mean(((low <= quantiles[1]) & (quantiles[1] <= high))[given])
+    other = np.roll(largest, 1)
+    prediction = np.mean(((least <= other) & (other <= most))[given])
+    for what, share in (("confidence", confidence), ("prediction", prediction)):
+        figure(f"{name}, {what}", float(share))
+        assert 0.87 - scatter(0.87, given.sum()) <= share <= 0.95 + scatter(0.95, given.sum())
+    width = np.median((most - least)[given])
+    assert width <= 1.6 * (quantiles[2] - quantiles[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "hours"),
+    [
+        *(("every 600 s", 3), ("every 1200 s, larger", 3), ("bounded slow part", 1)),
+        *(("bounded slow part", 3), ("gusts", 1), ("gusts", 3), ("transient", 1)),
+        *(("transient", 3), ("sea and regular swell", 3), ("two places", 3)),
+    ],
+)
+def test_what_has_no_law_is_told(name: str, hours: int, figure: Figure) -> None:
+    """Intervals that do not hold the most probable value are few of all records."""
+    random = np.random.default_rng(15)
+    records = [HARD[name](random)[: 7200 * hours] for _ in range(80)]
+    found = [extremes(x, 0.5, None, 0.45)[1] for x in records]
+    true = np.quantile([x.max() for x in records], MOST_PROBABLE)
+    given = np.array([each.basis in LAWS for each in found])
+    low, high = np.array([each[1:3] for each in found]).T
+    wrong = np.mean(given & ~((low <= true) & (true <= high)))
+    figure(f"{name}, {hours} h: wrong intervals", float(wrong))
+    assert wrong <= 0.05 + scatter(0.05, len(records))
+
+
+def test_halves_of_two_laws_are_told() -> None:
+    """A contact force whose second half is three times as stiff for 150 s has no one law."""
+    kind = KINDS["clipped contact force"]
+    told = []
+    for seed in range(20):
+        x = kind.record(kind.draw(np.random.default_rng(seed)))
+        x[15000:15300] *= 3.0
+        told.append(extremes(x, kind.step, None, kind.slowest)[1].basis)
+    assert np.mean([basis in LAWS for basis in told]) <= 0.2
+    assert Basis.HALVES in told
 
 
 def test_two_values_in_turn_are_neither_regular_nor_a_law() -> None:

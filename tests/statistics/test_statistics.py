@@ -14,7 +14,7 @@ from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.results.phases import contact_phases
-from hydrosim.statistics.extremes import Basis
+from hydrosim.statistics.extremes import LAWS, Basis
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.sentences import RUNS, lines, lines_of_runs
 from hydrosim.statistics.statistics import statistics
@@ -292,3 +292,43 @@ def test_runs_by_gumbels_law() -> None:
     p90 = law.location - law.scale * np.log(-np.log(0.9))
     assert (float(said[1]), float(said[2])) == pytest.approx((law.location, p90), abs=6e-4)
     assert len(list(lines_of_runs(runs.isel(run=[0, 1])))) == 1
+
+
+def test_runs_that_follow_no_law_are_told_by_their_order() -> None:
+    """Half of the runs have a knock: the smallest and largest of 19 hold another in 90 %."""
+    figures = [statistics(record(heave=waves(seed))) for seed in range(19)]
+    runs = xr.concat(figures, "run")
+    knocked = runs.motion.sel(body="barge", dof="heave", statistic="largest").values
+    knocked[::3] += 5.0 + np.arange(knocked[::3].size)
+    runs.motion.loc[{"body": "barge", "dof": "heave", "statistic": "largest"}] = knocked
+    text = list(lines_of_runs(runs))
+    assert f"of another run {knocked.min():.3f} to {knocked.max():.3f} (90 %)" in text[2]
+    assert "which do not follow Gumbel's law" in text[2]
+    assert "unknown by so few runs" in text[2]
+    few = list(lines_of_runs(runs.isel(run=slice(9))))
+    assert "(80 %; 19 runs hold 90 %)" in few[2]
+
+
+def test_a_line_cannot_push() -> None:
+    """A line that is nearly slack: its predicted smallest tension is zero, not below."""
+    tension = 3.8 + waves(4)
+    run = record(heave=waves(1))
+    run = run.assign(spring_tension=(("time", "spring"), 1e4 * tension[:, None]))
+    found = statistics(run.assign_coords(spring=["line"]))
+    smallest = found.spring_force_extreme.sel(spring="line", side="smallest")
+    assert Basis(int(found.spring_force_basis.sel(spring="line", side="smallest"))) in LAWS
+    assert float(smallest.min()) == 0.0
+    motion = statistics(record(heave=1e4 * tension)).motion_extreme
+    unbounded = motion.sel(body="barge", dof="heave", side="smallest")
+    assert float(unbounded.min()) < 0.0
+    np.testing.assert_array_equal(smallest, np.maximum(unbounded, 0.0))
+
+
+def test_what_has_no_law_is_told_with_what_to_do() -> None:
+    """The number of seeds, the study file and the command."""
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
+    time = 0.5 * np.arange(x.size)
+    x[5000] = 300.0
+    text = list(lines(statistics(record(time, heave=x))))
+    assert any("take the largest of 19 seeds" in line for line in text)
+    assert text[-1].startswith("the largest of 19 seeds write") or "hydrosim sweep" in text[-1]
