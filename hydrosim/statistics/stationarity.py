@@ -19,6 +19,7 @@ TRENDS = (1, 3)  # coefficients
 GUSTS = 12  # coefficients of the variance: waves that wax and wane
 BEGINNINGS = (8, 16, 32, 64)  # parts of the record, the first of which may be a transient
 FEWEST = 10  # stretches of a beginning
+ALIKE = 1e-9  # logarithms of variances: all that is below is of rounding
 LARGER = 1e-5  # probability of a false alarm, if stretches knew nothing of each other
 ALARM = 0.001  # probability of a false one, for each trend of mean and of variance
 PARTS = 6  # of a memory: coefficients that are slow against it
@@ -41,7 +42,7 @@ def begins_larger(x: np.ndarray, independent: float) -> bool:
     variance = _log_variances((x - x.mean()) / x.std(), independent)
     for part in BEGINNINGS:
         first = variance[: variance.size // part]
-        if first.size < FEWEST:
+        if first.size < FEWEST or not np.ptp(first) > ALIKE:
             continue
         found = ttest_ind(first, variance[first.size :], equal_var=False, alternative="greater")
         if found.pvalue < LARGER:
