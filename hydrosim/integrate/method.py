@@ -6,6 +6,7 @@ more than its tableau, as an exponential one, is a subclass with its own answers
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,16 +20,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Method:
+class Method(ABC):
     """A method by its ``name`` and ``tableau``. ``why_any_step`` says why no step is too large for
-    it; empty of methods with a limit. ``numerator`` and ``denominator`` are the coefficients of
-    those of its `stability`, constants first."""
+    it; empty of methods with a limit."""
 
     name: str
     tableau: Tableau
-    numerator: np.ndarray
-    denominator: np.ndarray
-    why_any_step: str = ""
+    why_any_step: str
 
     @property
     def order(self) -> int:
@@ -45,11 +43,9 @@ class Method:
         """Whether no step is too large for it to be stable."""
         return bool(self.why_any_step)
 
+    @abstractmethod
     def stability(self, z: np.ndarray) -> np.ndarray:
-        """R(z) = det(I - z A + z 1 b^T) / det(I - z A), what one step makes of y' = lambda y with
-        z = h lambda (Hairer & Wanner 1996, IV.3.5)."""
-        above = np.polyval(self.numerator[::-1], z)
-        return np.asarray(above / np.polyval(self.denominator[::-1], z))
+        """R(z), what one step h makes of y' = lambda y with z = h lambda."""
 
     def new_newton(self, states: np.ndarray, filters: Filters, size: int) -> Newton:
         """Scratch for its steps: of ``size`` states, ``states`` (m,) act on others, among them the
@@ -60,10 +56,24 @@ class Method:
         return new_newton(together, size, filters)
 
 
+@dataclass(frozen=True, eq=False)
+class RungeKutta(Method):
+    """A method that is its tableau. ``numerator`` and ``denominator`` are the coefficients of those
+    of its `stability`, constants first."""
+
+    numerator: np.ndarray
+    denominator: np.ndarray
+
+    def stability(self, z: np.ndarray) -> np.ndarray:
+        """R(z) = det(I - z A + z 1 b^T) / det(I - z A) (Hairer & Wanner 1996, IV.3.5)."""
+        above = np.polyval(self.numerator[::-1], z)
+        return np.asarray(above / np.polyval(self.denominator[::-1], z))
+
+
 def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:
     """The method of a ``tableau``."""
     a = tableau.a
     b = tableau.b
     numerator = np.poly(a - np.outer(np.ones(b.size), b))
     denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
-    return Method(name, tableau, numerator, denominator, why_any_step)
+    return RungeKutta(name, tableau, why_any_step, numerator, denominator)
