@@ -60,7 +60,7 @@ def add_weight_energy(motion, bodies, p, contents, stored):
         b = p.body[i]
         heave = motion.coordinates[6 * b + 2]
         height = bodies.each[b].origin[2] + heave
-        moment = vector(contents.moment[b], 0)
+        moment = _moment_of(b, contents)
         surface = vector(contents.surface[b], 0)
         levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
         stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
@@ -78,10 +78,16 @@ def potential(n, moment, surface, exact):
 
 
 @kernel
+def _moment_of(b, contents):
+    """m c, with the surfaces where they are."""
+    return add(vector(contents.moment[b], 0), vector(contents.shift[b], 0))
+
+
+@kernel
 def _moment(b, gravity, motion, bodies, contents):
     """Moment of the weight about the origin of body ``b``."""
     n = upright(b, motion, bodies)
-    moment = vector(contents.moment[b], 0)
+    moment = _moment_of(b, contents)
     J = vector(contents.surface[b], 0)
     x = J[0] * n[0] + J[1] * n[1]
     y = J[1] * n[0] + J[2] * n[1]

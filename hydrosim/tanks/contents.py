@@ -27,9 +27,11 @@ TANK = np.dtype(
     [
         *(("body", int), ("density", float), ("capacity", float), ("first_volume", float)),
         *(("first", int), ("last", int), ("image", int)),
+        ("liquid", int),
     ]
 )
-"""``image`` is the tank that is its mirror image, itself if none is."""
+"""``image`` is the tank that is its mirror image, itself if none is; ``liquid`` is that among those
+whose surface is level (`hydrosim.tanks.surface`), -1 where it is not."""
 REST = np.dtype(
     [
         *(("body", int), ("mass", float), ("moment", float, 3), ("inertia", float, (3, 3))),

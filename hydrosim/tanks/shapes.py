@@ -36,6 +36,17 @@ def capacity(shape: TankShape) -> float:
     return float(shape.permeability * np.prod(np.subtract(shape.high, shape.low)))
 
 
+def triangles(shape: Box | TankMesh) -> np.ndarray:
+    """The closed surface (nt, 3, 3) of a tank, normals outward."""
+    if isinstance(shape, TankMesh):
+        return shape.corners
+    ends = np.array([shape.low, shape.high])
+    corner = [[[ends[[i, j, k], [0, 1, 2]] for k in (0, 1)] for j in (0, 1)] for i in (0, 1)]
+    c = np.reshape(corner, (8, 3))
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return np.array([c[list(half)] for a, b, d, e in faces for half in ((a, b, d), (a, d, e))])
+
+
 def volume_at(shape: TankShape, level: float) -> float:
     """Volume of the fluid [m^3] up to a level above the tank's bottom [m]."""
     match shape:
