@@ -19,7 +19,7 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
 from hydrosim.modes import MODE
 from hydrosim.scene import Body, Scene, Tank
-from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value
+from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value, values_at
 from hydrosim.tanks.pumping import FLOW, RATE
 
 CLOSE = 1e-9  # of a capacity: volumes as close are the same
@@ -172,9 +172,7 @@ def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
     """One of the quantities of `pieces` of tank ``k`` at volumes (n,)."""
     mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
-    at = np.maximum(np.searchsorted(mine["start"], volume, side="right") - 1, 0)
-    x = volume - mine["start"][at]
-    return np.asarray(np.einsum("nk,nk->n", mine["c"][at, which], x[:, None] ** np.arange(4)))
+    return values_at(mine, volume, which)
 
 
 def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:
