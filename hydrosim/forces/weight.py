@@ -4,11 +4,12 @@
     F = -m g e_z,   M = R (n x dU/dn)
 
 z: height of the body's origin above the still water; c: centre of gravity from there, in the body
-frame; n: the vertical there; J: density times second moments of the free surfaces of what the body
-holds, about their centroids. The last term is exact where the walls of a tank are upright in the
-body and its surface meets neither bottom nor top (a surface that stays level shifts its fluid by
-J tan(angle), for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In
-linear kinematics U is that to second order in the angles.
+frame, as free surfaces of boxes and meshes shift it (`hydrosim.tanks.surface`); n: the vertical
+there; J: density times second moments of all other free surfaces of what the body holds, about
+their centroids. The last term is exact where the walls of a tank are upright in the body and its
+surface meets neither bottom nor top (a surface that stays level shifts its fluid by J tan(angle),
+for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In linear
+kinematics all surfaces are in J, and U is that to second order in the angles.
 
 The weight of all other bodies is balanced: it is in the place at rest and in the hydrostatic
 stiffness. Of a body with linear hydrostatics that carries its weight, the buoyancy at rest

@@ -4,7 +4,8 @@
 
 in the body frame, as cubics in V on pieces. What is added or taken lies at the surface, about its
 centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body. An empty tank and a
-full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume.
+full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume. It counts
+where the surface is not cut (`hydrosim.tanks.surface`): in tables, and in linear kinematics.
 """
 
 from __future__ import annotations
