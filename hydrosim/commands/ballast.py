@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hydrosim.studies.ballast.loading import Condition
 
 err = progress_console()
+STEEPEST = 1.48  # rad (85 deg)
 ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -37,6 +38,10 @@ def ballast(
     within: Annotated[
         str, typer.Option(help='Let the plan take at most this time: "1 hour", or seconds.')
     ] = "1 hour",
+    heel: Annotated[
+        str | None,
+        typer.Option(help='Print what free surfaces take of GM at this heel, too: "5 deg".'),
+    ] = None,
     body: Annotated[str | None, typer.Option(help="Plan for this body.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PICTURE.png", help="Draw it there.")
@@ -60,6 +65,9 @@ def ballast(
         suffix=".png",
     )
     at = quantity("--time", time, "time", "s", "1 hour")
+    angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
+    if angle is not None and not 0.0 < abs(angle) < STEEPEST:
+        raise InputError(f"--heel: found {heel}; expected more than 0 and less than 85 deg.")
     scene = case.scene()
     having = [each.name for each in scene.bodies if each.tanks]
     if not having:
@@ -68,8 +76,8 @@ def ballast(
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
     with announced(err), err.status("loading condition"):
         compiled = compile_in_calm(scene)
-        found = conditions(compiled, at)
-        lines: list[Table | str] = [table for each in found for table in tables(each, at)]
+        found = conditions(compiled, at, angle)
+        lines: list[Table | str] = [table for each in found for table in tables(each, at, angle)]
         if lift is not None or rise is not None:
             weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
             up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
@@ -82,8 +90,9 @@ def ballast(
     show(*lines, f"picture   {page.path}")
 
 
-def tables(found: Condition, time: float) -> Iterator[Table]:
-    """What a body weighs and how it floats; its tanks; its mass matrix."""
+def tables(found: Condition, time: float, angle: float | None = None) -> Iterator[Table]:
+    """What a body weighs and how it floats, with what free surfaces take at an ``angle`` of heel
+    [rad]; its tanks; its mass matrix."""
     import numpy as np
 
     loading, at = found.loading, found.position
@@ -96,15 +105,17 @@ def tables(found: Condition, time: float) -> Iterator[Table]:
         ],
     )
     heel, trim = np.degrees(at[3:5])
+    asked = [] if angle is None else [f"taken at {np.degrees(angle):g} deg of heel"]
     yield _table(
         "At rest",
         ["heave [m]", "heel [deg]", "trim [deg]"],
         [[f"{at[2]:.4f}", f"{heel:.4f}", f"{trim:.4f}"]],
     )
-    heights = zip(found.metacentric, found.loss, found.held, strict=True)
+    secants = [np.array([found.secant, np.nan]) for _ in asked]
+    heights = np.transpose([found.metacentric, found.loss, *secants, found.held])
     yield _table(
         "Metacentric heights at rest [m]",
-        ["", "GM", "taken by free surfaces", "with lines and contacts"],
+        ["", "GM", "taken by free surfaces", *asked, "with lines and contacts"],
         [
             [of, *(f"{x:.3f}" if np.isfinite(x) else "" for x in row)]
             for of, row in zip(("heel", "trim"), heights, strict=True)
@@ -112,9 +123,15 @@ def tables(found: Condition, time: float) -> Iterator[Table]:
     )
     yield _table(
         "Tanks",
-        ["", "level [m]", "mass [t]", "filled"],
+        ["", "level [m]", "mass [t]", "filled", "free to a heel [deg]", "to a trim [deg]"],
         [
-            [t.tank.name, f"{t.level:.3f}", f"{t.mass / 1e3:.1f}", f"{t.filled:.1%}"]
+            [
+                t.tank.name,
+                f"{t.level:.3f}",
+                f"{t.mass / 1e3:.1f}",
+                f"{t.filled:.1%}",
+                *("" if np.isnan(x) else f"{np.degrees(x):.2f}" for x in t.reach),
+            ]
             for t in found.tanks
         ],
     )

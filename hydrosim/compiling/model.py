@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
 from hydrosim.compiling.hydrostatics.hulls import hulls_of
+from hydrosim.compiling.hydrostatics.liquids import liquids_of
 from hydrosim.compiling.hydrostatics.tanks import steady_surface, tanks_of
 from hydrosim.compiling.hydrostatics.weights import weights_of
 from hydrosim.compiling.restart import initial_headings
@@ -86,6 +87,7 @@ def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) 
         family=family,
         elements=parts.elements,
         tanks=parts.tanks,
+        liquids=liquids_of(scene, bodies),
         weights=weights_of(scene, alone, rows),
         rows=len(rows),
         radiation=radiating,
@@ -115,7 +117,7 @@ def _bodies(scene: Scene) -> Bodies:
             b.inertia,
             about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
             b.heading,
-            steady_surface(b),
+            steady_surface(b, scene),
         )
         for b in scene.bodies
     ]

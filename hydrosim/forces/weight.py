@@ -4,11 +4,12 @@
     F = -m g e_z,   M = R (n x dU/dn)
 
 z: height of the body's origin above the still water; c: centre of gravity from there, in the body
-frame; n: the vertical there; J: density times second moments of the free surfaces of what the body
-holds, about their centroids. The last term is exact where the walls of a tank are upright in the
-body and its surface meets neither bottom nor top (a surface that stays level shifts its fluid by
-J tan(angle), for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In
-linear kinematics U is that to second order in the angles.
+frame, as free surfaces of boxes and meshes shift it (`hydrosim.tanks.surface`); n: the vertical
+there; J: density times second moments of all other free surfaces of what the body holds, about
+their centroids. The last term is exact where the walls of a tank are upright in the body and its
+surface meets neither bottom nor top (a surface that stays level shifts its fluid by J tan(angle),
+for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In linear
+kinematics all surfaces are in J, and U is that to second order in the angles.
 
 The weight of all other bodies is balanced: it is in the place at rest and in the hydrostatic
 stiffness. Of a body with linear hydrostatics that carries its weight, the buoyancy at rest
@@ -60,7 +61,7 @@ def add_weight_energy(motion, bodies, p, contents, stored):
         b = p.body[i]
         heave = motion.coordinates[6 * b + 2]
         height = bodies.each[b].origin[2] + heave
-        moment = vector(contents.moment[b], 0)
+        moment = _moment_of(b, contents)
         surface = vector(contents.surface[b], 0)
         levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
         stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
@@ -78,10 +79,16 @@ def potential(n, moment, surface, exact):
 
 
 @kernel
+def _moment_of(b, contents):
+    """m c, with the surfaces where they are."""
+    return add(vector(contents.moment[b], 0), vector(contents.shift[b], 0))
+
+
+@kernel
 def _moment(b, gravity, motion, bodies, contents):
     """Moment of the weight about the origin of body ``b``."""
     n = upright(b, motion, bodies)
-    moment = vector(contents.moment[b], 0)
+    moment = _moment_of(b, contents)
     J = vector(contents.surface[b], 0)
     x = J[0] * n[0] + J[1] * n[1]
     y = J[1] * n[0] + J[2] * n[1]

@@ -17,6 +17,7 @@ from hydrosim.scene import Scene, Turns
 from hydrosim.stepping.dynamics import Model
 
 ANGLES = range(3, 6)
+INCLINING = range(3, 5)  # roll and pitch
 
 
 def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
@@ -29,6 +30,9 @@ def nonlinearities(scene: Scene, model: Model) -> Iterator[str]:
         yield f"waves follow {scene.bodies[b].name}"
     for b in model.tanks.rests["body"]:
         yield f"what is in the tanks of {scene.bodies[b].name} changes"
+    for b in sorted({*model.liquids.each["body"].tolist()}):
+        if any(i in _free_angles(b, model) for i in INCLINING):
+            yield f"free surfaces in the tanks of {scene.bodies[b].name}"
     for b in model.hulls.body:
         yield f"buoyancy of the hull of {scene.bodies[b].name}"
     for key, signal in signals_of(scene.forces):

@@ -15,20 +15,33 @@ if TYPE_CHECKING:
 
 class Contents(NamedTuple):
     """Of the weight: ``mass`` m (nb,) [kg], ``moment`` m c (nb, 3) [kg m], c from the body's origin
-    to the centre of gravity in the body frame, and ``surface`` (nb, 3) [kg m^2], density times the
-    second moments xx, xy, yy of all free surfaces about their own centroids. Of the inertia: mass,
-    moment and ``inertia`` (nb, 3, 3) about the origin."""
+    to the centre of gravity in the body frame with all surfaces level in the body, ``shift``
+    (nb, 3) [kg m], which surfaces that are level in the earth add to it, each at a ``height`` (nl,)
+    [m] above the body's origin (`hydrosim.tanks.surface`), and ``surface`` (nb, 3) [kg m^2],
+    density times the second moments xx, xy, yy of all other free surfaces about their own
+    centroids. Of the inertia: mass, moment and ``inertia`` (nb, 3, 3) about the origin."""
 
     mass: np.ndarray
     moment: np.ndarray
+    shift: np.ndarray
+    height: np.ndarray
     surface: np.ndarray
     moving_mass: np.ndarray
     moving_moment: np.ndarray
     inertia: np.ndarray
 
 
-def new_contents(bodies: Bodies) -> Contents:
-    """Those of the bodies at the start."""
-    each, nothing = bodies.each, np.zeros((bodies.each.size, 3))
-    of_weight = (each["mass"].copy(), nothing, each["surface"].copy())
-    return Contents(*of_weight, each["mass"].copy(), nothing.copy(), each["inertia"].copy())
+def new_contents(bodies: Bodies, surfaces: int) -> Contents:
+    """Those of the bodies at the start, with so many level surfaces."""
+    each = bodies.each
+    nothing = np.zeros((each.size, 3))
+    return Contents(
+        mass=each["mass"].copy(),
+        moment=nothing,
+        shift=nothing.copy(),
+        height=np.zeros(surfaces),
+        surface=each["surface"].copy(),
+        moving_mass=each["mass"].copy(),
+        moving_moment=nothing.copy(),
+        inertia=each["inertia"].copy(),
+    )

@@ -86,6 +86,7 @@ from hydrosim.stepping.blending import (
 )
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
+from hydrosim.tanks.surface import Liquids, level_surfaces
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, wave_loads
 from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
@@ -113,6 +114,7 @@ class Model(NamedTuple):
     family: Family
     elements: Elements
     tanks: Tanks
+    liquids: Liquids
     weights: Weights
     rows: int
     radiation: int
@@ -153,7 +155,7 @@ def new_work(model: Model) -> Work:
     return Work(
         new_motion(model.bodies),
         new_hulls(model.bodies),
-        new_contents(model.bodies),
+        new_contents(model.bodies, model.liquids.each.size),
         np.zeros((model.rows, m)),
         np.zeros(model.rows),
         np.zeros(m),
@@ -289,9 +291,13 @@ def solve_held(inertia, constraints, x):
 
 @kernel
 def look_inside(y, model, work):
-    """What is in tanks into ``work.contents``."""
+    """What is in tanks, and where its surface is as ``work.motion`` is placed, into
+    ``work.contents``."""
     if model.tanks.each.size > 0:
         contents.fill(y, model.tanks, work.contents)
+    if model.liquids.each.size > 0:
+        liquids = model.liquids
+        level_surfaces(y, work.motion, model.bodies, model.tanks, liquids, work.contents)
 
 
 @kernel
@@ -393,7 +399,8 @@ def add_forces(t, y, modes, history, model, work, dy):
     all_to_earth(model.headings, motion, wrench[RADIATION])
     add_elements(t, y, modes, motion, model.bodies, model.elements, wrench, rate, dy)
     if model.tanks.each.size > 0:
-        flows.add_force(t, y, modes, motion, model.bodies, model.tanks, wrench, rate, dy)
+        heights = work.contents.height
+        flows.add_force(t, y, modes, motion, model.bodies, model.tanks, heights, wrench, rate, dy)
     if model.weights.body.size > 0:
         add_weight(motion, model.bodies, model.weights, work.contents, wrench)
 

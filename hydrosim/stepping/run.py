@@ -49,6 +49,7 @@ from hydrosim.stepping.state import (
     UNKNOWN,
 )
 from hydrosim.stepping.stepper import slope, step
+from hydrosim.tanks.pumping import share_of_step
 from hydrosim.waves.slow import BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
@@ -211,10 +212,19 @@ def _try(t, stop, run):
 @kernel
 def _pace(t, h, run):
     """How long the next step shall be, if not the whole ``h``: as the control of an adaptive method
-    has it, or a part of a step while a contact node settles after an event."""
-    if run.clock.control.adaptive:
-        return run.scratch.pace[NEXT_STEP]
-    part = run.clock.step / PARTS
+    has it, or a part of a step while a contact node settles after an event or a tank runs empty or
+    full."""
+    clock = run.clock
+    tanks = run.model.tanks
+    if clock.control.adaptive:
+        h = run.scratch.pace[NEXT_STEP]
+    if tanks.flows.size > 0:
+        share = share_of_step(clock.step, run.state.y, run.state.modes, tanks)
+        if share < 1.0:
+            h = min(h, share * clock.step)
+    if clock.control.adaptive:
+        return h
+    part = clock.step / PARTS
     if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
         return part  # a sliver is not cut
     return h
@@ -306,9 +316,13 @@ def _renew(left, run):
 
 @kernel
 def check(y, model, counters):
-    """Set the status where a number is not finite, or a pitch or the heel of a hull too steep."""
+    """Set the status where a number is not finite, or a pitch or the heel of a hull or a tank too
+    steep."""
     bodies = model.bodies
     for j in model.hulls.roll:
+        if abs(y[j]) > STEEPEST:
+            counters[STATUS] = CAPSIZED
+    for j in model.liquids.roll:
         if abs(y[j]) > STEEPEST:
             counters[STATUS] = CAPSIZED
     for j in range(bodies.active.size if bodies.exact else 0):

@@ -19,7 +19,7 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
 from hydrosim.modes import MODE
 from hydrosim.scene import Body, Scene, Tank
-from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value
+from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value, values_at
 from hydrosim.tanks.pumping import FLOW, RATE
 
 CLOSE = 1e-9  # of a capacity: volumes as close are the same
@@ -27,9 +27,11 @@ TANK = np.dtype(
     [
         *(("body", int), ("density", float), ("capacity", float), ("first_volume", float)),
         *(("first", int), ("last", int), ("image", int)),
+        ("liquid", int),
     ]
 )
-"""``image`` is the tank that is its mirror image, itself if none is."""
+"""``image`` is the tank that is its mirror image, itself if none is; ``liquid`` is that among those
+whose surface is level (`hydrosim.tanks.surface`), -1 where it is not."""
 REST = np.dtype(
     [
         *(("body", int), ("mass", float), ("moment", float, 3), ("inertia", float, (3, 3))),
@@ -170,9 +172,7 @@ def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
     """One of the quantities of `pieces` of tank ``k`` at volumes (n,)."""
     mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
-    at = np.maximum(np.searchsorted(mine["start"], volume, side="right") - 1, 0)
-    x = volume - mine["start"][at]
-    return np.asarray(np.einsum("nk,nk->n", mine["c"][at, which], x[:, None] ** np.arange(4)))
+    return values_at(mine, volume, which)
 
 
 def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:

@@ -59,9 +59,10 @@ def turning(square, mixed, w):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
     """Rates of the volumes into dy; force of all flows into its row of ``wrench``, and what they do
-    to kinetic and potential energy into those of flow and weight of ``rate``."""
+    to kinetic and potential energy into those of flow and weight of ``rate``; ``heights`` (nl,) are
+    those of level surfaces above the origins of their bodies."""
     for k in range(p.each.size):
         dy[p.state + k] = 0.0
     for i in range(p.flows.size):
@@ -77,7 +78,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for k in range(p.each.size):
         gained = p.each[k].density * dy[p.state + k]
         if gained != 0.0:
-            rate[p.weight] += gained * p.gravity * _lifted(k, y, motion, bodies, p)
+            rate[p.weight] += gained * p.gravity * _lifted(k, y, motion, bodies, p, heights)
 
 
 @kernel
@@ -142,16 +143,18 @@ def _moved(k, v, w, y, p):
 
 
 @kernel
-def _lifted(k, y, motion, bodies, p):
+def _lifted(k, y, motion, bodies, p, heights):
     """dU/dm / g of what tank ``k`` takes in: its height above the still water, and what it changes
-    of the free surface."""
+    of the free surface. That is how high a surface is that is level (`hydrosim.tanks.surface`)."""
     tank, b = p.each[k], p.each[k].body
+    height = bodies.each[b].origin[2] + motion.coordinates[6 * b + 2]
+    if tank.liquid >= 0:
+        return height + heights[tank.liquid]
     piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x, n = y[p.state + k] - piece.start, upright(b, motion, bodies)
     r, _, _, _ = surface_of(k, y, p)
     xx, xy = slope(piece, SURFACE, x), slope(piece, SURFACE + 1, x)
     square = xx * n[0] * n[0] + 2.0 * xy * n[0] * n[1] + slope(piece, SURFACE + 2, x) * n[1] * n[1]
-    height = bodies.each[b].origin[2] + motion.coordinates[6 * b + 2]
     if bodies.exact:
         return height + dot(n, r) - square / (2.0 * n[2])
     lowered = r[2] * (1.0 - 0.5 * (n[0] * n[0] + n[1] * n[1]))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Body, FreeSurface, Tank
+from hydrosim.tanks.contents import changing
 from hydrosim.tanks.pieces import FIRST, PAIRS, SECOND, SURFACE, at
 from hydrosim.tanks.shapes import pieces, volume_at
 
@@ -68,6 +69,18 @@ def least_moment(body: Body, inertia: np.ndarray) -> float:
 def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
     """Tanks with what is in them at the start."""
     return [(tank, volume_at(tank.shape, tank.level)) for tank in tanks]
+
+
+def contents_at(
+    bodies: Sequence[Body], moved: Iterable[float]
+) -> Iterator[tuple[int, Tank, float]]:
+    """All tanks by the number of their body, with the volumes in them [m^3], of which those in
+    tanks that change are ``moved``."""
+    volumes = iter(moved)
+    for b, body in enumerate(bodies):
+        every = changing(body)
+        for tank, volume in at_start(body.tanks):
+            yield b, tank, float(next(volumes)) if tank in every else volume
 
 
 def symmetric(six: np.ndarray) -> np.ndarray:

@@ -51,7 +51,7 @@ def _pieces(shape: TankMesh, *origin: float) -> np.ndarray:
     heights = _heights(corners)
     step = np.diff(heights)
     z = heights[:-1, None] + step[:, None] * NODES
-    moments = shape.permeability * np.array([[_section(corners, h) for h in row] for row in z])
+    moments = shape.permeability * np.array([[section(corners, h) for h in row] for row in z])
     _check_room(moments[..., 0], z - heights[0], shape.source)
     rates = _rates(moments, z)
     first, last = (_end(e, moments, rates, step) for e in (0, 1))
@@ -83,7 +83,7 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     if z.size > MOST:
         z = np.linspace(z[0], z[-1], MOST + 1)
     parts = -(-FEWEST // (z.size - 1))
-    area = [_section(corners, h)[0] for h in _near(z)]
+    area = [section(corners, h)[0] for h in _near(z)]
     point = np.array(area) < 1e-3 * max(area)
     even = np.linspace(0.0, 1.0, parts + 1)
     steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
@@ -104,7 +104,7 @@ def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
     return x**2 if below else 1.0 - (1.0 - x) ** 2 if above else x
 
 
-def _section(corners: np.ndarray, z: float) -> np.ndarray:
+def section(corners: np.ndarray, z: float) -> np.ndarray:
     """Area and moments x, y, xx, xy, yy (6,) of the section at a height, by Green's theorem around
     it: each triangle that it cuts gives the line from p to q."""
     above = corners[..., 2] > z

@@ -4,7 +4,8 @@
 
 in the body frame, as cubics in V on pieces. What is added or taken lies at the surface, about its
 centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body. An empty tank and a
-full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume.
+full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume. It counts
+where the surface is not cut (`hydrosim.tanks.surface`): in tables, and in linear kinematics.
 """
 
 from __future__ import annotations
@@ -25,6 +26,24 @@ def at(table: np.ndarray, volume: float) -> np.ndarray:
     """All quantities (13,) of the pieces of a tank at a volume [m^3]."""
     piece = table[max(int(np.searchsorted(table["start"], volume, side="right")) - 1, 0)]
     return np.asarray(piece["c"] @ (volume - piece["start"]) ** np.arange(4))
+
+
+def values_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
+    """One quantity (n,) of the pieces of a tank at volumes (n,) [m^3]."""
+    c, x = _cubics(table, volume, which)
+    return np.asarray(np.einsum("nk,nk->n", c, x[:, None] ** np.arange(4)))
+
+
+def slopes_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
+    """Its derivatives (n,) by the volume."""
+    c, x = _cubics(table, volume, which)
+    return np.asarray(c[:, 1] + x * (2.0 * c[:, 2] + x * 3.0 * c[:, 3]))
+
+
+def _cubics(table: np.ndarray, volume: np.ndarray, which: int) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (n, 4) of a quantity at volumes (n,), and how far these are into their piece."""
+    of = np.maximum(np.searchsorted(table["start"], volume, side="right") - 1, 0)
+    return table["c"][of, which], volume - table["start"][of]
 
 
 def hermite(

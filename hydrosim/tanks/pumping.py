@@ -11,8 +11,11 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import MARGINS, MODE, SEGMENT
+from hydrosim.tanks.pieces import SHALLOW
 
 SEA = -1
+LEAST = 1e-3  # of a step
+MANY = 32  # steps until a tank is empty or full
 WAITING, RUNNING, OVER = range(3)
 NEXT_MARGIN, SOURCE_MARGIN, TARGET_MARGIN, LEVEL_MARGIN = range(4)
 FLOW = np.dtype(
@@ -36,6 +39,38 @@ def rate_of(i, modes, p):
     """Mass per time of flow ``i``."""
     mode = modes[p.mode + i]
     return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
+
+
+@kernel
+def share_of_step(step, y, modes, p):
+    """How much of a ``step`` may be taken while a tank whose surface is level runs empty or full.
+
+    The height of the surface then goes as the cube root of the volume that is left, which a method
+    has to the power 4/3 of its step. Steps that shrink as the power 2/3 of that volume give back
+    four orders.
+    """
+    least = 1.0
+    for i in range(p.flows.size):
+        flow = p.flows[i]
+        moved = step * abs(rate_of(i, modes, p))
+        if moved > 0.0:
+            least = min(least, _share(flow.source, moved, y, p), _share(flow.target, moved, y, p))
+    return max(least, LEAST)
+
+
+@kernel
+def _share(k, moved, y, p):
+    """The same of tank ``k`` alone, where so much mass is ``moved`` in a step; all of a step as
+    long as `MANY` steps are left."""
+    if k == SEA or p.each[k].liquid < 0:
+        return 1.0
+    tank = p.each[k]
+    left = min(y[p.state + k], tank.capacity - y[p.state + k])
+    if left <= 0.0:
+        return 0.0
+    return max(
+        (left / (SHALLOW * tank.capacity)) ** (2.0 / 3.0), tank.density * left / (MANY * moved)
+    )
 
 
 @root

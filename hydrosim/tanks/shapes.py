@@ -8,7 +8,17 @@ import numpy as np
 
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
 from hydrosim.tanks.mesh import capacity_of_mesh, pieces_of_mesh
-from hydrosim.tanks.pieces import ALL, LEVEL, PIECE, SECOND, SURFACE, at, with_ends
+from hydrosim.tanks.pieces import (
+    ALL,
+    LEVEL,
+    PIECE,
+    SECOND,
+    SURFACE,
+    at,
+    slopes_at,
+    values_at,
+    with_ends,
+)
 from hydrosim.tanks.table import level_of_table, pieces_of_table
 
 
@@ -34,6 +44,28 @@ def capacity(shape: TankShape) -> float:
         case TankMesh():
             return capacity_of_mesh(shape)
     return float(shape.permeability * np.prod(np.subtract(shape.high, shape.low)))
+
+
+def heel_and_trim(shape: TankShape, volume: np.ndarray) -> np.ndarray:
+    """The heel and the trim (n, 2) [rad] at which level surfaces meet bottom or top: those of a box
+    with the area and the second moments that the surface has at volumes (n,) [m^3]."""
+    own = _pieces(shape, np.zeros(3))
+    level = values_at(own, volume, LEVEL)
+    room = np.maximum(np.minimum(level, height(shape) - level), 0.0)
+    spread = np.stack([values_at(own, volume, SURFACE + i) for i in (2, 0)], axis=1)
+    half = np.sqrt(3.0 * np.maximum(spread * slopes_at(own, volume, LEVEL)[:, None], 0.0))
+    return np.arctan2(room[:, None], half)
+
+
+def triangles(shape: Box | TankMesh) -> np.ndarray:
+    """The closed surface (nt, 3, 3) of a tank, normals outward."""
+    if isinstance(shape, TankMesh):
+        return shape.corners
+    ends = np.array([shape.low, shape.high])
+    corner = [[[ends[[i, j, k], [0, 1, 2]] for k in (0, 1)] for j in (0, 1)] for i in (0, 1)]
+    c = np.reshape(corner, (8, 3))
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return np.array([c[list(half)] for a, b, d, e in faces for half in ((a, b, d), (a, d, e))])
 
 
 def volume_at(shape: TankShape, level: float) -> float:

@@ -256,7 +256,7 @@ def test_parcels_of_triangles_are_what_their_triangles_are() -> None:
         parts = [np.stack([few[:, i], m[:, i], m[:, i - 1]], axis=1) for i in range(3)]
         few = np.concatenate([*parts, m])
     fine = model_of(afloat(Hull(few)))
-    assert len(fine.hulls.begin) > 100 > len(coarse.hulls.begin)
+    assert len(fine.hulls.solids.begin) > 100 > len(coarse.hulls.solids.begin)
     for q in attitudes(6, 30):
         q[4] = q[3] / 8.0
         (one, stored, _), (other, same, _) = (buoyancy(model, q) for model in (coarse, fine))

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.database.database import HydroDatabase, needed
-from hydrosim.database.hull import areas, immersed, integrals
+from hydrosim.database.hull import immersed, integrals
 from hydrosim.dofs import SMALL
-from hydrosim.forces.displacement import MOMENTS, Hulls, add_displacement_energy
+from hydrosim.forces.displacement import Hulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
@@ -19,9 +20,6 @@ from hydrosim.scene import Body, Environment, Hull, Scene, Weight
 if TYPE_CHECKING:
     from hydrosim.database.hydrostatics import Hydrostatics
 
-UPRIGHT = 1e-12  # of a triangle's area, seen from above
-PARCEL = 16  # triangles at most
-LEVEL = 4.0  # how much rather parcels are parted by height: what is at one height gets wet at once
 LOOKS = 20  # at attitudes, for whether a hull is its own mirror image
 ROLL = 3  # among a body's six coordinates
 
@@ -29,22 +27,14 @@ ROLL = 3  # among a body's six coordinates
 def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
     """The hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
-    each = [(b, body, hull, _faces(hull)) for b, body, hull in chosen if hull is not None]
+    each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
-    parcels = [_parcels(faces - np.array(body.centre_of_gravity)) for _, body, _, faces in each]
-    parts = [part for own in parcels for part in own]
-    every = np.concatenate([np.zeros((0, 3, 3)), *parts])
     places = [6 * b + ROLL for b, *_ in each]
     return Hulls(
         body=np.array([b for b, *_ in each], dtype=np.int64),
-        first=np.cumsum([0, *map(len, parcels)]).astype(np.int64),
-        begin=np.cumsum([0, *map(len, parts)]).astype(np.int64),
-        box=np.reshape([_box(part) for part in parts], (-1, 2, 3)),
-        moments=np.array([_moments(part) for part in parts], dtype=MOMENTS),
-        corners=every,
-        area=np.ascontiguousarray(areas(every)[:, 2]),
-        height=np.array([body.centre_of_gravity[2] for _, body, *_ in each], dtype=float),
-        weight=np.reshape([_weight(body, hull) for _, body, hull, _ in each], (-1, 4)),
+        solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in each]),
+        height=np.array([body.centre_of_gravity[2] for _, body, _ in each], dtype=float),
+        weight=np.reshape([_weight(body, hull) for _, body, hull in each], (-1, 4)),
         density=water.water_density * water.gravity,
         roll=np.flatnonzero(np.isin(bodies.active, places)),
     )
@@ -81,9 +71,10 @@ def lopsided(p: Hulls, bodies: Bodies) -> Iterator[int]:
     """The bodies whose hull does not heel to port as to starboard: no mirror image of itself."""
     motion, draw = new_motion(bodies), np.random.default_rng(1)
     for h, b in enumerate(p.body):
-        own = p._replace(body=p.body[h : h + 1], first=p.first[h : h + 2])
+        solids = p.solids._replace(first=p.solids.first[h : h + 2])
+        own = p._replace(body=p.body[h : h + 1], solids=solids)
         own = own._replace(height=p.height[h : h + 1], weight=p.weight[h : h + 1])
-        size, depth = (np.ptp(p.corners[..., axis]) for axis in (1, 2))
+        size, depth = (np.ptp(p.solids.corners[..., axis]) for axis in (1, 2))
         for _ in range(LOOKS):
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
@@ -98,41 +89,6 @@ def _stored(p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel:
     motion.rotation[b, 2] = np.array([trim, heel, 1.0]) / np.sqrt(1.0 + trim**2 + heel**2)
     add_displacement_energy(motion, bodies, p, stored)
     return float(stored[HYDROSTATIC])
-
-
-def _faces(hull: Hull) -> np.ndarray:
-    """The triangles that do not stand upright."""
-    vectors = areas(hull.corners)
-    return hull.corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
-
-
-def _parcels(corners: np.ndarray) -> list[np.ndarray]:
-    """Triangles (nt, 3, 3) that are near each other, a few at a time."""
-    middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
-    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, LEVEL])]
-
-
-def _parted(middles: np.ndarray) -> list[np.ndarray]:
-    """Rows of points (n, 3), halved along their longest side until they are few."""
-    rows = np.arange(len(middles))
-    if rows.size <= PARCEL:
-        return [rows]
-    order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
-    halves = np.array_split(order, 2)
-    return [half[own] for half in halves for own in _parted(middles[half])]
-
-
-def _box(corners: np.ndarray) -> np.ndarray:
-    """The middle of the box around triangles, and half of its sides, (2, 3)."""
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    return np.array([(low + high) / 2.0, (high - low) / 2.0])
-
-
-def _moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """`MOMENTS` of triangles; the midpoints of their edges have the mean of what is quadratic."""
-    A, points = areas(corners)[:, 2], (corners + np.roll(corners, -1, axis=1)) / 2.0
-    second = np.einsum("k,kpi,kpj->ij", A / 3.0, points, points)
-    return float(A.sum()), A @ corners.mean(axis=1), second
 
 
 def _weight(body: Body, hull: Hull) -> np.ndarray:

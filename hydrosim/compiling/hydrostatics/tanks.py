@@ -7,6 +7,7 @@ from math import cos, inf, sin
 
 import numpy as np
 
+from hydrosim.compiling.hydrostatics.liquids import cut_shape, cut_tanks
 from hydrosim.compiling.hydrostatics.tank_checks import check_flow, check_tanks
 from hydrosim.forces.layout import BALLAST, WEIGHT, has_flow, row_names
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank
@@ -35,22 +36,23 @@ def tanks_of(scene: Scene) -> Tanks:
     each = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing(body)]
     index = {(b, tank.name): k for k, (b, tank) in enumerate(each)}
     image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(each)]
-    shapes = [_shape(tank, scene.bodies[b]) for b, tank in each]
+    shapes = [_shape(tank, scene.bodies[b], scene) for b, tank in each]
+    cut = {(liquid.body, liquid.tank.name): k for k, liquid in enumerate(cut_tanks(scene))}
+    liquids = [cut.get((b, tank.name), -1) for b, tank in each]
     last = np.cumsum([len(shape) for shape in shapes]) - 1
+    begun = [0, *(last[:-1] + 1)]
     flows, rates = _flows(scene, index)
     names, current = row_names(scene), scene.environment.current
     found = Tanks(
         np.array(
             [
-                (b, t.density, capacity(t.shape), volume_at(t.shape, t.level), first, end, other)
-                for (b, t), first, end, other in zip(
-                    each, [0, *(last[:-1] + 1)], last, image, strict=True
-                )
+                (b, t.density, capacity(t.shape), volume_at(t.shape, t.level), *places)
+                for (b, t), *places in zip(each, begun, last, image, liquids, strict=True)
             ],
             dtype=TANK,
         ),
         np.concatenate(shapes),
-        np.array([_rest(b, scene.bodies[b]) for b in sorted({b for b, _ in each})], dtype=REST),
+        np.array([_rest(b, scene) for b in sorted({b for b, _ in each})], dtype=REST),
         np.array(flows, dtype=FLOW),
         np.array(rates, dtype=RATE),
         names.index(BALLAST),
@@ -62,23 +64,25 @@ def tanks_of(scene: Scene) -> Tanks:
     return found
 
 
-def steady_surface(body: Body) -> np.ndarray:
-    """Density times second moments (3,) of the free surfaces of tanks that do not change."""
+def steady_surface(body: Body, scene: Scene) -> np.ndarray:
+    """Density times second moments (3,) of the free surfaces of tanks that do not change and are
+    not cut."""
     steady = [tank for tank in body.tanks if tank not in changing(body)]
-    return sum((t.density * _held(t, body)[SURFACE:] for t in steady), np.zeros(3))
+    return sum((t.density * _held(t, body, scene)[SURFACE:] for t in steady), np.zeros(3))
 
 
-def _shape(tank: Tank, body: Body) -> np.ndarray:
-    """Pieces of a tank about the origin of its body."""
+def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
+    """Pieces of a tank about the origin of its body, without a free surface where it is frozen or
+    cut."""
     found = pieces(tank.shape, np.asarray(body.centre_of_gravity))
-    if tank.surface == FreeSurface.FROZEN:
+    if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
         found["c"][:, SURFACE:] = 0.0
     return found
 
 
-def _held(tank: Tank, body: Body) -> np.ndarray:
+def _held(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Quantities of `shapes` of a tank at its first level."""
-    return at(_shape(tank, body), volume_at(tank.shape, tank.level))
+    return at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
 
 
 def _image(body: Body, tank: Tank) -> str:
@@ -88,16 +92,17 @@ def _image(body: Body, tank: Tank) -> str:
     return tank.name if found is None else body.tanks[found].name
 
 
-def _rest(b: int, body: Body) -> tuple[object, ...]:
+def _rest(b: int, scene: Scene) -> tuple[object, ...]:
     """What a body is without what is in the tanks that change."""
+    body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
     for tank in changing(body):
-        held = tank.density * _held(tank, body)
+        held = tank.density * _held(tank, body, scene)
         mass -= tank.density * volume_at(tank.shape, tank.level)
         moment -= held[FIRST : FIRST + 3]
         second = symmetric(held[SECOND : SECOND + 6])
         inertia -= np.trace(second) * np.eye(3) - second
-    return b, mass, moment, inertia, steady_surface(body), not body.constant_inertia
+    return b, mass, moment, inertia, steady_surface(body, scene), not body.constant_inertia
 
 
 def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple], list[tuple]]:

@@ -2,8 +2,10 @@
 
 At rest without waves, weight and buoyancy balance with all else that holds the bodies. Metacentric
 heights are those of weight and buoyancy alone, K / (m g) with their stiffness K there in heel or
-trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`). With
-the stiffness of lines and contacts, too, they say how stable the body is as it is held.
+trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`), with
+the second moments J of the surfaces as they lie at rest. Where a surface meets bottom or top, less
+is lost at a heel phi: its moment by m g sin(phi), a secant. With the stiffness of lines and
+contacts, too, they say how stable the body is as it is held.
 """
 
 from __future__ import annotations
@@ -21,10 +23,12 @@ from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
 from hydrosim.linear.equilibrium import equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
+from hydrosim.scene import FreeSurface
+from hydrosim.studies.ballast.surfaces import FreeSurfaces
 from hydrosim.tanks.contents import changing
 from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
 from hydrosim.tanks.pieces import LEVEL, at
-from hydrosim.tanks.shapes import capacity, pieces
+from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces
 from hydrosim.tanks.timeline import follow
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.following import following_model
@@ -37,19 +41,22 @@ if TYPE_CHECKING:
 
 
 class TankState(NamedTuple):
-    """A tank with its ``level`` [m], the ``mass`` [kg] in it, and how far it is ``filled``."""
+    """A tank with its ``level`` [m], the ``mass`` [kg] in it, how far it is ``filled``, and the
+    ``reach`` (2,) of a free surface: heel and trim [rad] at which it meets bottom or top."""
 
     tank: Tank
     level: float
     mass: float
     filled: float
+    reach: np.ndarray
 
 
 @dataclass(frozen=True)
 class Condition:
     """A body with what is in its ``tanks``: its ``loading`` in the database's frame and that of the
     ``lightship``; its ``position`` (6,) at rest; ``metacentric`` heights [m] of heel and trim (NaN
-    where it cannot turn), the ``loss`` by free surfaces in them, and what they are as ``held``."""
+    where it cannot turn), the ``loss`` by free surfaces in them, what they are as ``held``, and the
+    ``secant`` of the loss at a heel (NaN where none is asked for, or the body cannot heel)."""
 
     body: Body
     loading: Loading
@@ -59,6 +66,7 @@ class Condition:
     metacentric: np.ndarray
     loss: np.ndarray
     held: np.ndarray
+    secant: float
 
 
 class Afloat(NamedTuple):
@@ -141,11 +149,13 @@ def _still(model: Model) -> Model:
     return model._replace(tanks=p._replace(rates=rates))
 
 
-def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
-    """Of all bodies with tanks, at a time [s]. Raises InputError where there is no rest."""
+def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None) -> list[Condition]:
+    """Of all bodies with tanks, at a time [s], with what free surfaces take at a ``heel`` [rad].
+    Raises InputError where there is no rest."""
     volume = volumes_at(compiled, time)
     scene = compiled.scene
     found = afloat(compiled, volume, time)
+    surfaces = FreeSurfaces(compiled, volume, found.position)
     moved = iter(volume)
     each = []
     for b, body in enumerate(scene.bodies):
@@ -155,7 +165,9 @@ def conditions(compiled: Compiled, time: float = 0.0) -> list[Condition]:
             g = scene.environment.gravity
             k = 6 * b + np.array([2, 3, 4])
             righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
-            each.append(_condition(body, held, found.position[b], *righting))
+            lost = surfaces.slopes(b)
+            lever = np.nan if heel is None else surfaces.lever(b, heel) / np.sin(heel)
+            each.append(_condition(body, held, found.position[b], righting, lost, lever))
     return each
 
 
@@ -170,8 +182,9 @@ def _condition(
     body: Body,
     contents: Sequence[tuple[Tank, float]],
     position: np.ndarray,
-    righting: np.ndarray,
-    held: np.ndarray,
+    righting: Sequence[np.ndarray],
+    lost: np.ndarray,
+    lever: float,
 ) -> Condition:
     empty = body_without(body, at_start(body.tanks))
     full = loaded(empty.mass, empty.centre, empty.inertia, contents)
@@ -182,13 +195,16 @@ def _condition(
         empty,
         tuple(_tank_state(tank, volume) for tank, volume in contents),
         position,
-        np.where(free, righting / full.mass, np.nan),
-        full.surface[[2, 0]] / full.mass,
-        np.where(free, held / full.mass, np.nan),
+        np.where(free, righting[0] / full.mass, np.nan),
+        lost / full.mass,
+        np.where(free, righting[1] / full.mass, np.nan),
+        lever / full.mass,
     )
 
 
 def _tank_state(tank: Tank, volume: float) -> TankState:
     level = at(pieces(tank.shape, np.zeros(3)), volume)[LEVEL]
     whole = capacity(tank.shape)
-    return TankState(tank, float(level), tank.density * volume, volume / whole)
+    free = tank.surface == FreeSurface.QUASI_STATIC
+    reach = heel_and_trim(tank.shape, np.array([volume]))[0] if free else np.full(2, np.nan)
+    return TankState(tank, float(level), tank.density * volume, volume / whole, reach)

@@ -21,11 +21,14 @@ from hydrosim.linear.equilibrium import ENOUGH, Rest
 from hydrosim.linear.modes import Kind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
+from hydrosim.scene import FreeSurface
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_names, dofs_of
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
+from hydrosim.tanks.loading import contents_at
+from hydrosim.tanks.shapes import heel_and_trim
 from hydrosim.waves.components import Components, sea
 
 if TYPE_CHECKING:
@@ -79,6 +82,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         *_unloaded(compiled),
         *_drifting(scene, drifted),
         *_unstable(scene, modes),
+        *_shallow(scene, rest, dataset),
         *contact_remarks(compiled, rest, about, wanted.contacts),
     ]
     dataset.attrs.update(
@@ -137,6 +141,26 @@ def _unstable(scene: Scene, modes: Sequence[NaturalMode]) -> Iterator[str]:
                 f" {1 / mode.eigenvalue.real:.3g} s: responses are those of a motion that does not"
                 " last. Look at its stiffness (metacentric height, line, load) and its damping."
             )
+
+
+def _shallow(scene: Scene, rest: Rest, found: xr.Dataset) -> Iterator[str]:
+    """Free surfaces that meet bottom or top of their tanks at the angles of the response."""
+    angles = np.abs(found.position_at_rest.values[:, 3:5])
+    if "response_maximum" in found:
+        angles = angles + np.nan_to_num(found.response_maximum.values[:, 3:5])
+    p = rest.model.tanks
+    volumes = rest.state.y[p.state : p.state + p.each.size]
+    for b, tank, volume in contents_at(scene.bodies, volumes):
+        if tank.surface == FreeSurface.QUASI_STATIC and volume > 0.0:
+            reach = heel_and_trim(tank.shape, np.array([volume]))[0]
+            for k in np.flatnonzero(angles[b] > reach):
+                yield (
+                    f"the free surface in {tank.name} of {scene.bodies[b].name} is taken as that at"
+                    f" rest, and meets bottom or top at a {('heel', 'trim')[k]} of"
+                    f" {np.degrees(reach[k]):.2g} deg; the response reaches"
+                    f" {np.degrees(angles[b, k]):.2g} deg, where it takes less stability. Look at"
+                    " `hydrosim ballast --heel`, and run the case."
+                )
 
 
 def _at_rest(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
-from hydrosim.scene import Body, Kinematics, Place, SecondOrder
+from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Scene, SecondOrder
+from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
@@ -50,6 +52,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         return
     if not exact:
         yield from _large_angles(run)
+    yield from _shallow(scene, run)
     if exact and seas:
         yield from _met_elsewhere(compiled, run, _sampled(seas))
     for group in compiled.wet if exact else ():
@@ -79,6 +82,32 @@ def _large_angles(run: xr.Dataset) -> Iterator[str]:
             f" {run.body.values[b]} reached {np.degrees(angles.max()):.3g} deg; expected less than"
             f" {np.degrees(SMALL):.2g} deg. Choose exact."
         )
+
+
+def _shallow(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+    """Tanks that are not cut, and whose free surface met bottom or top."""
+    names = run.variables["tank"].values.tolist() if "tank_mass" in run else []
+    angles = np.abs(run.position.values[:, :, 3:5])
+    for b, body in enumerate(scene.bodies):
+        for tank in body.tanks:
+            if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
+                continue
+            name = f"{tank.name} of {body.name}"
+            if name in names:
+                volumes = run.tank_mass.sel(tank=name).values / tank.density
+            else:
+                volumes = np.full(run.sizes["time"], volume_at(tank.shape, tank.level))
+            reach = heel_and_trim(tank.shape, volumes)
+            beyond = (angles[:, b] - reach) * (volumes > 0.0)[:, None]
+            at, k = np.unravel_index(beyond.argmax(), beyond.shape)
+            if beyond[at, k] > 0.0:
+                yield (
+                    f"bodies.{body.name}.tanks.{tank.name}: its free surface is that of upright"
+                    f" walls, and met bottom or top: at {run.time.values[at]:.4g} s"
+                    f" {('heel', 'trim')[k]} was {np.degrees(angles[at, b, k]):.3g} deg; expected"
+                    f" less than {np.degrees(reach[at, k]):.3g} deg at its level then. Give it as"
+                    " a box or a mesh, with solver.kinematics: exact."
+                )
 
 
 def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:

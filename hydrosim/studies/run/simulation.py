@@ -64,8 +64,8 @@ if TYPE_CHECKING:
 CHUNK = 0.1  # s of the processor's time between reports of progress
 MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
-    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull, where angles"
-    " lose their meaning",
+    CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks, where"
+    " angles lose their meaning",
     CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
     " of one solver.step, or the last was 1e-12 of the time)",

@@ -7,6 +7,7 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
+from dry_scenes import steady
 from moored_barge import scene_of, with_body
 from numpy.testing import assert_allclose
 from scipy.optimize import root
@@ -186,3 +187,50 @@ def test_periods_are_those_of_the_mass_at_the_time() -> None:
     ]
     assert periods[0] == pytest.approx(periods[1], rel=1e-6)
     assert periods[2] > periods[0] * 1.01
+
+
+def shallow(level: float = 0.5) -> hs.Scene:
+    """H-851 with a tank 100 x 54 x 14 m, full up to a level."""
+    tank = Tank("mid", Box((-50.0, -27.0, LOW), (50.0, 27.0, HIGH)), level, DENSITY)
+    return with_body(barge(), tanks=(tank,))
+
+
+@pytest.mark.parametrize("heel", np.radians([0.5, 5.0, 12.0]))
+def test_at_a_heel_a_shallow_tank_takes_what_its_wedge_does(heel: float) -> None:
+    """Between upright walls at 0.5 deg; beyond 1.06 deg the fluid is a triangle of b = (2 A / tan
+    phi)^(1/2), A = 27 m^2, against the wall: the lever from the middle of the level tank."""
+    (found,) = conditions(compile_in_calm(shallow()), heel=heel)
+    i, A, tan = 100.0 * 54.0**3 / 12.0, 27.0, np.tan(heel)
+    assert found.loss[0] == pytest.approx(DENSITY * i / found.loading.mass, rel=1e-12)
+    assert np.tan(found.tanks[0].reach) == pytest.approx([0.5 / 27.0, 0.5 / 50.0], rel=1e-12)
+    if tan < 0.5 / 27.0:
+        lever = i * np.sin(heel) * (1.0 + 0.5 * tan**2)
+    else:
+        b = np.sqrt(2.0 * A / tan)
+        aside, up = 27.0 - b / 3.0, b * tan / 3.0 - 0.25
+        lever = 100.0 * A * (aside * np.cos(heel) + up * np.sin(heel))
+    expected = DENSITY * lever / np.sin(heel) / found.loading.mass
+    assert found.secant == pytest.approx(expected, rel=1e-9)
+
+
+def test_at_rest_with_a_list_a_surface_takes_what_it_does_as_it_lies() -> None:
+    """Under a moment that heels it: the loss is the second moment of the wedge's surface there,
+    b / cos phi wide."""
+    scene = shallow()
+    heeling = steady("barge", roll=1.6e9)
+    scene = replace(scene, forces={**scene.forces, "heeling": heeling})
+    (found,) = conditions(compile_in_calm(scene))
+    phi = abs(found.position[3])
+    assert np.degrees(phi) > 2.0
+    wide = np.sqrt(2.0 * 27.0 / np.tan(phi)) / np.cos(phi)
+    expected = DENSITY * 100.0 * wide**3 / 12.0 / found.loading.mass
+    assert found.loss[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_response_beyond_what_a_surface_is_free_to_is_remarked() -> None:
+    still = shallow(0.05)
+    calm, base = linear_analysis(still, Wanted()), scene_of("free_floating")
+    assert "free surface" not in calm.attrs["remarks"]
+    found = linear_analysis(replace(still, environment=base.environment), Wanted())
+    assert "the free surface in mid of barge is taken as that at rest" in found.attrs["remarks"]
+    assert "at a trim of 0.057 deg" in found.attrs["remarks"]

@@ -8,11 +8,11 @@ from math import radians
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving
+from dry_scenes import block, moving, scene
 from moored_barge import ROOT, SEA, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.forces import CurrentLoad
+from hydrosim.forces import CurrentLoad, LinearMooring
 from hydrosim.scene import (
     Environment,
     Kinematics,
@@ -21,8 +21,11 @@ from hydrosim.scene import (
     Scene,
     SecondOrder,
     Stream,
+    Tank,
+    TankTable,
     WaveForces,
     WaveTrain,
+    Weight,
 )
 
 SWELL = replace(SEA, peak_period=15.0)  # its loads are known between headings 15 deg apart
@@ -111,3 +114,17 @@ def test_munks_moment_beside_coefficients_is_said() -> None:
     assert f"{0.5 * (A[0, 0] - A[1, 1]):.3g} sin(2 a)" in line
     bare = hs.compile_scene(scene)
     assert all("coefficients" not in text for text in bare.notes.meetings)
+
+
+@pytest.mark.parametrize(("level", "warned"), [(0.05, True), (1.5, False)])
+def test_a_table_whose_surface_met_the_bottom_is_told(level: float, warned: bool) -> None:
+    """A table of a box 2 x 4 x 3 m that heels by 0.2 rad: 0.05 m are less than 2 tan(0.2)."""
+    levels = np.array([0.0, 1.0, 2.0, 3.0])
+    centroid = np.stack([0.0 * levels, 0.0 * levels, 0.5 * levels], axis=1)
+    surface = np.tile([2.0**3 * 4.0 / 12.0, 0.0, 2.0 * 4.0**3 / 12.0], (4, 1))
+    table = TankTable(levels, 8.0 * levels, centroid, surface)
+    body = block(2e4, weight=Weight.CARRIED, tanks=(Tank("wing", table, level),))
+    line = {"line": LinearMooring("block", np.diag([1e5, 1e5, 1e5, 1e6, 1e6, 1e6]))}
+    run = hs.simulate(scene(replace(body, position=moving(roll=0.2)), line, 2.0, 0.1, step=0.01))
+    words = "bodies.block.tanks.wing: its free surface is that of upright walls, and met bottom"
+    assert (words in said(run)) == warned

@@ -1,0 +1,82 @@
+"""Tanks whose surface is level at any heel and trim, as constants of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.compiling.hydrostatics.solids import solids_of
+from hydrosim.rigid.kinematics import Bodies
+from hydrosim.scene import Box, FreeSurface, Kinematics, Scene, Tank, TankMesh, TankTable
+from hydrosim.tanks.contents import changing
+from hydrosim.tanks.pieces import PIECE
+from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
+from hydrosim.tanks.surface import LIQUID, Liquids
+
+STEADY = -1
+ROLL = 3  # among a body's six coordinates
+
+
+class Cut(NamedTuple):
+    """A ``tank`` of body number ``body`` whose ``shape`` the surface cuts."""
+
+    body: int
+    tank: Tank
+    shape: Box | TankMesh
+
+
+def cut_shape(tank: Tank, scene: Scene) -> Box | TankMesh | None:
+    """The shape of a tank whose surface is found as the plane that cuts it. None where the shape is
+    not known, and in linear kinematics, where moments go with the angles."""
+    level = tank.surface == FreeSurface.QUASI_STATIC
+    if not level or scene.solver.kinematics == Kinematics.LINEAR:
+        return None
+    return None if isinstance(tank.shape, TankTable) else tank.shape
+
+
+def cut_tanks(scene: Scene) -> Iterator[Cut]:
+    """All tanks that are cut, in the order of `Liquids`."""
+    for b, body in enumerate(scene.bodies):
+        for tank in body.tanks:
+            shape = cut_shape(tank, scene)
+            if shape is not None:
+                yield Cut(b, tank, shape)
+
+
+def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
+    """Constants of all tanks that are cut."""
+    every = list(cut_tanks(scene))
+    origins = [np.asarray(scene.bodies[cut.body].centre_of_gravity) for cut in every]
+    tables = [pieces(cut.shape, at) for cut, at in zip(every, origins, strict=True)]
+    ends = pairwise(np.cumsum([0, *map(len, tables)]))
+    index = _places_of_volumes(scene)
+    each = [
+        (
+            cut.body,
+            index.get((cut.body, cut.tank.name), STEADY),
+            volume_at(cut.shape, cut.tank.level),
+            first,
+            end - 1,
+            cut.tank.density,
+            capacity(cut.shape),
+            cut.shape.permeability,
+        )
+        for cut, (first, end) in zip(every, ends, strict=True)
+    ]
+    meshes = [triangles(cut.shape) - at for cut, at in zip(every, origins, strict=True)]
+    rolls = [6 * cut.body + ROLL for cut in every]
+    return Liquids(
+        each=np.array(each, dtype=LIQUID),
+        pieces=np.concatenate([np.zeros(0, dtype=PIECE), *tables]),
+        solids=solids_of(meshes),
+        roll=np.flatnonzero(np.isin(bodies.active, rolls)),
+    )
+
+
+def _places_of_volumes(scene: Scene) -> dict[tuple[int, str], int]:
+    """The tanks that change, by body and name, in the order of `Tanks`."""
+    every = [(b, tank.name) for b, body in enumerate(scene.bodies) for tank in changing(body)]
+    return {name: k for k, name in enumerate(every)}

@@ -1,0 +1,64 @@
+"""Closed meshes as `Solids`: parcels of triangles that are near each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hydrosim.database.hull import Triangles, areas
+from hydrosim.rigid.solids import MOMENTS, Solids
+
+UPRIGHT = 1e-12  # of a triangle's area, seen from above
+PARCEL = 16  # triangles at most
+LEVEL = 4.0  # how much rather parcels are parted by height: what is at one height gets wet at once
+
+
+def solids_of(meshes: Sequence[Triangles]) -> Solids:
+    """The constants of closed meshes."""
+    parcels = [_parcels(_faces(corners)) for corners in meshes]
+    parts = [part for own in parcels for part in own]
+    every = np.concatenate([np.zeros((0, 3, 3)), *parts])
+    return Solids(
+        first=np.cumsum([0, *map(len, parcels)]).astype(np.int64),
+        begin=np.cumsum([0, *map(len, parts)]).astype(np.int64),
+        box=np.reshape([_box(part) for part in parts], (-1, 2, 3)),
+        moments=np.array([_moments(part) for part in parts], dtype=MOMENTS),
+        corners=every,
+        area=np.ascontiguousarray(areas(every)[:, 2]),
+    )
+
+
+def _faces(corners: Triangles) -> Triangles:
+    """The triangles that do not stand upright."""
+    vectors = areas(corners)
+    return corners[np.abs(vectors[:, 2]) > UPRIGHT * np.linalg.norm(vectors, axis=1)]
+
+
+def _parcels(corners: np.ndarray) -> list[np.ndarray]:
+    """Triangles (nt, 3, 3) that are near each other, a few at a time."""
+    middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
+    return [corners[rows] for rows in _parted(middles / size * [1.0, 1.0, LEVEL])]
+
+
+def _parted(middles: np.ndarray) -> list[np.ndarray]:
+    """Rows of points (n, 3), halved along their longest side until they are few."""
+    rows = np.arange(len(middles))
+    if rows.size <= PARCEL:
+        return [rows]
+    order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
+    halves = np.array_split(order, 2)
+    return [half[own] for half in halves for own in _parted(middles[half])]
+
+
+def _box(corners: np.ndarray) -> np.ndarray:
+    """The middle of the box around triangles, and half of its sides, (2, 3)."""
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    return np.array([(low + high) / 2.0, (high - low) / 2.0])
+
+
+def _moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """`MOMENTS` of triangles; the midpoints of their edges have the mean of what is quadratic."""
+    A, points = areas(corners)[:, 2], (corners + np.roll(corners, -1, axis=1)) / 2.0
+    second = np.einsum("k,kpi,kpj->ij", A / 3.0, points, points)
+    return float(A.sum()), A @ corners.mean(axis=1), second

@@ -1,0 +1,161 @@
+"""Closed meshes that a plane cuts: what is below it.
+
+    int_{d > 0} d dV = -1 / (2 n_3) sum_k A_k m(d_k),    d = -(z + n . r)
+
+n: the vertical in the axes of the mesh; r: a point of it; d: how deep it is below the plane, z: the
+height of the origin above the plane. By Gauss's theorem the integral over the volume is one over
+the plane triangles k, A_k being their areas seen from above, upward ones positive, and m(d_k) the
+mean of max(d, 0)^2 over each, in closed form. Triangles that stand upright do not count. They are
+taken in parcels: of one that is below altogether the sum is a polynomial of second degree in z and
+n, and only those that the plane cuts are looked into. Limit: n_3 > 0.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.jit.kernels import kernel
+from hydrosim.rigid.vectors import add, dot, matvec, scale, vector
+
+MOMENTS = np.dtype([("area", float), ("first", float, 3), ("second", float, (3, 3))])
+"""Of a parcel: the sums of A_k times the means of 1, r and r r^T over each triangle."""
+
+
+class Solids(NamedTuple):
+    """Constants of ns meshes: where the parcels of each begin, ``first`` (ns + 1,); where the
+    triangles of each parcel begin, ``begin`` (np + 1,), the middle of the box around them and half
+    its sides, ``box`` (np, 2, 3), and their `MOMENTS` (np,); ``corners`` (nt, 3, 3) of the
+    triangles, and their ``area`` (nt,) seen from above."""
+
+    first: np.ndarray
+    begin: np.ndarray
+    box: np.ndarray
+    moments: np.ndarray
+    corners: np.ndarray
+    area: np.ndarray
+
+
+@kernel
+def sums_below(z, n, h, p):
+    """Of mesh ``h``: sum A_k m(d_k), its derivative by the depth d, and this times r, (3,). So the
+    volume below is -1 / (2 n_3) times the second one."""
+    total = 0.0
+    depth = 0.0
+    arm = (0.0, 0.0, 0.0)
+    for k in range(p.first[h], p.first[h + 1]):
+        middle, reach = _depths(z, n, p.box[k])
+        if middle + reach <= 0.0:
+            continue
+        part = _wet(z, n, p.moments[k]) if middle >= reach else _cut(z, n, k, p)
+        total, depth, arm = total + part[0], depth + part[1], add(arm, part[2])
+    return total, depth, arm
+
+
+@kernel
+def area_below(z, n, h, p):
+    """Of mesh ``h``: the sum of the parts of A_k below the plane. The plane's section of the mesh
+    is -1 / n_3 times that."""
+    total = 0.0
+    for k in range(p.first[h], p.first[h + 1]):
+        middle, reach = _depths(z, n, p.box[k])
+        if middle >= reach:
+            total += p.moments[k].area
+        elif middle + reach > 0.0:
+            for i in range(p.begin[k], p.begin[k + 1]):
+                r, s, t = p.corners[i, 0], p.corners[i, 1], p.corners[i, 2]
+                total += p.area[i] * _share(_depth(z, n, r), _depth(z, n, s), _depth(z, n, t))
+    return total
+
+
+@kernel
+def _depths(z, n, box):
+    """Depth of the middle of a box, and how far it reaches from there."""
+    side = vector(box[1], 0)
+    middle = -z - dot(n, vector(box[0], 0))
+    return middle, abs(n[0]) * side[0] + abs(n[1]) * side[1] + abs(n[2]) * side[2]
+
+
+@kernel
+def _depth(z, n, r):
+    return -z - dot(n, vector(r, 0))
+
+
+@kernel
+def _share(a, b, c):
+    """The part of a triangle below the plane, with these depths of its corners."""
+    if a <= 0.0 and b <= 0.0 and c <= 0.0:
+        return 0.0
+    if a >= 0.0 and b >= 0.0 and c >= 0.0:
+        return 1.0
+    if (b > 0.0) == (c > 0.0):
+        lone = a
+        part = a * a / ((a - b) * (a - c))
+    elif (a > 0.0) == (c > 0.0):
+        lone = b
+        part = b * b / ((b - c) * (b - a))
+    else:
+        lone = c
+        part = c * c / ((c - a) * (c - b))
+    return part if lone > 0.0 else 1.0 - part
+
+
+@kernel
+def _wet(z, n, of):
+    """Sums over a parcel below the plane: of A_k m, its derivatives by depth, and these times r."""
+    b, turned = vector(of.first, 0), matvec(of.second, n)
+    along = dot(n, b)
+    total = of.area * z * z + 2.0 * z * along + dot(n, turned)
+    return total, -2.0 * (of.area * z + along), scale(-2.0, add(scale(z, b), turned))
+
+
+@kernel
+def _cut(z, n, parcel, p):
+    """The same of a parcel that reaches above the plane, triangle by triangle."""
+    total, depth, arm = 0.0, 0.0, (0.0, 0.0, 0.0)
+    for k in range(p.begin[parcel], p.begin[parcel + 1]):
+        r, s, t = vector(p.corners[k, 0], 0), vector(p.corners[k, 1], 0), vector(p.corners[k, 2], 0)
+        m = mean_square(-z - dot(n, r), -z - dot(n, s), -z - dot(n, t))
+        A = p.area[k]
+        total += A * m[0]
+        depth += A * (m[1] + m[2] + m[3])
+        arm = add(arm, add(scale(A * m[1], r), add(scale(A * m[2], s), scale(A * m[3], t))))
+    return total, depth, arm
+
+
+@kernel
+def mean_square(a, b, c):
+    """Mean of max(d, 0)^2 over a triangle, d being linear with these values at its corners, and its
+    derivatives by them."""
+    if a <= 0.0 and b <= 0.0 and c <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    whole = _whole(a, b, c)
+    if a >= 0.0 and b >= 0.0 and c >= 0.0:
+        return whole
+    if (b > 0.0) == (c > 0.0):
+        part, lone = _corner(a, b, c), a
+    elif (a > 0.0) == (c > 0.0):
+        m, mb, mc, ma = _corner(b, c, a)
+        part, lone = (m, ma, mb, mc), b
+    else:
+        m, mc, ma, mb = _corner(c, a, b)
+        part, lone = (m, ma, mb, mc), c
+    if lone > 0.0:
+        return part
+    return whole[0] - part[0], whole[1] - part[1], whole[2] - part[2], whole[3] - part[3]
+
+
+@kernel
+def _whole(a, b, c):
+    """Mean of d^2, and its derivatives."""
+    s = a + b + c
+    return (a * a + b * b + c * c + s * s) / 12.0, (a + s) / 6.0, (b + s) / 6.0, (c + s) / 6.0
+
+
+@kernel
+def _corner(a, b, c):
+    """The part of the mean of d^2 from the corner where d = a, at which alone d has its sign."""
+    p, q = a / (a - b), a / (a - c)
+    m = a * p * q / 6.0
+    return a * m, m * (4.0 - p - q), m * p, m * q

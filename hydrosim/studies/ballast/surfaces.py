@@ -1,0 +1,77 @@
+"""What free surfaces take of the stability of bodies: at rest, and at a heel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hydrosim.compiling.hydrostatics.liquids import cut_tanks
+from hydrosim.forces.weight import add_weight
+from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.stepping.dynamics import look_inside, new_work
+from hydrosim.tanks.mesh import section
+from hydrosim.tanks.shapes import triangles
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+
+XX, YY = 0, 2  # of second moments xx, xy, yy
+
+
+class FreeSurfaces:
+    """The free surfaces of a compiled scene with ``volume`` (nt,) [m^3] in the tanks that change
+    and its bodies at a ``position`` (nb, 6)."""
+
+    def __init__(self, compiled: Compiled, volume: np.ndarray, position: np.ndarray) -> None:
+        self.compiled = compiled
+        self.model = compiled.model
+        self.work = new_work(compiled.model)
+        self.position = position
+        self.y = compiled.first_state().y.copy()
+        first = self.model.tanks.state
+        self.y[first : first + volume.size] = volume
+
+    def slopes(self, b: int) -> np.ndarray:
+        """Moments in heel and trim (2,) per angle and g of body ``b`` at its place [kg m]: density
+        times the second moments of the surfaces, as they lie there."""
+        self._place(b, *self.position[b, 3:5])
+        found = self.work.contents.surface[b, [YY, XX]].copy()
+        body = self.compiled.scene.bodies[b]
+        turn = Rotation.from_euler("YX", self.position[b, [4, 3]])
+        for k, cut in enumerate(cut_tanks(self.compiled.scene)):
+            if cut.body == b:
+                corners = triangles(cut.shape) - np.asarray(body.centre_of_gravity)
+                turned = turn.apply(corners.reshape(-1, 3)).reshape(corners.shape)
+                area, x, y, xx, _, yy = section(turned, float(self.work.contents.height[k]))
+                if area > 0.0:
+                    spread = np.array([yy - y * y / area, xx - x * x / area])
+                    found += cut.tank.density * cut.shape.permeability * spread
+        return found
+
+    def lever(self, b: int, heel: float) -> float:
+        """Moment in heel by g of body ``b`` at this heel and its trim [kg m]."""
+        self._place(b, heel, float(self.position[b, 4]))
+        contents = self.work.contents
+        with_surfaces = self._moment(b)
+        contents.shift[:] = 0.0
+        contents.surface[:] = 0.0
+        return (with_surfaces - self._moment(b)) / self.model.weights.gravity
+
+    def _place(self, b: int, heel: float, trim: float) -> None:
+        """Put body ``b`` there, without yaw, and look where its surfaces are."""
+        q = self.model.bodies.locked.copy()
+        q[6 * b + 3] = heel
+        q[6 * b + 4] = trim
+        active = self.model.bodies.active
+        rest = self.model.bodies._replace(locked=q)
+        self.work.motion.coordinates[:] = q
+        place_bodies(q[active], np.zeros(active.size), rest, self.work.motion)
+        look_inside(self.y, self.model, self.work)
+
+    def _moment(self, b: int) -> float:
+        model = self.model
+        wrench = np.zeros((model.rows, 6 * model.bodies.each.size))
+        add_weight(self.work.motion, model.bodies, model.weights, self.work.contents, wrench)
+        return float(wrench[model.weights.row, 6 * b + 3])

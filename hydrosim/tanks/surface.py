@@ -1,0 +1,111 @@
+"""Free surfaces that stay level: what a tank holds below a plane, at any heel and trim.
+
+    V = int_{n.r < s} dV,   S(V, n) = int_{n.r < s} r dV,   U / (rho g) = n . S
+
+n: the earth's vertical in the body's axes; s: height of the surface above the body's origin; U: the
+potential energy of the fluid. With Phi(s, n) = int max(s - n.r, 0) dV, which is a sum over the
+triangles of the tank (`hydrosim.rigid.solids`), V = dPhi/ds and S = -dPhi/dn. So U / (rho g) =
+s V - Phi is the Legendre transform of Phi:
+
+    dU/dV = rho g s,   dU/dn = rho g S   (V constant)
+
+s is found by Newton's method on V(s), from the plane through the centroid of the level surface.
+That is the solution as long as the surface meets upright walls alone. S has two continuous
+derivatives where no edge of the tank is parallel to the surface as that passes it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.jit.search import piece_of
+from hydrosim.rigid.kinematics import upright
+from hydrosim.rigid.solids import Solids, area_below, sums_below
+from hydrosim.rigid.vectors import dot, scale, vector
+from hydrosim.tanks.pieces import FIRST, slope, value
+
+ROUNDING = 1e-14  # of a tank's volume
+LOOKS = 100  # at planes, at most: bisection alone ends after 50
+LIQUID = np.dtype(
+    [
+        *(("body", int), ("tank", int), ("volume", float), ("first", int), ("last", int)),
+        *(("density", float), ("capacity", float), ("permeability", float)),
+    ]
+)
+"""``tank`` is that among those that change, -1 where the ``volume`` stays."""
+
+
+class Liquids(NamedTuple):
+    """Constants: ``each`` (nl,) of `LIQUID`, tanks whose shape is known and whose surface is level,
+    with the ``pieces`` of their shapes and their ``solids``, about the body's origin; the entries
+    of y that are the ``roll`` (nr,) of a body with one of them."""
+
+    each: np.ndarray
+    pieces: np.ndarray
+    solids: Solids
+    roll: np.ndarray
+
+
+@root
+def level_surfaces(y, motion, bodies, tanks, p, contents):
+    """Where ``motion`` is placed: what level surfaces shift the moments of what bodies hold by,
+    into ``contents.shift``, and how high they are, into ``contents.height``."""
+    clear(contents.shift.reshape(contents.shift.size))
+    for k in range(p.each.size):
+        liquid = p.each[k]
+        b = liquid.body
+        volume = y[tanks.state + liquid.tank] if liquid.tank >= 0 else liquid.volume
+        piece = p.pieces[piece_of(volume, liquid.first, liquid.last, p.pieces)]
+        x = volume - piece.start
+        n = upright(b, motion, bodies)
+        middle = (slope(piece, FIRST, x), slope(piece, FIRST + 1, x), slope(piece, FIRST + 2, x))
+        s, moment = surface(volume, dot(n, middle), n, k, p)
+        contents.height[k] = s
+        for i in range(3):
+            contents.shift[b, i] += liquid.density * (moment[i] - value(piece, FIRST + i, x))
+
+
+@kernel
+def surface(volume, guess, n, k, p):
+    """Height s of the surface and first moment S (3,) of a ``volume`` in tank ``k``."""
+    part = p.each[k].permeability
+    rounding = ROUNDING * p.each[k].capacity
+    lowest, highest = _ends(n, k, p.solids)
+    s = min(max(guess, lowest), highest)
+    if volume <= rounding:
+        s = lowest
+    elif volume >= p.each[k].capacity - rounding:
+        s = highest
+    half = 0.5 * part / n[2]
+    total, depth, arm = sums_below(-s, n, k, p.solids)
+    for _ in range(LOOKS):
+        over = -half * depth - volume
+        if abs(over) <= rounding:
+            break
+        if over > 0.0:
+            highest = s
+        else:
+            lowest = s
+        area = -2.0 * half * area_below(-s, n, k, p.solids)
+        s = s - over / area if area > 0.0 else lowest
+        if not lowest < s < highest:
+            s = 0.5 * (lowest + highest)
+        total, depth, arm = sums_below(-s, n, k, p.solids)
+    return s, scale(-half, (arm[0], arm[1], arm[2] + total / n[2]))
+
+
+@kernel
+def _ends(n, k, p):
+    """Heights between which all corners of tank ``k`` are."""
+    lowest = np.inf
+    highest = -np.inf
+    for i in range(p.first[k], p.first[k + 1]):
+        side = vector(p.box[i, 1], 0)
+        middle = dot(n, vector(p.box[i, 0], 0))
+        reach = abs(n[0]) * side[0] + abs(n[1]) * side[1] + abs(n[2]) * side[2]
+        lowest = min(lowest, middle - reach)
+        highest = max(highest, middle + reach)
+    return lowest, highest
