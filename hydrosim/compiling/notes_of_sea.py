@@ -147,5 +147,5 @@ def _skipped(
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)
     if not seas:
         yield "no waves: no wave loads"
-    if model.waves.second_dof.size == 0:
+    if model.waves.second_dof.size + model.following.second.pairing.size == 0:
         yield "no second-order loads"

@@ -62,8 +62,8 @@ def test_on_its_path_the_loads_are_those_where_it_is(
         y = first_states(slow, q, v, begin)
         for t in begin + np.array([0.0, 0.05, 0.61, 1.3, 2.0]):
             found, expected = np.zeros((2, 6))
-            slow_loads(t, y, slow, block, found)
-            following_loads(t, q + v * (t - begin), there, sums, expected)
+            slow_loads(t, y, slow, block, found, np.zeros(6))
+            following_loads(t, q + v * (t - begin), there, sums, expected, np.zeros(12))
             size = max(size, np.abs(expected[:3]).max())
             missed = max(missed, np.abs(found - expected)[:3].max())
     assert missed < (2e-4 if any(rate) else 2e-5) * size
