@@ -34,7 +34,6 @@ from hydrosim.waves.forms import (
     body_forms,
     cell_at,
     forms_model,
-    groups_of_waves,
     has_forms,
     look_from,
     moves_second_order,
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
 NODES = 6  # of heading between two of a database
 CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
 STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+TRAINS = 8  # headings of a sea of long crests, at most
 SMALL = 1e-9  # of the largest wave: those below it are left out
 
 
@@ -165,8 +165,9 @@ def following_model(
 
 
 def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunctions) -> _Part:
-    """What of the seas loads a body, in the order of frequency, which spares work where many waves
-    have one heading. First-order loads have waves in the range of its database alone."""
+    """What of the seas loads a body, train by train in the order of frequency, which spares work
+    where many waves have one heading. First-order loads have waves in the range of its database
+    alone."""
     w, table = transfer_table(database, NODES)
     elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
     each = [
@@ -178,7 +179,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     size = np.abs(elevation)
     first = (each[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > SMALL * size.max(initial=0.0)) & (first | moves_second_order(body))
-    order = np.lexsort((each[0], groups_of_waves(body, sea, each[2]), sea))
+    order = np.lexsort((each[0], _trains(each[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in each)
     known = Waves(sea[order], omega, heading - body.heading, ramp)
@@ -198,11 +199,16 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     )
 
 
+def _trains(heading: np.ndarray) -> np.ndarray:
+    """Numbers (nw,) of the headings of waves, where these are few; else all the same."""
+    headings, number = np.unique(heading, return_inverse=True)
+    return number if headings.size <= TRAINS else np.zeros(heading.size, dtype=np.int64)
+
+
 def _lines(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Frequencies and amplitudes that rows have to resolve."""
-    yield part.omega, np.abs(part.elevation)
-    if part.forms.forms:
-        yield part.omega, np.abs(part.forms.wave)
+    first = np.abs(part.elevation)
+    yield part.omega, first if first.any() else np.abs(part.forms.wave)
     if any(form.pairing == SUM for form in part.forms.forms):
         yield 2.0 * part.omega, np.abs(part.forms.wave) ** 2
 

@@ -29,7 +29,7 @@ from hydrosim.waves.quadratic import qtf_all_round
 from hydrosim.waves.second_order import newman, newman_square_root
 from hydrosim.waves.splines import slopes
 from hydrosim.waves.transfer import drift_above, drift_table
-from hydrosim.waves.turned_qtf import heading_groups, turned_qtf
+from hydrosim.waves.turned_qtf import turned_qtf
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -120,9 +120,8 @@ class BodyForms(NamedTuple):
 
 
 class Waves(NamedTuple):
-    """The waves of all seas that load a body: (nw,) each. ``sea`` counts the seas, ``heading`` is
-    that which the body at rest sees; the waves of a sea are together, and of its headings where
-    these are taken one by one, in the order of their frequency."""
+    """The waves of all seas that load a body: (nw,) each. ``sea`` counts the seas, of which the
+    waves are together; ``heading`` is that which the body at rest sees."""
 
     sea: np.ndarray
     omega: np.ndarray
@@ -205,23 +204,6 @@ def _quadratic(
             for one in found.filters
         ]
         yield Form(pairing, filters, found.core)
-
-
-def groups_of_waves(body: WaveBody, sea: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """Which waves (nw,) of each sea have filters of their own, by their headings in the earth's
-    axes: numbers (nw,)."""
-    groups = np.zeros(sea.size, dtype=np.int64)
-    wanted = body.wave_forces
-    names = []
-    if wanted.second_order == SecondOrder.QTF:
-        names.append("qtf_difference")
-    if wanted.sum_frequency:
-        names.append("qtf_sum")
-    if body.database is not None and names and moves_second_order(body):
-        for number in np.unique(sea):
-            at = sea == number
-            groups[at] = heading_groups(body.database, heading[at] - body.heading, names[0])
-    return groups
 
 
 def no_drift(waves: int) -> Drift:

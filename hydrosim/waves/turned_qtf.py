@@ -55,43 +55,31 @@ class TurnedQtf(NamedTuple):
     core: np.ndarray
 
 
-def heading_groups(database: QuadraticFunctions, heading: np.ndarray, name: str) -> np.ndarray:
-    """Which waves of one sea, to ``heading`` (nw,), have filters of their own: numbers (nw,)."""
-    table = qtf_table(database, name)
-    blocks = all_pairs(pairs_of(database), table, name == "qtf_difference")
-    headings = unique_headings(heading)
-    if blocks is None:
-        headings = sea_headings(database, heading)
-    elif _many(len(blocks), headings.size):
-        return np.zeros(heading.size, dtype=np.int64)
-    return np.asarray(apart(heading[:, None], headings).argmin(axis=1))
-
-
 def turned_qtf(
     database: QuadraticFunctions, omega: np.ndarray, heading: np.ndarray, name: str
 ) -> Iterator[TurnedQtf]:
-    """The forms of waves (nw,) of one sea, in the order of `heading_groups` and frequency; raises
-    InputError as `quadratic` does."""
+    """The forms of waves (nw,) of one sea; raises InputError as `quadratic` does."""
     table = qtf_table(database, name)
     hermitian = name == "qtf_difference"
     pairs = pairs_of(database)
     blocks = all_pairs(pairs, table, hermitian)
-    group = heading_groups(database, heading, name)
-    first = np.unique(group, return_index=True)[1]
+    headings = sea_headings(database, heading) if blocks is None else unique_headings(heading)
     splines = _splines(np.asarray(database.qtf_frequency), omega)
-    if blocks is None:
-        own = own_headings(pairs)
-        for number, to in zip(np.unique(group), heading[first], strict=True):
-            core = _own_core(pairs[own, 0], table[own], to)
-            yield _form(_filters(splines, group == number), core, splines)
-        return
     nodes = unique_headings(pairs)
-    if _many(nodes.size, unique_headings(heading).size):
+    if blocks is not None and _many(nodes.size, headings.size):
         yield _of_harmonics(nodes, blocks, splines, heading, hermitian)
         return
-    core = _pair_core(nodes, blocks, heading[first])
-    filters = [one for number in np.unique(group) for one in _filters(splines, group == number)]
-    yield _form(filters, core, splines)
+    filters = [
+        _filters(splines, apart(heading, to) == apart(heading[:, None], headings).min(axis=1))
+        for to in headings
+    ]
+    if blocks is not None:
+        core = _pair_core(nodes, blocks, headings)
+        yield _form([one for each in filters for one in each], core, splines)
+        return
+    own = own_headings(pairs)
+    for to, each in zip(headings, filters, strict=True):
+        yield _form(each, _own_core(pairs[own, 0], table[own], to), splines)
 
 
 class _Splines(NamedTuple):

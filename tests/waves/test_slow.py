@@ -134,6 +134,25 @@ def test_a_spinning_body_turns_with_its_scene() -> None:
     assert np.all(np.abs(there - q).max(axis=0) < 1e-9 * np.ptp(q, axis=0))
 
 
+@pytest.mark.parametrize("yaw", [25.0, 90.0, 170.0])
+@pytest.mark.parametrize("order", [SecondOrder.MEAN_DRIFT, SecondOrder.NEWMAN])
+def test_second_order_loads_at_a_yaw_are_those_of_a_scene_built_at_that_heading(
+    order: SecondOrder, yaw: float
+) -> None:
+    """A free barge that begins there, at whatever yaw from the heading that its case gives."""
+    loads = WaveForces(second_order=order)
+    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0)))
+    base = replace(with_body(base, wave_forces=loads), forces={}, duration=0.2)
+    there = with_body(base, position=(15.0, -9.0, 0.0, 0.0, 0.0, radians(yaw)))
+    built = with_body(base, location=(15.0, -9.0), heading=radians(yaw))
+    found, expected = (
+        hs.simulate(scene).force_wave_second_order.values[0, 0] for scene in (there, built)
+    )
+    for some in (slice(0, 3), slice(3, 6)):
+        size = np.abs(expected[some]).max()
+        np.testing.assert_allclose(found[some], expected[some], rtol=0.0, atol=1e-9 * size)
+
+
 def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
     """A mooring holds surge and sway, not yaw; without a push nothing drifts; small angles and calm
     water know of no slow place."""
