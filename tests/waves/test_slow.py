@@ -83,7 +83,7 @@ def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:
 def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:
     """The free barge that spins in an oblique sea with drift forces."""
     base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
-    loads = WaveForces(second_order=SecondOrder.MEAN_DRIFT, headings=place, position=place)
+    loads = WaveForces(second_order=SecondOrder.NEWMAN, headings=place, position=place)
     moved = with_body(base, wave_forces=loads, velocity=(0.8, 0.3, 0.0, 0.0, 0.0, 0.005))
     solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
     return replace(moved, forces={}, duration=duration, solver=solver, output_step=2.0)
