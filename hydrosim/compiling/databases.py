@@ -107,8 +107,7 @@ def _of_body(
 
 def _check_unloaded(db: HydroDatabase, body: Body) -> None:
     """Raises InputError where wave loads are asked for that there are none of."""
-    wanted, none = body.wave_forces, SecondOrder.NONE
-    if body.dofs and (wanted.first_order or wanted.sum_frequency or wanted.second_order != none):
+    if body.dofs and body.wave_forces.any:
         raise InputError(
             f"bodies.{body.name}: {db.source} has no wave loads, and the scene has waves. Use a"
             " database with loads, leave the waves out, or set wave_forces.first_order to false."

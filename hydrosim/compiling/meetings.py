@@ -11,6 +11,7 @@ from hydrosim.forces.stream_load import CurrentLoad
 from hydrosim.scene import Body, Place, Scene
 from hydrosim.waves.coarse import lost_between_headings
 from hydrosim.waves.components import Components
+from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.transfer import apart
 
 if TYPE_CHECKING:
@@ -24,26 +25,30 @@ BESIDE = 0.01  # of the energy may be between headings without a word
 
 
 class Meeting(NamedTuple):
-    """Where waves meet a ``body``, and what is ``lost`` of its forces and moments between the
-    headings of its ``database``, if it is met there and that is known."""
+    """Where waves meet a ``body``, and what is ``lost`` of its first-order forces and moments
+    between the headings of its ``database``, if it is met there and that is known; whether its
+    second-order loads do not follow it."""
 
     body: Body
     database: HydroDatabase
     position: Place
     headings: Place
     lost: tuple[float, float] | None
+    second_at_rest: bool
 
 
 def meetings(scene: Scene, facts: Facts, seas: Sequence[Components]) -> Iterator[Meeting]:
-    """Of each body that waves load at first order."""
+    """Of each body that waves load."""
     alone = facts.databases
     for body in scene.bodies if seas else ():
-        if body.name in alone and body.wave_forces.first_order:
+        if body.name in alone and body.wave_forces.any:
             db = alone[body.name]
             chosen = facts.met[body.name]
             between = chosen.headings != Place.MEAN or _between(body, seas, db)
+            between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
-            yield Meeting(body, db, chosen.position, chosen.headings, lost)
+            fixed = second_order_at_rest(chosen, db)
+            yield Meeting(body, db, chosen.position, chosen.headings, lost, fixed)
 
 
 def said_of_waves(meeting: Meeting) -> Iterator[str]:
@@ -52,7 +57,10 @@ def said_of_waves(meeting: Meeting) -> Iterator[str]:
     at = (meeting.position, meeting.headings)
     if {*at} != {Place.MEAN}:
         whole = {Place.MEAN: "at rest", Place.SLOW: "slow", Place.INSTANTANEOUS: "at the time"}
-        yield f"waves meet {body.name} at its place {whole[at[0]]}, heading {whole[at[1]]}"
+        text = f"waves meet {body.name} at its place {whole[at[0]]}, heading {whole[at[1]]}"
+        if meeting.second_at_rest and meeting.headings != Place.MEAN:
+            text += "; second-order loads are those at rest, for its QTFs are not all round"
+        yield text
     if meeting.lost is not None:
         yield f"{body.name}: {_said(meeting.lost, meeting.database)}"
 

@@ -203,6 +203,7 @@ def _layout(scene: Scene, alone: Mapping[str, HydroDatabase], tanks: Tanks) -> L
         _velocity(scene.environment.current),
         _velocity(scene.environment.wind),
         of_body,
+        tuple(body.heading for body in scene.bodies),
         tuple(body.mass * scene.environment.gravity for body in scene.bodies),
         0.0 if scene.solver.method.adapts else scene.solver.step,
         tanks.row,

@@ -127,7 +127,10 @@ def _skipped(
         if symmetric:
             yield f"{body.name}: {', '.join(symmetric)} zero by symmetry, not in the state"
         if locked:
-            yield f"{body.name}: {', '.join(locked)} locked, not in the state"
+            text = f"{body.name}: {', '.join(locked)} locked, not in the state"
+            # waves load free directions alone, and memory is fitted for what moves
+            missing = "; forces there leave out waves and the memory of radiation"
+            yield text + (missing if body.name in wet else "")
         if body.name not in wet:
             yield f"{body.name}: dry, no hydrostatics, radiation or wave loads"
         elif seas and body.wave_forces.first_order:
@@ -147,5 +150,5 @@ def _skipped(
         yield "no first-order load, not synthesised: " + ", ".join(unloaded)
     if not seas:
         yield "no waves: no wave loads"
-    if model.waves.second_dof.size == 0:
+    if model.waves.second_dof.size + model.following.second.pairing.size == 0:
         yield "no second-order loads"

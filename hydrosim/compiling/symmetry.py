@@ -79,7 +79,7 @@ def wave_asymmetries(
 ) -> Iterator[str]:
     """Why waves of the scene load its bodies out of their plane; nothing if they do not."""
     alone = each_alone(groups)
-    loaded = [b for b in scene.bodies if b.name in alone and _wave_loads(b.wave_forces)]
+    loaded = [b for b in scene.bodies if b.name in alone and b.wave_forces.any]
     headings = np.concatenate([np.zeros(0), *(waves.heading for waves in sea)])
     headings = np.unique(headings if loaded else np.zeros(0))
     aside = np.degrees(headings[np.abs(np.sin(headings)) > SMALL])
@@ -132,10 +132,6 @@ def _couplings(group: WetGroup) -> Iterator[str]:
         matrices = getattr(db, name)
         if matrices is not None and couples(matrices, aside):
             yield f"{name.replace('_', ' ')} of {db.source} {COUPLES}"
-
-
-def _wave_loads(wanted: WaveForces) -> bool:
-    return wanted.first_order or wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
 
 
 def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarray) -> Iterator[str]:

@@ -14,7 +14,7 @@ from hydrosim.compiling.databases import Group, groups, judged
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
-from hydrosim.dofs import DOFS, about_z
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import Resonance
 from hydrosim.scene import (
@@ -362,24 +362,18 @@ def each_alone(groups: Sequence[WetGroup]) -> dict[str, HydroDatabase]:
 
 
 def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
-    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics;
-    ``db`` is the body's own part of its database, None if it is dry."""
+    """Resonance of each DOF of a body by itself, with ``stiffness`` (6,) besides hydrostatics,
+    along its axes at rest; ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
         return Resonance(stiffness, mass)
     total = stiffness + np.diag(database.needed(db, "hydrostatic_stiffness"))
-    P = about_z(body.heading)  # coordinates are along the earth's axes, angles about the body's
-    A = [np.diagonal(M, axis1=1, axis2=2) for M in _blocks(db.added_mass, P)]
+    A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)
-        for a, m, k in zip(np.hstack(A).T, mass, np.maximum(total, 0.0), strict=True)
+        for a, m, k in zip(A.T, mass, np.maximum(total, 0.0), strict=True)
     ]
     return Resonance(total, mass + added)
-
-
-def _blocks(A: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Added mass (nw, 3, 3) of translations, along axes turned by P, and of rotations."""
-    return P @ A[:, :3, :3] @ P.T, A[:, 3:, 3:]
 
 
 def _added_mass_in_resonance(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import about_z
 from hydrosim.scene import ForceElement, Scene, Weight
 
 if TYPE_CHECKING:
@@ -42,8 +43,8 @@ def has_flow(scene: Scene) -> bool:
 
 
 class Resonance(NamedTuple):
-    """Per DOF (6,), with w_n^2 = k / (m + a(w_n)) and no coupling: the ``stiffness`` k,
-    hydrostatics included, and the ``mass`` m + a(w_n)."""
+    """Per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no coupling:
+    the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
 
     stiffness: np.ndarray
     mass: np.ndarray
@@ -65,9 +66,10 @@ class Layout:
 
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
     ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
-    hydrostatics. ``weight`` [N] is that of each body; ``step`` [s] that of a method of equal
-    steps, which cannot follow what is faster; 0 of others. ``tank_names`` are those of tanks that
-    change, ``flow`` is the row of what flows, ``pumps`` are those that begin or end by events.
+    hydrostatics, along its axes at rest; ``heading`` [rad] is that of each body at rest, ``weight``
+    [N] its weight; ``step`` [s] that of a method of equal steps, which cannot follow what is
+    faster; 0 of others. ``tank_names`` are those of tanks that change, ``flow`` is the row of what
+    flows, ``pumps`` are those that begin or end by events.
     ``carried`` [N] is the weight of those bodies without water that carry their own.
     """
 
@@ -76,12 +78,21 @@ class Layout:
     current: tuple[float, float]
     wind: tuple[float, float]
     resonance: Callable[[int, np.ndarray], Resonance]
+    heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
     step: float = 0.0
     flow: int = 0
     tank_names: tuple[str, ...] = ()
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
+
+
+def axes_at_rest(heading: float) -> np.ndarray:
+    """(6, 6): turns displacements from the axes of a body at rest, with this ``heading``, to those
+    of the coordinates: translations are along the earth's axes, angles about the body's."""
+    axes = np.eye(6)
+    axes[:3, :3] = about_z(heading)
+    return axes
 
 
 def unit_ranges(

@@ -25,7 +25,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance
+from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
 from hydrosim.forces.relative import add_resistance, relative_velocity
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import product
@@ -96,7 +96,8 @@ def _damping(
     body = layout.body[element.body]
     moorings = linear_mooring.compile_elements(elements, layout)
     moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
-    found = layout.resonance(body, np.diag(moored))
+    axes = axes_at_rest(layout.heading[body])
+    found = layout.resonance(body, np.diag(axes.T @ moored @ axes))
     for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
         if ratio and not stiffness > 0.0:
             raise InputError(

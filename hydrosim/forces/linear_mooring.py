@@ -5,7 +5,8 @@
 q: displacements and angles from rest [m, rad], along the earth's axes and about the body's; q':
 their rates; K: stiffness (6, 6), symmetric; C: damping (6, 6). Stored energy q^T K q / 2,
 dissipation q'^T C q'. Limits: conjugate to the coordinates, so that it has a potential at any
-angle and does not know the heading; no slack, no table.
+angle and does not know the heading; no slack, no table. A natural period or a damping ratio is
+along the body's axes at rest, so that it turns with the scene.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance
+from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import wrench_of_coordinates
 from hydrosim.rigid.stiffness import spring_energy, spring_force
@@ -26,6 +27,7 @@ from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
 
 TUNING = 100  # iterations, each of which takes off most of the error
+NOISE = 1e-14  # of the largest stiffness: rounding of a turn
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class LinearMooring(ForceElement):
         k = (2 pi / T)^2 (m + a(2 pi / T)) - k_hydrostatic;
 
     ``damping`` (6, 6) or ``damping_ratio`` (6,) of critical per DOF, 2 sqrt(k (m + a)) with the
-    added mass at that DOF's natural frequency; or neither."""
+    added mass at that DOF's natural frequency; or neither. Periods and ratios are of the DOFs along
+    the body's axes at rest."""
 
     stiffness: np.ndarray
     damping: np.ndarray | None = None
@@ -74,14 +77,17 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
     for name, element in elements.items():
         if isinstance(element, LinearMooring):
             body = layout.body[element.body]
-            stiffness = element.stiffness + np.diag(_tuned(name, element, body, layout))
-            damping = _damping(element, np.diag(stiffness), body, layout)
+            axes = axes_at_rest(layout.heading[body])
+            tuned = _tuned(name, element, body, layout)
+            stiffness = element.stiffness + axes @ np.diag(tuned) @ axes.T
+            damping = _damping(name, element, stiffness, body, layout)
             rows.append((body, layout.row[name], stiffness, damping))
     return np.array(rows, dtype=MOORING)
 
 
 def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
-    """Stiffness (6,) for the natural periods wanted, by fixed-point iteration."""
+    """Stiffness (6,) along the body's axes at rest for the natural periods wanted, by fixed-point
+    iteration."""
     wanted = np.zeros(6) if element.natural_period is None else element.natural_period
     omega = np.divide(2.0 * np.pi, wanted, out=np.zeros(6), where=wanted > 0.0)
     k = np.zeros(6)
@@ -98,15 +104,30 @@ def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.n
 
 
 def _damping(
-    element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
+    name: str, element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
 ) -> np.ndarray:
+    """Damping (6, 6) along the coordinates, as ``stiffness`` (6, 6) is."""
     if element.damping is not None:
         return element.damping
     if element.damping_ratio is None:
         return np.zeros((6, 6))
-    own = np.maximum(stiffness, 0.0)
+    axes = axes_at_rest(layout.heading[body])
+    own = np.maximum(np.diag(axes.T @ stiffness @ axes), 0.0)
+    _check_ratios(name, element.damping_ratio, own)
     critical = 2.0 * np.sqrt(own * layout.resonance(body, own).mass)
-    return np.diag(element.damping_ratio * critical)
+    return np.asarray(axes @ np.diag(element.damping_ratio * critical) @ axes.T)
+
+
+def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
+    """Raises InputError where there is a ratio and no ``stiffness`` (6,)."""
+    nothing = NOISE * stiffness.max()
+    for dof, ratio, k in zip(DOFS, ratios, stiffness, strict=True):
+        if ratio and k <= nothing:
+            raise InputError(
+                f"forces.{name}.damping_ratio.{dof}: found a ratio where the mooring has no"
+                f" stiffness along the body's {dof} at rest; expected stiffness there, because the"
+                " ratio is to critical damping on it; give damping instead."
+            )
 
 
 @kernel

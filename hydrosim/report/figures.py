@@ -12,7 +12,15 @@ from hydrosim.report.blocks import Block, Number, Points, Table, Text, number
 from hydrosim.results.stages import FIGURES, TIME, stage_lines, stages
 from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import LAWS, Basis
-from hydrosim.statistics.sentences import HOW, NAMED, SEEDS, Scale, reason, scale_of
+from hydrosim.statistics.sentences import (
+    HOW,
+    NAMED,
+    SEEDS,
+    Scale,
+    mean_differs,
+    reason,
+    scale_of,
+)
 from hydrosim.statistics.statistics import NAMES, SIDES, statistics
 
 FEWEST = 16  # records that figures are made of
@@ -41,6 +49,9 @@ def statistics_blocks(run: xr.Dataset) -> Iterator[Block]:
     channels = list(_channels(found))
     moments = [row for each in channels for row in _moments(found, *each)]
     yield Table(("channel", *MOMENTS), moments)
+    told = [(each[2], mean_differs(found, *each[:2], each[3])) for each in channels]
+    if warned := [f"{title}: {text}" for title, text in told if text]:
+        yield Points(warned)
     head = ("channel", "side", "observed", "most probable (interval)", "another run", "by")
     rows = [row for each in channels for row in _extremes(found, *each)]
     yield Table(head, rows)

@@ -40,8 +40,9 @@ class WaveForces:
     """Which wave loads act on a body: of first order, slow ones of second order, and those at
     the sums of the waves' frequencies.
 
-    ``headings`` and ``position`` say whether first-order loads are those of the body at rest, or
-    follow its yaw, and its place, see `Place`; second-order loads are those at rest.
+    ``headings`` and ``position`` say whether loads of both orders are those of the body at rest, or
+    follow its yaw, and its place, see `Place`; those of QTFs that are not known for headings all
+    round are those at rest.
     """
 
     first_order: bool = True
@@ -49,6 +50,12 @@ class WaveForces:
     sum_frequency: bool = False
     headings: Place = Place.AUTOMATIC
     position: Place = Place.AUTOMATIC
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        second = self.second_order != SecondOrder.NONE
+        return self.first_order or second or self.sum_frequency
 
 
 class Weight(StrEnum):

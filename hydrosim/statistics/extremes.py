@@ -52,9 +52,7 @@ NEAR = 0.02  # of the range: a magnitude comes so near to zero
 SPREAD = 0.48, 0.9  # of the mean: std of a magnitude, 0.52 of two Gaussian components, 0.76 of one
 RARELY = 0.0025  # probability of a largest value of one half by the law of the other, on each side
 UNEXPECTED = 1e-3  # times that the largest value is expected by the tail of the many
-BOUNDED = (
-    1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal one
-)
+BOUNDED = 1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal
 ROUNDING = 1e-12  # of the largest value
 
 

@@ -2,7 +2,8 @@
 
 end, change             the last value; the last less the first
 end_absolute            how far the last value is from zero
-mean, std               of the values recorded
+mean                    of the values recorded; of a force, by its impulse where they differ
+std                     of the values recorded
 smallest, largest       of the values recorded
 largest_absolute        how far from zero at most
 """
@@ -18,6 +19,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.results.channels import series
 from hydrosim.results.phases import Phase
+from hydrosim.statistics.means import means_between_records
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
@@ -52,7 +54,13 @@ def figure_of(run: xr.Dataset, figure: Figure) -> xr.DataArray:
     """The number, with its unit; NaN where the run is never in that phase. Raises InputError where
     the run has no such channel or no contacts whose phases there could be."""
     values, unit = series(run, figure.channel)
-    within = values[_times(run, figure)]
+    times = _times(run, figure)
+    if figure.statistic == "mean":
+        means = means_between_records(run, figure.channel, values)
+        if means is not None:
+            values = means
+            times &= ~np.isnan(means)
+    within = values[times]
     number = float(STATISTICS[figure.statistic](within)) if within.size else np.nan
     return xr.DataArray(number, attrs={"long_name": str(figure), "units": unit})
 

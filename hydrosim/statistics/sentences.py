@@ -31,6 +31,11 @@ HOW = (
     " `hydrosim sweep STUDY.yaml`: the smallest and the largest of so many hold that of another"
     " run in 90 %"
 )
+MEAN_DIFFERS = (
+    "warning: this mean is by impulses; that of the records is {:.3f} {}: the force changes between"
+    " them. If it chatters from step to step, take a smaller solver.step, dopri5 or esdirk4; if it"
+    " knocks, a smaller output.step."
+)
 LATER = "take a part that is stationary (--from)"
 REASONS = {
     Basis.CLIPPED: "it stays there for much of the time",
@@ -117,6 +122,8 @@ def _channel(
             else f" period {period:.2f} s"
         )
     )
+    if text := mean_differs(found, kind, at, scale):
+        yield f"  {text}"
     values: dict[str, object] = {name: f"{value:.3f}" for name, value in of.items()}
     values["unit"] = scale.unit
     values["ramp"] = found.attrs["wave_ramp"]
@@ -130,6 +137,14 @@ def _channel(
             _extreme(extreme, basis[side]) if basis[side] in LAWS else reason(basis[side], values)
         )
         yield f"  {side} {values[side]}, {text}"
+
+
+def mean_differs(found: xr.Dataset, kind: str, at: dict[str, str], scale: Scale) -> str:
+    """A warning of a channel whose mean is by impulses, because records have another; else
+    nothing."""
+    recorded = found.get(f"{kind}_recorded_mean")
+    other = np.nan if recorded is None else scale.factor * float(recorded.sel(at))
+    return MEAN_DIFFERS.format(other, scale.unit) if np.isfinite(other) else ""
 
 
 def _in_phases(found: xr.Dataset, name: str, unit: str) -> Iterator[str]:

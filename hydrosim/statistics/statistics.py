@@ -34,6 +34,7 @@ from hydrosim.statistics.extremes import (
     trivial,
 )
 from hydrosim.statistics.gumbel import INTERVAL
+from hydrosim.statistics.means import NORMAL, means_between_records
 from hydrosim.statistics.peaks import fit_weibull, peaks
 from hydrosim.statistics.series import lowest_frequency, upcrossings
 
@@ -115,11 +116,15 @@ def columns(
             each = run.variables[variable].isel(time=late).transpose(*dims, "time")
             lowest = np.full(each.shape[:-1], lowest_value(variable))
             found |= _of_channels(name, each, lowest, how, growing, unit)
+    if "fender_force" in found:
+        names = [f"{NORMAL}.{fender}" for fender in run.fender.values]
+        found |= _by_impulse("fender_force", run.isel(time=late), names, found)
     if channels:
         named, coords = _named(run, late, channels)
         lowest = np.array([lowest_value(channel) for channel in channels])
         found |= _of_channels(NAMED, named, lowest, how, growing, EACH)
         found |= _by_phase(run, late, named.values, step)
+        found |= _by_impulse(NAMED, run.isel(time=late), channels, found)
     if _has_phases(run, late):
         _leave_out_laws(found)
     places = run.variables["position"].transpose(*MOTION, "time").values[..., late]
@@ -237,6 +242,36 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     moments = (z**3).mean(), (z**4).mean()
     more = (*moments, *fit_weibull(peaks(x)))
     return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
+
+
+def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) -> Found:
+    """What records have for the means of channels of force whose means are others: those become the
+    means by impulses, in the figures ``found`` of a ``kind`` and in those by phase."""
+    dims, figures, said = found[kind]
+    recorded = np.full(len(names), np.nan)
+    for k, name in enumerate(names):
+        means = means_between_records(run, name, series(run, name)[0])
+        if means is None:
+            continue
+        recorded[k] = figures[k, NAMES.index("mean")]
+        size = max(int(PART * means.size), 1)
+        parts = {"mean": means, "first_mean": means[:size], "last_mean": means[-size:]}
+        for which, part in parts.items():
+            figures[k, NAMES.index(which)] = np.nanmean(part)
+        if kind == NAMED and f"{NAMED}_phase" in found:
+            _by_impulse_in_phases(found[f"{NAMED}_phase"][1][:, :, k], run, means)
+    if np.isnan(recorded).all():
+        return {}
+    said = {**said, "long_name": "mean of the records, where impulses have another"}
+    return {f"{kind}_recorded_mean": (dims[:-1], recorded, said)}
+
+
+def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:
+    """Means by impulses into the ``figures`` (contact_group, phase, statistic) of a channel."""
+    for own, phases in zip(figures, _phases(run, slice(None)), strict=True):
+        for each, phase in zip(own, Phase, strict=True):
+            if np.isfinite(each[NAMES.index("mean")]):
+                each[NAMES.index("mean")] = np.nanmean(means[phases == phase])
 
 
 def _judged(

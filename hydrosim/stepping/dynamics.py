@@ -421,7 +421,7 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
     radiation_damping(u, model.damping, radiated)
     wave_loads(t, model.waves, first, second)
     if model.following.body.size > 0:
-        follow(t, y[model.slow :], model.following, work, first, dy[model.slow :])
+        follow(t, y[model.slow :], model.following, work, first, second, dy[model.slow :])
 
 
 @root
@@ -446,12 +446,13 @@ def add_blended(t, y, u, history, model, work, dy):
 
 
 @root
-def follow(t, y, p, work, first_order, dy):
-    """First-order loads on the bodies that the waves follow; rates ``dy`` of their slow places."""
+def follow(t, y, p, work, first, second, dy):
+    """Loads of both orders on the bodies that the waves follow; rates ``dy`` of their slow
+    places."""
     coordinates = work.motion.coordinates
-    following_loads(t, coordinates, p, work.sums, first_order)
+    following_loads(t, coordinates, p, work.sums, first, second)
     slow_rates(y, coordinates, p, dy)
-    slow_loads(t, y, p, work.block, first_order)
+    slow_loads(t, y, p, work.block, first, second)
 
 
 @kernel

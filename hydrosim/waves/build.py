@@ -13,6 +13,7 @@ import numpy as np
 
 from hydrosim.scene import SecondOrder
 from hydrosim.waves.following import follows
+from hydrosim.waves.forms import moves_second_order
 from hydrosim.waves.loads import WaveLoads
 from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
 from hydrosim.waves.second_order import (
@@ -87,10 +88,11 @@ def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
 
 
 def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
-    """Second-order loads on all DOFs of the bodies; zero where locked or not wanted."""
+    """Second-order loads on all DOFs of the bodies; zero where locked or not wanted, or where the
+    waves follow the body (`forms`)."""
     found = []
     for body in bodies:
-        if body.database is not None:
+        if body.database is not None and not (follows(body) and moves_second_order(body)):
             for own in _second_order(waves, body, body.database):
                 total = np.zeros((own.omega.size, _size(bodies)), dtype=complex)
                 load = body.in_earth_axes(own.amplitude)

@@ -16,15 +16,30 @@ through six nodes to a heading of the database: within 1e-4 of its highest harmo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil, cos, floor, pi, sin
+from collections.abc import Iterator, Sequence
+from math import ceil, cos, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
-from hydrosim.waves.loads import POINTS, lagrange, rise
+from hydrosim.waves.forms import (
+    SUM,
+    BodyForms,
+    Filtered,
+    Forms,
+    Waves,
+    add_forms,
+    body_forms,
+    cell_at,
+    forms_model,
+    has_forms,
+    look_from,
+    moves_second_order,
+    new_filtered,
+)
+from hydrosim.waves.loads import POINTS, rise
 from hydrosim.waves.splines import slopes
 from hydrosim.waves.synthesis import row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
@@ -36,6 +51,7 @@ if TYPE_CHECKING:
 NODES = 6  # of heading between two of a database
 CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
 STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+TRAINS = 8  # headings of a sea of long crests, at most
 SMALL = 1e-9  # of the largest wave: those below it are left out
 
 
@@ -68,6 +84,7 @@ class FollowingLoads(NamedTuple):
     part: np.ndarray  # (nw,) of the cell
     width: np.ndarray  # (nw,) of the cell [rad/s]
     load: np.ndarray  # complex
+    second: Forms  # loads of second order
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -89,13 +106,14 @@ class _Part(NamedTuple):
     width: np.ndarray
     table: np.ndarray
     cut: float
+    forms: BodyForms
 
 
 def follows(body: WaveBody) -> bool:
     """Whether the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
-    return body.database is not None and asked.first_order and bool(moving)
+    return body.database is not None and asked.any and bool(moving)
 
 
 def is_slow(body: WaveBody) -> bool:
@@ -113,7 +131,7 @@ def following_model(
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
-    step = row_step([(part.omega, np.abs(part.elevation)) for part in parts], block)
+    step = row_step([line for part in parts for line in _lines(part)], block)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
@@ -136,6 +154,7 @@ def following_model(
         elevation=joined("elevation", complex),
         cell=joined("cell", np.int64),
         load=np.concatenate([np.zeros(0, complex), *(part.table.ravel() for part in parts)]),
+        second=forms_model([part.forms for part in parts]),
         slow=slow,
         state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
         cut=np.array([cuts[body.index] for body in chosen]),
@@ -146,8 +165,9 @@ def following_model(
 
 
 def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunctions) -> _Part:
-    """What of the seas loads a body: waves in the range of its database, in the order of their
-    frequency, which spares work where many have one heading."""
+    """What of the seas loads a body, train by train in the order of frequency, which spares work
+    where many waves have one heading. First-order loads have waves in the range of its database
+    alone."""
     w, table = transfer_table(database, NODES)
     elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
     each = [
@@ -157,67 +177,106 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     each.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
     sea = np.repeat(np.arange(len(seas)), [waves.omega.size for waves in seas])
     size = np.abs(elevation)
-    loaded = (size > SMALL * size.max(initial=0.0)) & (each[0] <= w[-1] * (1.0 + 1e-9))
-    order = np.lexsort((each[0], sea))
+    first = (each[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
+    loaded = (size > SMALL * size.max(initial=0.0)) & (first | moves_second_order(body))
+    order = np.lexsort((each[0], _trains(each[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in each)
+    known = Waves(sea[order], omega, heading - body.heading, ramp)
+    forms = body_forms(body, known, elevation[order])
+    elevation = np.where(first, elevation, 0.0)
     inside = np.clip(omega, w[0], w[-1])
     cell = np.clip(np.searchsorted(w, inside, side="right") - 1, 0, w.size - 2)
     width = np.diff(w)[cell]
-    energy = size[order] ** 2
+    energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
     mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
     rows = np.stack([table, slopes(w, table)], axis=2)
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *(cell.astype(np.int64), (inside - w[cell]) / width, width),
         *(np.ascontiguousarray(rows), CUT * float(mean)),
+        forms,
     )
+
+
+def _trains(heading: np.ndarray) -> np.ndarray:
+    """Numbers (nw,) of the headings of waves, where these are few; else all the same."""
+    headings, number = np.unique(heading, return_inverse=True)
+    return number if headings.size <= TRAINS else np.zeros(heading.size, dtype=np.int64)
+
+
+def _lines(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Frequencies and amplitudes that rows have to resolve."""
+    first = np.abs(part.elevation)
+    yield part.omega, first if first.any() else np.abs(part.forms.wave)
+    if any(form.pairing == SUM for form in part.forms.forms):
+        yield 2.0 * part.omega, np.abs(part.forms.wave) ** 2
 
 
 class Sums(NamedTuple):
     """Scratch: loads in heading axes of every wave, real and imaginary by turns, (12, nw); of one
-    cell of the table at one heading, (2, 2, 6), complex; a sum, (6,)."""
+    cell of the table at one heading, (2, 2, 6), complex; cos and sin of phases, (2, nw); the sums
+    of both orders, (2, 6)."""
 
     waves: np.ndarray
     cell: np.ndarray
+    phase: np.ndarray
     total: np.ndarray
+    filtered: Filtered
 
 
 def new_sums(p: FollowingLoads) -> Sums:
     """Scratch for these loads."""
     most = int(np.diff(p.offset).max(initial=0))
-    return Sums(np.zeros((12, most)), np.zeros((2, 2, 6), complex), np.zeros(6))
+    return Sums(
+        np.zeros((12, most)),
+        np.zeros((2, 2, 6), complex),
+        np.zeros((2, most)),
+        np.zeros((2, 6)),
+        new_filtered(p.second, p.offset),
+    )
 
 
 @kernel
-def following_loads(t, coordinates, p, sums, force):
-    """Add the loads at time t on bodies that are not slow to ``force`` (6 nb,), for displacements
-    ``coordinates`` (6 nb,)."""
+def following_loads(t, coordinates, p, sums, first, second):
+    """Add the loads of both orders at time t on bodies that are not slow to ``first`` and
+    ``second`` (6 nb,), for displacements ``coordinates`` (6 nb,)."""
     for k in range(p.body.size):
         if not p.slow[k]:
             at = 6 * p.loaded[k]
             _follow(k, t, coordinates, p, sums)
             for j in range(6):
-                force[at + j] += sums.total[j] if p.active[k, j] else 0.0
+                if p.active[k, j]:
+                    first[at + j] += sums.total[0, j]
+                    second[at + j] += sums.total[1, j]
 
 
 @kernel
 def _follow(k, t, coordinates, p, sums):
-    """The loads on the k-th body into ``sums.total``, in earth axes."""
+    """The loads of both orders on the k-th body into ``sums.total``, in earth axes."""
     at, start = 6 * p.body[k], p.offset[k]
     yaw = coordinates[at + 5] if p.turns[k] else 0.0
     dx = coordinates[at] if p.placed[k] else 0.0
     dy = coordinates[at + 1] if p.placed[k] else 0.0
     loads_at_heading(k, yaw, p, sums.cell, sums.waves)
-    clear(sums.total)
+    first = sums.total[0]
+    second = sums.total[1]
+    clear(first)
+    clear(second)
     for i in range(start, p.offset[k + 1]):
         along = dx * cos(p.heading[i]) + dy * sin(p.heading[i])
         angle, ramp = p.omega[i] * t - p.wavenumber[i] * along, rise(t, p.ramp[i])
+        sums.phase[0, i - start] = cos(angle)
+        sums.phase[1, i - start] = sin(angle)
         c, s = ramp * cos(angle), ramp * sin(angle)
         for j in range(6):
             load = sums.waves
-            sums.total[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
-    turn_to_earth(p.rest[k] + yaw, sums.total)
+            first[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
+    turn_to_earth(p.rest[k] + yaw, first)
+    if has_forms(k, p.second):
+        look_from(k, yaw, 0, p, sums.filtered)
+        add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
+        turn_to_earth(p.rest[k] + yaw, second)
 
 
 @kernel
@@ -238,7 +297,8 @@ def loads_at_heading(k, yaw, p, cell, out):
         n = start + i
         if p.cell[n] != last or p.heading[n] != heading:
             last, heading = p.cell[n], p.heading[n]
-            _cell_at(k, last, heading - p.rest[k] - yaw, p, cell)
+            to = heading - p.rest[k] - yaw
+            cell_at(last, to, p.nodes[k], p.first[k], POINTS, p.load, cell)
         to, u, h = heading - p.rest[k] - yaw, p.part[n], p.width[n]
         v = 1.0 - u
         shift = p.wavenumber[n] * (x * cos(to) + y * sin(to)) if x != 0.0 or y != 0.0 else 0.0
@@ -248,21 +308,3 @@ def loads_at_heading(k, yaw, p, cell, out):
         for j in range(6):
             load = v0 * cell[0, 0, j] + v1 * cell[1, 0, j] + s0 * cell[0, 1, j] + s1 * cell[1, 1, j]
             out[2 * j, i], out[2 * j + 1, i] = load.real, load.imag
-
-
-@kernel
-def _cell_at(k, f, to, p, cell):
-    """Values and slopes of X at both ends of cell ``f`` for waves ``to`` this heading."""
-    nodes = p.nodes[k]
-    x = to * nodes / (2.0 * pi)
-    node = floor(x) - POINTS // 2 + 1
-    for end in range(2):
-        for what in range(2):
-            clear(cell[end, what])
-    for m in range(POINTS):
-        weight = lagrange(x - node, m, POINTS)
-        for end in range(2):
-            at = p.first[k] + 12 * ((f + end) * nodes + (node + m) % nodes)
-            for what in range(2):
-                for j in range(6):
-                    cell[end, what, j] += weight * p.load[at + 6 * what + j]

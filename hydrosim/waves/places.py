@@ -58,7 +58,7 @@ def slow_bodies(scene: Scene) -> list[Body]:
 def follows_slowly(scene: Scene, body: Body) -> bool:
     """Whether the waves follow the slow motion of a body."""
     chosen = chosen_places(scene, body)
-    loaded = body.hydrodynamics is not None and chosen.first_order and bool(scene.environment.waves)
+    loaded = body.hydrodynamics is not None and chosen.any and bool(scene.environment.waves)
     return loaded and Place.SLOW in (chosen.position, chosen.headings)
 
 

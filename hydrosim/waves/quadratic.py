@@ -57,42 +57,63 @@ def sum_factors(database: QuadraticFunctions, waves: Components) -> Factors:
 
 def separate_headings(database: QuadraticFunctions, waves: Components) -> bool:
     """Whether waves of different headings load a body together at first order only."""
-    nodes = _unique(_pairs(database)).size
-    return _unique(waves.heading).size > 1 and len(_pairs(database)) < nodes * (nodes + 1) // 2
+    pairs = pairs_of(database)
+    nodes = unique_headings(pairs).size
+    return unique_headings(waves.heading).size > 1 and len(pairs) < nodes * (nodes + 1) // 2
 
 
-def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
-    """Weights are products of those of frequency and heading nodes, heading by heading."""
-    from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
+def qtf_all_round(database: QuadraticFunctions) -> bool:
+    """Whether there are QTFs around any heading; there may be none at all."""
+    if database.qtf_heading is None:
+        return True
+    pairs = pairs_of(database)
+    nodes = unique_headings(pairs)
+    if len(pairs) < nodes.size * (nodes.size + 1) // 2:
+        nodes = pairs[own_headings(pairs), 0]
+    every = np.radians(np.arange(0.0, 360.0, 5.0))
+    return nodes.size > 0 and heading_weights(nodes, every) is not None
 
-    table = getattr(database, name)
+
+def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
+    """Its ``name``; raises InputError if it has none."""
+    table: np.ndarray | None = getattr(database, name)
     if table is None or database.qtf_frequency is None or database.qtf_heading is None:
         raise InputError(
             f"{database.source}: has no {name}, which wave_forces.second_order: qtf"
             f"{' with sum_frequency' if name == 'qtf_sum' else ''} needs; choose newman, or a"
             " database that has it (`hydrosim db info` tells)."
         )
-    w = database.qtf_frequency
+    return table
+
+
+def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
+    """Weights are products of those of frequency and heading nodes, heading by heading."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
+
+    table = qtf_table(database, name)
+    w = np.asarray(database.qtf_frequency)
     clipped = np.clip(waves.omega, *_ends(database))
     splines = make_interp_spline(w, np.eye(w.size), k=min(3, w.size - 1))(clipped).T
     headings, blocks = _blocks(database, waves, name)
     weights = (headings[:, None] * splines).reshape(-1, waves.omega.size)
     nh, nq, n = len(headings), w.size, table.shape[-1]
     core = blocks.transpose(4, 0, 2, 1, 3).reshape(n, nh * nq, nh * nq)
-    return Factors(weights, core * _loaded(core, table)[:, None, None])
+    return Factors(weights, core * loaded(core.T, table)[:, None, None])
 
 
-def _loaded(core: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Which loads (n,) are more than the solver's noise."""
-    largest = np.abs(table).max(axis=(0, 1, 2)).reshape(-1, 3).max(axis=1)
-    return np.abs(core).max(axis=(1, 2)) > NOISE * np.repeat(largest, 3)
+def loaded(values: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Which loads (n,) of ``values`` (..., n) from a ``table`` are more than the solver's noise."""
+    n = table.shape[-1]
+    largest = np.abs(table).reshape(-1, n).max(axis=0).reshape(-1, 3).max(axis=1)
+    return np.asarray(np.abs(values).reshape(-1, n).max(axis=0) > NOISE * np.repeat(largest, 3))
 
 
 def _ends(database: QuadraticFunctions) -> np.ndarray:
     return np.asarray(database.qtf_frequency)[[0, -1]]
 
 
-def _pairs(database: QuadraticFunctions) -> np.ndarray:
+def pairs_of(database: QuadraticFunctions) -> np.ndarray:
+    """Pairs of headings (np, 2) [rad]."""
     return np.asarray(database.qtf_heading)
 
 
@@ -100,11 +121,12 @@ def _blocks(
     database: QuadraticFunctions, waves: Components, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these."""
-    pairs, table = _pairs(database), getattr(database, name)
-    blocks = _all_pairs(pairs, table, name == "qtf_difference")
+    pairs = pairs_of(database)
+    table = qtf_table(database, name)
+    blocks = all_pairs(pairs, table, name == "qtf_difference")
     if blocks is None:
         return _each_heading(database, waves, table)
-    weights = heading_weights(_unique(pairs), waves.heading)
+    weights = heading_weights(unique_headings(pairs), waves.heading)
     if weights is None:
         raise InputError(_no_heading(database, waves.heading))
     used = np.any(weights != 0.0, axis=0)
@@ -115,15 +137,9 @@ def _each_heading(
     database: QuadraticFunctions, waves: Components, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The headings of the sea are the nodes, and nothing is known between two of them."""
-    headings = _unique(waves.heading)
-    if headings.size > MOST_HEADINGS:
-        raise InputError(
-            f"{database.source}: has QTFs for pairs of waves of one heading only, and the sea has"
-            f" {headings.size} headings; expected at most {MOST_HEADINGS}. Choose"
-            " wave_forces.second_order: newman, or a database with all pairs of headings."
-        )
-    pairs = _pairs(database)
-    own = np.flatnonzero(apart(*pairs.T) < _SAME)
+    headings = sea_headings(database, waves.heading)
+    pairs = pairs_of(database)
+    own = own_headings(pairs)
     weights = heading_weights(pairs[own, 0], headings)
     if weights is None:
         raise InputError(_no_heading(database, headings))
@@ -134,9 +150,27 @@ def _each_heading(
     return (apart(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
 
 
-def _all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
+def own_headings(pairs: np.ndarray) -> np.ndarray:
+    """Which of the ``pairs`` (np, 2) are of one heading with itself."""
+    return np.flatnonzero(apart(*pairs.T) < _SAME)
+
+
+def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarray:
+    """The different headings of a sea of waves to ``heading`` (nw,); raises InputError where a
+    database without pairs of different headings would miss too much of it."""
+    headings = unique_headings(heading)
+    if headings.size > MOST_HEADINGS:
+        raise InputError(
+            f"{database.source}: has QTFs for pairs of waves of one heading only, and the sea has"
+            f" {headings.size} headings; expected at most {MOST_HEADINGS}. Choose"
+            " wave_forces.second_order: newman, or a database with all pairs of headings."
+        )
+    return headings
+
+
+def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
     """T (nh, nh, nq, nq, n) between all headings; None if a pair is lacking in both orders."""
-    nodes = _unique(pairs)
+    nodes = unique_headings(pairs)
     number = np.argmin(apart(pairs[:, :, None], nodes), axis=-1)
     known = np.zeros((nodes.size, nodes.size), dtype=bool)
     blocks = np.zeros((*known.shape, *table.shape[1:]), dtype=complex)
@@ -148,7 +182,7 @@ def _all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndar
     return blocks if known.all() else None
 
 
-def _unique(heading: np.ndarray) -> np.ndarray:
+def unique_headings(heading: np.ndarray) -> np.ndarray:
     """The different headings among any, ascending."""
     angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
     different = apart(angle, np.roll(angle, 1)) >= _SAME
@@ -156,8 +190,8 @@ def _unique(heading: np.ndarray) -> np.ndarray:
 
 
 def _no_heading(database: QuadraticFunctions, headings: np.ndarray) -> str:
-    have = ", ".join(f"{h:.4g}" for h in np.degrees(_unique(_pairs(database))))
-    wanted = ", ".join(f"{h:.4g}" for h in np.degrees(_unique(headings))[:5])
+    have = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(pairs_of(database))))
+    wanted = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(headings))[:5])
     return (
         f"{database.source}: QTFs for waves to {wanted} deg are needed, and there are some for"
         f" {have} deg; expected nodes around each, at most 45 deg apart. Choose"

@@ -1,4 +1,4 @@
-"""First-order loads of waves on a body along its slow path: where it drifts, not where it swings.
+"""Loads of waves on a body along its slow path: where it drifts, not where it swings.
 
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i)),   as `following`,
     d = d_k + d'_k (t - t_k),   psi = psi_k + psi'_k (t - t_k),     t_k <= t < t_k + T
@@ -13,7 +13,8 @@ Both the filter and what it said at t_k are in the state, so that the loads are 
 and state alone. Within a block they are a table of rows as in `loads`, interpolated alike; X goes
 from its value at the block's first heading to that at its last in a straight line, which is off by
 (psi' T k L / 2)^2 / 8 of a hull of length L. A sum over the waves at each row, once: about a
-hundredth of what a sum at each stage costs.
+hundredth of what a sum at each stage costs. Second-order loads (`forms`) are taken along the same
+path, from those at the block's first heading to those at its last.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.waves.following import STATES, FollowingLoads, loads_at_heading, turn_to_earth
+from hydrosim.waves.forms import Filtered, add_forms, has_forms, look_from, new_filtered
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
@@ -43,9 +45,9 @@ NAMES = (
 
 class Block(NamedTuple):
     """Scratch: what the states of the bodies were, ``known`` (nb, 7), when their ``rows``
-    (nb, rows, 6) were made from time index ``first`` (nb,) on; of every wave, z and the factor to
-    the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw); of a cell
-    of their table, (2, 2, 6)."""
+    (nb, rows, 2, 6) of both orders were made from time index ``first`` (nb,) on; of every wave, z
+    and the factor to the next row, (4, nw), and the loads in heading axes at the block's ends,
+    (24, nw); of a cell of their table, (2, 2, 6)."""
 
     known: np.ndarray
     first: np.ndarray
@@ -53,6 +55,7 @@ class Block(NamedTuple):
     waves: np.ndarray
     ends: np.ndarray
     cell: np.ndarray
+    filtered: Filtered
 
 
 def new_block(p: FollowingLoads) -> Block:
@@ -62,10 +65,11 @@ def new_block(p: FollowingLoads) -> Block:
     return Block(
         np.full((slow, STATES - PLACE), np.nan),
         np.zeros(slow, dtype=np.int64),
-        np.zeros((slow, p.rows, 6)),
+        np.zeros((slow, p.rows, 2, 6)),
         np.zeros((4, most)),
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
+        new_filtered(p.second, p.offset),
     )
 
 
@@ -109,8 +113,9 @@ def begin_block(t, y, p):
 
 
 @kernel
-def slow_loads(t, y, p, block, force):
-    """Add the loads at time t to ``force`` (6 nb,); ``y`` are the states of all slow bodies."""
+def slow_loads(t, y, p, block, first, second):
+    """Add the loads of both orders at time t to ``first`` and ``second`` (6 nb,); ``y`` are the
+    states of all slow bodies."""
     for k in range(p.body.size):
         if p.slow[k]:
             if not _is_known(k, y, p, block):
@@ -120,7 +125,8 @@ def slow_loads(t, y, p, block, force):
             for m in range(points):
                 weight = lagrange(x - row, m, points)
                 for j in range(6):
-                    force[at + j] += weight * block.rows[k, row + m, j]
+                    first[at + j] += weight * block.rows[k, row + m, 0, j]
+                    second[at + j] += weight * block.rows[k, row + m, 1, j]
 
 
 @kernel
@@ -139,9 +145,13 @@ def _fill(k, y, p, block):
     block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2
     loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
     loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
+    second = has_forms(k, p.second)
+    if second:
+        look_from(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
+        look_from(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, y, p, block)
     for r in range(p.rows):
-        t, row = (block.first[k] + r) * p.row_step, block.rows[k, r]
+        t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
         clear(row)
         i = start
         while i < p.offset[k + 1]:
@@ -151,10 +161,19 @@ def _fill(k, y, p, block):
             grown, part = rise(t, p.ramp[i]), (t - begin) / p.block
             _add_waves(grown, part, i - start, last - start, block.ends, block.waves, row)
             i = last
+        heading = p.rest[k] + _yaw(k, t - begin, y, p)
+        turn_to_earth(heading, row)
+        other = block.rows[k, r, 1]
+        clear(other)
+        if second:
+            part = (t - begin) / p.block
+            add_forms(k, t, 0, 1.0 - part, block.waves, p.second, block.filtered, other)
+            add_forms(k, t, 1, part, block.waves, p.second, block.filtered, other)
+            turn_to_earth(heading, other)
         _go_on(block.waves, p.offset[k + 1] - start)
-        turn_to_earth(p.rest[k] + _yaw(k, t - begin, y, p), row)
         for j in range(6):
             row[j] = row[j] if p.active[k, j] else 0.0
+            other[j] = other[j] if p.active[k, j] else 0.0
 
 
 @kernel

@@ -81,16 +81,28 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
 
     Raises InputError if its headings are not all round the circle.
     """
+    return _table(database, database.excitation, between)
+
+
+def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same of mean drift, of waves that are not below its frequencies, see `drift_above`."""
+    return _table(database, _drift_of(database), between)
+
+
+def _table(
+    database: TransferFunctions, values: np.ndarray, between: int
+) -> tuple[np.ndarray, np.ndarray]:
     nodes = between * max(database.heading.size, _FEWEST)
     headings = _TURN / nodes * np.arange(nodes)
-    weights, w = heading_weights(database.heading, headings), database.frequency
+    weights = heading_weights(database.heading, headings)
+    w = database.frequency
     if weights is None:
         raise InputError(
             f"{database.source}: waves that follow a body (wave_forces.headings, position) need"
             " headings all round the circle, at most 45 deg apart; choose mean, or compute more."
         )
-    table = np.einsum("mh,whj->wmj", weights, database.excitation)
-    largest = np.abs(database.excitation).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
+    table = np.einsum("mh,whj->wmj", weights, values)
+    largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
     table = np.where(np.abs(table) > NOISE * np.repeat(largest, 3), table, 0.0)
     if w.size >= 4:
         return w, table
@@ -113,15 +125,24 @@ def mean_drift_at(
     are reflected alike; from the lowest one linearly to zero at zero frequency. Raises InputError
     if the database has no mean drift, or no headings around one of them.
     """
+    fade = drift_above(database, omega)
+    return _at(database, _drift_of(database), heading, omega) * fade[:, None]
+
+
+def drift_above(database: TransferFunctions, omega: np.ndarray) -> np.ndarray:
+    """Factors (nc,) of mean drift, less than 1 below the lowest frequency of the database."""
+    low = database.frequency[0]
+    return np.asarray(np.where(omega < low, omega / (low or 1.0), 1.0))
+
+
+def _drift_of(database: TransferFunctions) -> np.ndarray:
     if database.mean_drift is None:
         raise InputError(
             f"{database.source}: second-order wave forces need mean drift, and this database has"
             " none; set wave_forces.second_order of the body to none, or add mean_drift to the"
             " database"
         )
-    low = database.frequency[0]
-    fade = np.where(omega < low, omega / (low or 1.0), 1.0)
-    return _at(database, database.mean_drift, heading, omega) * fade[:, None]
+    return database.mean_drift
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -179,7 +200,7 @@ def _at(
 
 def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:
     """Weights (nc, nh) at x (nc,) of values at ascending ``angle`` (nh,) in one turn."""
-    if angle.size > 2 and np.ptp(gap) < _NODE:
+    if _even(gap):
         return _trigonometric(x[:, None] - angle)
     if angle.size == 1:
         return np.ones((x.size, 1))
@@ -189,6 +210,17 @@ def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndar
         return np.asarray(CubicSpline(angle, np.eye(angle.size))(x))
     nodes = np.vstack([np.eye(angle.size), np.eye(angle.size)[:1]])
     return np.asarray(CubicSpline(np.append(angle, _TURN), nodes, bc_type="periodic")(x))
+
+
+def evenly_round(nodes: np.ndarray) -> bool:
+    """Whether headings are evenly spaced round the circle: values between them are then those of a
+    trigonometric polynomial."""
+    _, angle = _round_the_circle(nodes)
+    return _even(np.diff(angle, append=_TURN))
+
+
+def _even(gap: np.ndarray) -> bool:
+    return bool(gap.size > 2 and np.ptp(gap) < _NODE)
 
 
 def _trigonometric(x: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ LAYOUT = Layout(
     current=(0.0, 0.0),
     wind=(0.0, 0.0),
     resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+    heading=(0.0, 0.0),
     weight=(1.0, 1.0),
 )
 

@@ -106,6 +106,8 @@ def test_terminal_velocity_under_a_steady_force() -> None:
     assert surge(run)[-1] > 40.0
 
 
+SURGE = np.eye(6)[0]
+SWAY = np.eye(6)[1]
 RATIO = np.array([0.1, 0.0, 0.02, 0.05, 0.0, 0.3])
 STIFFNESS = np.array([9e3, 4e3, 16e3, 5e3, 8e3, 3e3])
 
@@ -164,6 +166,20 @@ def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
     )
     figure("damping ratio of roll with 0.05 more, less that without", after - before)
     assert after - before == pytest.approx(0.05, rel=0.2)
+
+
+def test_no_ratio_along_an_axis_of_the_body_that_nothing_holds() -> None:
+    """A body that lies across has its surge along the earth's y, where the mooring is slack."""
+    mooring = LinearMooring("block", np.diag([9e3, 0, 0, 0, 0, 0]), damping_ratio=0.1 * SURGE)
+    across = scene(block(MASS, heading=np.pi / 2.0), {"lines": mooring}, 1.0, 0.1)
+    with pytest.raises(hs.InputError, match=r"forces.lines.damping_ratio.surge.*body's surge"):
+        hs.compile_scene(across)
+    along = replace(mooring, damping_ratio=0.1 * SWAY)
+    model = hs.compile_scene(replace(across, forces={"lines": along})).model
+    (element,) = model.elements.linear_moorings
+    C = element["damping"]
+    assert C[0, 0] == pytest.approx(0.2 * np.sqrt(9e3 * MASS))
+    assert np.abs(C).sum() == pytest.approx(C[0, 0])
 
 
 def test_no_ratio_without_stiffness() -> None:

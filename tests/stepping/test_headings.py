@@ -7,6 +7,7 @@ import warnings
 from dataclasses import replace
 from functools import lru_cache
 from math import cos, pi, radians, sin
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from hydrosim.dofs import DOFS, about_z
 from hydrosim.forces import (
     CurrentLoad,
     Fender,
+    LinearDamping,
     LinearMooring,
     NormalCurve,
     Plane,
@@ -47,6 +49,7 @@ from hydrosim.scene import (
     WaveTrain,
 )
 
+random = Random(20)
 SOLVER = Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
 PLANAR = ("surge", "sway", "yaw")
 LAUNCH = moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
@@ -193,8 +196,8 @@ def turned_scene(scene: Scene, by: float) -> Scene:
         if isinstance(e, LinearMooring):  # angles are the body's own
             T = np.eye(6)
             T[:3, :3] = R
-            assert e.damping is not None
-            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=T @ e.damping @ T.T)
+            damping = None if e.damping is None else T @ e.damping @ T.T
+            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
         if isinstance(e, Fender) and e.plane.body is None:
             plane = replace(
                 e.plane, point=tuple(R @ e.plane.point), normal=tuple(R @ e.plane.normal)
@@ -247,6 +250,31 @@ def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
     moored = replace(mooring, stiffness=mooring.stiffness, damping=damping, damping_ratio=None)
     scene = replace(scene, forces={**scene.forces, "mooring": moored})
     assert_turns(scene, radians(by), 1e-9)
+
+
+@pytest.mark.parametrize("by", few([random.uniform(0.0, 360.0) for _ in range(6)], 2))
+def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
+    """Moorings and dampers whose ratios differ along surge and sway, a mooring of natural periods,
+    on a hull whose added mass differs along them."""
+    scene = in_waves(in_contact(40.0), WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
+    stiffness[0, 1] = stiffness[1, 0] = 1e5
+    forces = {
+        "lines": LinearMooring(
+            "barge", stiffness, damping_ratio=np.array(moving(surge=0.2, sway=0.4, yaw=0.1))
+        ),
+        "periods": LinearMooring(
+            "barge",
+            np.zeros((6, 6)),
+            damping_ratio=np.array(moving(surge=0.1, sway=0.3)),
+            natural_period=np.array(moving(surge=80.0, sway=120.0)),
+        ),
+        "viscous": LinearDamping(
+            "barge", damping_ratio=np.array(moving(surge=0.3, sway=0.1, roll=0.05))
+        ),
+    }
+    rest = {name: e for name, e in scene.forces.items() if name not in ("mooring", "interface")}
+    assert_turns(replace(scene, forces={**rest, **forces}), radians(by), 1e-9)
 
 
 @pytest.mark.parametrize("by", [17.0, 90.0, 123.0])

@@ -26,7 +26,7 @@ def following(at: WaveBody, moved: np.ndarray, water: Environment = WATER) -> np
     """Loads (nt, 6) on a body moved by (6,)."""
     model, found = following_model(sea(water), [at]), np.zeros((TIMES.size, 6))
     for t, load in zip(TIMES, found, strict=True):
-        following_loads(t, moved, model, new_sums(model), load)
+        following_loads(t, moved, model, new_sums(model), load, np.zeros(12))
     return found
 
 
@@ -102,6 +102,6 @@ def test_second_of_two_bodies(box: Box) -> None:
     other = body(box, Place.INSTANTANEOUS, Place.INSTANTANEOUS, offset=6)
     moved = np.concatenate([np.full(6, 9.0), [3.0, -2.0, 0.0, 0.0, 0.0, 0.2]])
     model, load = following_model(sea(WATER), [one, other]), np.zeros(12)
-    following_loads(TIMES[1], moved, model, new_sums(model), load)
+    following_loads(TIMES[1], moved, model, new_sums(model), load, np.zeros(12))
     np.testing.assert_array_equal(load[:6], 0.0)
     np.testing.assert_array_equal(load[6:], following(replace(other, offset=0), moved[6:])[1])

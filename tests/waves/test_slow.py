@@ -62,8 +62,8 @@ def test_on_its_path_the_loads_are_those_where_it_is(
         y = first_states(slow, q, v, begin)
         for t in begin + np.array([0.0, 0.05, 0.61, 1.3, 2.0]):
             found, expected = np.zeros((2, 6))
-            slow_loads(t, y, slow, block, found)
-            following_loads(t, q + v * (t - begin), there, sums, expected)
+            slow_loads(t, y, slow, block, found, np.zeros(6))
+            following_loads(t, q + v * (t - begin), there, sums, expected, np.zeros(12))
             size = max(size, np.abs(expected[:3]).max())
             missed = max(missed, np.abs(found - expected)[:3].max())
     assert missed < (2e-4 if any(rate) else 2e-5) * size
@@ -83,7 +83,7 @@ def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:
 def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:
     """The free barge that spins in an oblique sea with drift forces."""
     base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
-    loads = WaveForces(second_order=SecondOrder.MEAN_DRIFT, headings=place, position=place)
+    loads = WaveForces(second_order=SecondOrder.NEWMAN, headings=place, position=place)
     moved = with_body(base, wave_forces=loads, velocity=(0.8, 0.3, 0.0, 0.0, 0.0, 0.005))
     solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
     return replace(moved, forces={}, duration=duration, solver=solver, output_step=2.0)
@@ -134,6 +134,25 @@ def test_a_spinning_body_turns_with_its_scene() -> None:
     assert np.all(np.abs(there - q).max(axis=0) < 1e-9 * np.ptp(q, axis=0))
 
 
+@pytest.mark.parametrize("yaw", [25.0, 90.0, 170.0])
+@pytest.mark.parametrize("order", [SecondOrder.MEAN_DRIFT, SecondOrder.NEWMAN])
+def test_second_order_loads_at_a_yaw_are_those_of_a_scene_built_at_that_heading(
+    order: SecondOrder, yaw: float
+) -> None:
+    """A free barge that begins there, at whatever yaw from the heading that its case gives."""
+    loads = WaveForces(second_order=order)
+    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0)))
+    base = replace(with_body(base, wave_forces=loads), forces={}, duration=0.2)
+    there = with_body(base, position=(15.0, -9.0, 0.0, 0.0, 0.0, radians(yaw)))
+    built = with_body(base, location=(15.0, -9.0), heading=radians(yaw))
+    found, expected = (
+        hs.simulate(scene).force_wave_second_order.values[0, 0] for scene in (there, built)
+    )
+    for some in (slice(0, 3), slice(3, 6)):
+        size = np.abs(expected[some]).max()
+        np.testing.assert_allclose(found[some], expected[some], rtol=0.0, atol=1e-9 * size)
+
+
 def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
     """A mooring holds surge and sway, not yaw; without a push nothing drifts; small angles and calm
     water know of no slow place."""
@@ -176,6 +195,8 @@ def test_waves_meet_a_body_where_it_is_locked() -> None:
     for order in ("first", "second"):
         found, expected = (run[f"force_wave_{order}_order"].values for run in (locked, there))
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    assert not np.any(found[..., [0, 1, 3, 4, 5]])
+    assert "yaw locked, not in the state; forces there leave out waves" in locked.attrs["skipped"]
     heave = [motion(run)[:, 2] for run in (locked, there)]
     np.testing.assert_allclose(heave[0], heave[1], rtol=0.0, atol=1e-9)
 

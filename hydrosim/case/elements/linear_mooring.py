@@ -56,8 +56,11 @@ class LinearMooring(Element):
         if self.damping is not None and self.damping_ratio is not None:
             raise problem("damping and damping_ratio", "one of them, or none", "remove one")
         if self.damping_ratio is not None:
-            ratios = zip(DOFS, self.damping_ratio.values(), *self.diagonal, strict=True)
-            without = [dof for dof, ratio, k, period in ratios if ratio and not (k or period)]
+            held = np.any(self.diagonal, axis=0)
+            # the body's surge is the earth's sway at a heading of 90 deg
+            held[:2] = held[:2].any()
+            ratios = zip(DOFS, self.damping_ratio.values(), held, strict=True)
+            without = [dof for dof, ratio, is_held in ratios if ratio and not is_held]
             if without:
                 raise problem(
                     f"a damping_ratio in {', '.join(without)} where stiffness is 0",

@@ -14,7 +14,7 @@ from hydrosim.compiling.facts import met_by_waves
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.linear.equilibrium import ENOUGH, Rest, equilibrium
-from hydrosim.scene import Body, Scene, SecondOrder, WaveForces
+from hydrosim.scene import Body, Place, Scene, SecondOrder, WaveForces
 from hydrosim.studies.ballast.loading import pumped
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import sea
@@ -73,4 +73,5 @@ def _drifting(body: Body) -> Body:
     """The body with mean second-order loads alone, if it has any."""
     any_order = body.wave_forces.second_order != SecondOrder.NONE
     load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
-    return replace(body, wave_forces=WaveForces(first_order=False, second_order=load))
+    drift = WaveForces(False, load, headings=Place.MEAN, position=Place.MEAN)
+    return replace(body, wave_forces=drift)

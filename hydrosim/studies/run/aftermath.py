@@ -16,9 +16,10 @@ import xarray as xr
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
-from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Scene, SecondOrder
+from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Scene
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import Components
+from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
@@ -65,12 +66,15 @@ def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator
     scene = compiled.scene
     alone = compiled.facts.databases
     for body in scene.bodies:
-        if body.name in alone and body.wave_forces.first_order:
+        if body.name in alone and body.wave_forces.any:
             chosen = compiled.facts.met[body.name]
             slow = _slow(run, body.name, sea)
-            if chosen.position == Place.MEAN:
+            if body.wave_forces.first_order and chosen.position == Place.MEAN:
                 yield from _drifted(body, run, slow, sea)
-            yield from _turned(body, chosen.headings, run, slow, sea, alone[body.name])
+            if chosen.headings == Place.MEAN:
+                yield from _turned_first(body, run, slow, sea, alone[body.name])
+            if second_order_at_rest(chosen, alone[body.name]):
+                yield from _turned_second(body, run, slow, sea, alone[body.name])
 
 
 def _large_angles(run: xr.Dataset) -> Iterator[str]:
@@ -135,41 +139,53 @@ def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iter
         )
 
 
-def _turned(
-    body: Body,
-    headings: Place,
-    run: xr.Dataset,
-    slow: np.ndarray,
-    sea: Sample,
-    db: HydroDatabase,
+def _turned_first(
+    body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
 ) -> Iterator[str]:
     """A body that was turned from the heading at which waves met it."""
-    at = int(np.abs(slow[:, 2]).argmax())
-    yaw = float(slow[at, 2])
+    at, yaw = _most_turned(slow)
+    if yaw == 0.0 or not body.wave_forces.first_order:
+        return
     to = sea.heading - body.heading
-    there = (
+    here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
+    change = _change(here, turned, yaw, 0.0)
+    if change > CHANGED:
+        yield (
+            f"bodies.{body.name}: waves met it at its heading at rest, and {_there(run, at, yaw)}"
+            f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
+        )
+
+
+def _turned_second(
+    body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample, db: HydroDatabase
+) -> Iterator[str]:
+    """The same of second-order loads, as mean drift has it."""
+    at, yaw = _most_turned(slow)
+    if yaw == 0.0 or db.mean_drift is None:
+        return
+    to = sea.heading - body.heading
+    here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
+    change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
+    if change > CHANGED:
+        yield (
+            f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
+            f" {_there(run, at, yaw)} {change:.0%}; expected less than {CHANGED:.0%}. Set"
+            " wave_forces.headings: slow, with loads for headings all round (of QTFs, too); or give"
+            f" bodies.{body.name}.heading as it lies on average."
+        )
+
+
+def _most_turned(slow: np.ndarray) -> tuple[int, float]:
+    """Index of the largest slow yaw, and that yaw [rad]."""
+    at = int(np.abs(slow[:, 2]).argmax())
+    return at, float(slow[at, 2])
+
+
+def _there(run: xr.Dataset, at: int, yaw: float) -> str:
+    return (
         f"at {run.time.values[at]:.4g} s its slow yaw was {np.degrees(yaw):.3g} deg, where the"
         " loads are others by"
     )
-    if yaw == 0.0:
-        return
-    if headings == Place.MEAN:
-        here, turned = (excitation_at(db, to - x, sea.omega) for x in (0.0, yaw))
-        change = _change(here, turned, yaw, 0.0)
-        if change > CHANGED:
-            yield (
-                f"bodies.{body.name}: waves met it at its heading at rest, and {there}"
-                f" {change:.0%}; expected less than {CHANGED:.0%}. Set wave_forces.headings: slow."
-            )
-    if body.wave_forces.second_order != SecondOrder.NONE and db.mean_drift is not None:
-        here, turned = (mean_drift_at(db, to - x, sea.omega).mean(axis=0)[None] for x in (0.0, yaw))
-        change = _change(here, turned, yaw, float(np.sqrt(body.inertia[2, 2] / body.mass)))
-        if change > CHANGED:
-            yield (
-                f"bodies.{body.name}: second-order loads are those of its heading at rest, and"
-                f" {there} {change:.0%}; expected less than {CHANGED:.0%}. Give bodies."
-                f"{body.name}.heading as it lies on average, or a mooring that holds yaw."
-            )
 
 
 def _change(here: np.ndarray, turned: np.ndarray, yaw: float, arm: float) -> float:

@@ -52,11 +52,14 @@ def test_a_yaw_that_changes_the_loads() -> None:
     assert said(hs.simulate(abeam(Place.MEAN))) == ""
 
 
-def test_second_order_loads_are_those_of_the_heading_at_rest() -> None:
-    scene = abeam(Place.SLOW, position=moving(yaw=radians(40.0)))
-    (body,) = scene.bodies
-    loads = replace(body.wave_forces, second_order=SecondOrder.MEAN_DRIFT)
-    assert "second-order loads are those" in said(hs.simulate(with_body(scene, wave_forces=loads)))
+def test_second_order_loads_follow_the_slow_heading_unless_they_are_told_not_to() -> None:
+    for place in (Place.SLOW, Place.MEAN):
+        scene = abeam(place, position=moving(yaw=radians(40.0)))
+        (body,) = scene.bodies
+        loads = replace(body.wave_forces, first_order=False, second_order=SecondOrder.MEAN_DRIFT)
+        words = said(hs.simulate(with_body(scene, wave_forces=loads)))
+        assert ("second-order loads are those" in words) == (place == Place.MEAN)
+        assert "waves met it" not in words
 
 
 def test_a_drift_through_the_waves() -> None:
