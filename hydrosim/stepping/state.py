@@ -76,6 +76,7 @@ class Places(NamedTuple):
     time: int
     elevation: int
     kinetic: int
+    events: int
     y: int
     coordinates: int
     velocity: int

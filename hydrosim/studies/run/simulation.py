@@ -55,7 +55,7 @@ from hydrosim.studies.run.resolution import (
 )
 from hydrosim.studies.run.stages import complete
 from hydrosim.studies.run.step_limits import warned_of_steps
-from hydrosim.studies.run.twin import doubted
+from hydrosim.studies.run.twin import estimated
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
@@ -177,7 +177,9 @@ def run_compiled(
     dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
     warn(dataset, noticed(compiled, dataset))
     if status == "complete" and not failed:
-        warn(dataset, doubted(compiled, run))
+        estimate = estimated(compiled, run)
+        dataset.attrs["twin_evaluations"] = estimate.evaluations
+        warn(dataset, estimate.warnings)
     if message:
         raise SimulationError(message, dataset)
     return dataset
