@@ -19,6 +19,8 @@ SOLVER = {
     "solver_steps": "steps",
     "solver_rejected": "rejected steps",
     "solver_events": "events",
+    "solver_evaluations": "evaluations of the equation of motion",
+    "twin_evaluations": "evaluations more, to estimate the error",
     "wall_time": "computing time [s]",
 }
 SAID = {

@@ -11,7 +11,7 @@ from hydrosim.forces import events, new_modes
 from hydrosim.jit.kernels import assign, root
 from hydrosim.rigid.kinematics import accelerations
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
-from hydrosim.stepping.state import RECORDS, START_SLOPE, Clock, Places, Record
+from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
 from hydrosim.waves.loads import wave_loads
 
 
@@ -22,6 +22,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "time": (),
         "elevation": (),
         "kinetic": (),
+        "events": (),
         "y": (model.size,),
         "coordinates": (m,),
         "velocity": (m,),
@@ -68,6 +69,7 @@ def keep(t, run):
         changes = run.record.accelerations[counters[RECORDS]]
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[at.time] = t
+    row[at.events] = counters[EVENTS]
     assign(row[at.y :], y)
     assign(row[at.coordinates :], motion.coordinates)
     assign(row[at.velocity :], motion.velocity)

@@ -18,6 +18,7 @@ from hydrosim.statistics.statistics import columns, of_contacts
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
 OWN |= {
+    "twin_evaluations",
     "status",
     "status_message",
     "format",

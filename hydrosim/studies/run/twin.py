@@ -7,8 +7,15 @@ order p of the method, which makes of the distance d of the two that of the run 
 d / (1 - r^p), for a twin whose steps are r times as long (Richardson 1911). Where finer steps give
 another motion each time, they are no remedy, and statistics may hold all the same (Lorenz 1963).
 
-A twin is run only where contacts and springs change often, and to the end of a long run only if the
-two part.
+A twin is run only where contacts and springs change often. It begins with the run's own state at
+the last record before the first change. A short run is followed to its end. In a longer one half of
+the evaluations that are granted, `SHARE` of the run's own or `FIRST`, goes into the beginning. The
+other half is spent at places among the later changes. There a path that begins near the run is
+followed for a while, and its distance is handed on to the next place (Benettin et al. 1980, see
+`hydrosim.studies.run.paths`). If the error at the beginning, grown by so much, would matter, the
+twin goes on to the end, or until the error is as large as the range of a motion. A convolution
+remembers what no record holds: then all that is granted goes into the beginning. The attribute
+`twin_evaluations` of a result says what it has cost, beside `solver_evaluations`.
 """
 
 from __future__ import annotations
@@ -16,20 +23,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.compiling.calm import compile_calm, in_waves
-from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.facts import facts_of
-from hydrosim.jit.refs import Held
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.output import unpack
 from hydrosim.scene import Scene, Solver, Tolerance
-from hydrosim.stepping.record import new_record
-from hydrosim.stepping.run import advance
-from hydrosim.stepping.state import EVALUATIONS, EVENTS, RECORDS, STATUS, Run, new_run
+from hydrosim.stepping.state import EVALUATIONS, EVENTS, Run
+from hydrosim.studies.run.paths import Growth, Path, growth, recorded
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -42,35 +45,75 @@ FINER = 1.4
 TIGHTER = 4.0
 LEAST = 1e-12  # of a tolerance
 OFTEN = 20  # events in a run: with fewer it is what it is in any smooth motion
-# evaluations of a twin's equation
+# evaluations of a twin's equation that are granted: so many, or this share of the run's own
 FIRST = 60_000
-MOST = 1_000_000
-AT_ONCE = 5_000
-STEEP = 4.0  # times farther apart in the second half than in the first: the two part
+SHARE = 0.15
+LOCAL = 1e-7  # of the range of a motion: an error that steps make in any case
 
 
-def doubted(compiled: Compiled, run: Run) -> Iterator[str]:
-    """What to warn of if a ``run`` of the compiled scene, which has ended, is not that of finer
-    steps."""
+class Estimate(NamedTuple):
+    """What to warn of, and the evaluations that it took to know."""
+
+    warnings: tuple[str, ...] = ()
+    evaluations: int = 0
+
+
+def estimated(compiled: Compiled, run: Run) -> Estimate:
+    """By how much a ``run`` of the compiled scene, which has ended, is not that of finer steps."""
     if run.counters[EVENTS] < OFTEN:
-        return
+        return Estimate()
     finer = _finer(compiled)
     ranges = _ranges(run, compiled.scene.solver)
-    twin = _twin(run, finer, ranges)
-    time, wrong = _apart(run, twin, ranges)
-    wrong = wrong / _share(compiled, finer)
+    share = _share(compiled, finer)
+    twin, spent = _twin(run, compiled, finer, ranges * share)
+    wrong = twin.apart(ranges) / share
+    time = recorded(run, "time")[twin.begin : twin.end + 1]
+    warnings = tuple(_doubts(compiled.scene, finer.scene, time, wrong))
+    return Estimate(warnings, spent + twin.evaluations)
+
+
+def _doubts(scene: Scene, finer: Scene, time: np.ndarray, wrong: np.ndarray) -> Iterator[str]:
+    """What to say of motions that are ``wrong`` by so much of their range, (nt, nb)."""
     far = np.flatnonzero(wrong.max(axis=1) > WRONG)
     if far.size:
         worst = wrong.max(axis=0)
-        name = compiled.scene.bodies[int(worst.argmax())].name
+        name = scene.bodies[int(worst.argmax())].name
         yield (
             f"the motion of {name} may be wrong by {min(worst.max(), 1.0):.1g} of its range by"
             f" {time[-1]:.4g} s, and by more than {WRONG:g} from {time[far[0]]:.4g} s on: with"
-            f" {_said(finer.scene.solver)} it is another. Choose that or less, as long as this"
+            f" {_said(finer.solver)} it is another. Choose that or less, as long as this"
             " figure shrinks with it. Where it does not, contacts part what begins alike: take"
             " statistics over runs that begin a little apart, or give the contacts more damping or"
             " friction."
         )
+
+
+def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> tuple[Path, int]:
+    """A twin, as far as it is worth it; the evaluations that other paths took to know that."""
+    changes = recorded(run, "events")
+    last = len(changes) - 1
+    remembers = run.state.history.grid.shape[1] > 0
+    before = int(np.flatnonzero(changes == changes[0])[-1])
+    twin = Path(run, finer, 0 if remembers else before)
+    evaluations = int(run.counters[EVALUATIONS])
+    granted = max(FIRST, SHARE * evaluations)
+    needed = FINER * evaluations * (last - twin.begin) / last
+    at_once = remembers or needed <= granted
+    twin.follow(granted if at_once else granted / 2, last)
+    if twin.end == last or twin.failed:
+        return twin, 0
+    grown = Growth() if remembers else growth(run, compiled, twin.end, granted / 2)
+    worst = twin.apart(ranges).max()
+    at_end = worst * (last - twin.begin) / max(twin.end - twin.begin, 1)
+    if max(at_end, max(worst, LOCAL) * grown.factor) > WRONG:
+        _follow(twin, last, ranges)
+    return twin, grown.evaluations
+
+
+def _follow(twin: Path, last: int, ranges: np.ndarray) -> None:
+    """Go on to the record ``last``, or until nothing is left of a motion."""
+    while twin.end < last and not twin.failed and twin.apart(ranges).max() < 1.0:
+        twin.follow(2 * twin.evaluations, last)
 
 
 @one_thread
@@ -110,7 +153,7 @@ def _ranges(run: Run, solver: Solver) -> np.ndarray:
     if solver.method.adapts:
         asked = np.array([solver.tolerance.position, solver.tolerance.angle])
         least = np.maximum(least, asked * ASKED / WRONG)
-    motion = unpack(run.model, run.record, int(run.counters[RECORDS]))["coordinates"]
+    motion = recorded(run, "coordinates")
     return np.maximum(np.ptp(motion, axis=0).reshape(-1, 2, 3).max(axis=2), least)
 
 
@@ -118,43 +161,3 @@ def _said(solver: Solver) -> str:
     if solver.method.adapts:
         return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
     return f"solver.step: {solver.step:.3g} s"
-
-
-def _twin(run: Run, finer: Compiled, ranges: np.ndarray) -> Run:
-    """A run with finer steps, of as many evaluations as are worth it."""
-    clock = compile_clock(finer)
-    model = finer.model
-    twin = new_run(clock, model, finer.method, finer.first_state(), new_record(model, clock))
-    counters = twin.counters
-    allowed = FIRST
-    held = Held(twin)
-    while counters[EVALUATIONS] < allowed and counters[RECORDS] < run.counters[RECORDS]:
-        advance(AT_ONCE, held)
-        if counters[STATUS]:
-            break
-        if not counters[EVENTS]:
-            allowed = min(counters[EVALUATIONS] + FIRST, MOST)
-        elif counters[EVALUATIONS] >= allowed and _parting(run, twin, ranges):
-            allowed = min(2 * allowed, MOST)
-    return twin
-
-
-def _parting(run: Run, twin: Run, ranges: np.ndarray) -> bool:
-    """Whether the two may be too far apart at the end, going on as they do."""
-    time, wrong = _apart(run, twin, ranges)
-    if time.size < 2:
-        return False
-    worst = wrong.max(axis=1)
-    half = time.size // 2
-    whole = (run.clock.end - time[0]) / (time[-1] - time[0])
-    steep = worst[half:].max() > STEEP * worst[:half].max(initial=0.0)
-    return bool(steep or whole * worst.max() > WRONG)
-
-
-def _apart(run: Run, twin: Run, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times (nt,) [s] that both have recorded, and how far they are apart then, (nt, nb), over
-    ``ranges`` (nb, 2)."""
-    count = min(int(twin.counters[RECORDS]), int(run.counters[RECORDS]))
-    ours, theirs = (unpack(one.model, one.record, count) for one in (run, twin))
-    apart = np.abs(theirs["coordinates"] - ours["coordinates"]).reshape(count, -1, 2, 3).max(axis=3)
-    return ours["time"], (apart / ranges).max(axis=2)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, scene, steady
+from dry_scenes import block, moving, on_floor, scene, steady, table
 from numpy.typing import ArrayLike
 
 import hydrosim as hs
-from hydrosim.forces import Frictionless, StickSlip
+from hydrosim.forces import AppliedForce, Frictionless, StickSlip
 from hydrosim.scene import Method, Scene, Tolerance
-from hydrosim.studies.run.twin import WRONG
+from hydrosim.studies.run.twin import FIRST, SHARE, WRONG
 
+CASES = Path(hs.__file__).parents[1] / "cases"
 LEGS = [(x, y, -0.5) for x in (-1.0, 1.0) for y in (-0.7, 0.7)]
 WARNED = "of its range by"
 
@@ -102,3 +104,46 @@ def test_what_slides_and_sticks_is_known() -> None:
     forces = {"floor": held, "weight": steady(heave=-981.0), "push": steady(surge=300.0)}
     run = hs.simulate(scene(body, forces, duration=10.0, output_step=0.05, step=0.001))
     assert not warnings(run)
+
+
+def with_a_late_fall() -> Scene:
+    """A ball that bounces all the time, and a block that hangs until it falls on its legs."""
+    ball = bouncing((0.0, 0.0, 0.0))
+    duration = 3.0 * ball.duration
+    legs = replace(bouncing(LEGS, roll=0.1, pitch=0.07).forces["floor"], body="late")
+    weight = np.zeros((4, 6))
+    weight[2:, 2] = -981.0
+    fall = 0.5 * duration
+    times = [0.0, fall, fall + 0.01, 2.0 * duration]
+    carried = AppliedForce("late", (0.0, 0.0, 0.0), table(times, weight))
+    start = moving(heave=1.0, roll=0.1, pitch=0.07)
+    bodies = (*ball.bodies, block(100.0, name="late", position=start))
+    forces = {**ball.forces, "legs": legs, "late weight": carried}
+    return replace(ball, bodies=bodies, forces=forces, duration=duration)
+
+
+def test_what_rattles_late_is_told() -> None:
+    """The beginning is that of a ball whose errors hardly grow; a run with finer steps shows that
+    the block is wrong."""
+    scene = with_a_late_fall()
+    run = hs.simulate(scene)
+    other = hs.simulate(finer(scene, 4.0))
+    angles = run.position.values[:, 1, 3:]
+    gap = np.abs(angles - other.position.values[:, 1, 3:]).max()
+    assert gap > 10.0 * WRONG * np.ptp(angles, axis=0).max()
+    (said,) = warnings(run)
+    assert "the motion of late may be wrong" in said
+
+
+def test_a_look_at_late_changes_costs_its_share() -> None:
+    """Damped contacts part nothing: the estimate takes what is granted, and no more."""
+    run = hs.simulate(hs.load_case(CASES / "reverse_float_over" / "base.yaml"))
+    assert not warnings(run)
+    granted = max(FIRST, SHARE * run.attrs["solver_evaluations"])
+    assert 0.9 * granted < run.attrs["twin_evaluations"] < 1.05 * granted
+
+
+def test_what_would_cost_little_is_followed_to_the_end() -> None:
+    run = hs.simulate(replace(bouncing((0.0, 0.0, 0.0)), duration=10.0))
+    ratio = run.attrs["twin_evaluations"] / run.attrs["solver_evaluations"]
+    assert 1.2 < ratio < 1.5

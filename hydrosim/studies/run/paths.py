@@ -1,0 +1,154 @@
+"""Paths beside a run: they begin with its own state at a record, or near it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import exp, log
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydrosim.compiling.clock import compile_clock
+from hydrosim.jit.refs import Held
+from hydrosim.results.output import unpack
+from hydrosim.stepping.record import new_record
+from hydrosim.stepping.run import advance
+from hydrosim.stepping.state import EVALUATIONS, RECORDS, STATUS, Run, new_run
+
+if TYPE_CHECKING:
+    from hydrosim.compiling.compiled import Compiled
+
+AT_ONCE = 5_000  # evaluations between two looks at where a path is
+PLACES = 8  # among changes, at which it is looked how nearby paths part
+NEARBY = 1e-6  # of the range of a motion: how far apart they begin
+STEEPEST = 100.0  # of the logarithm of a growth: more cannot be told from it
+
+
+class Path:
+    """A path of what is ``compiled``, with the steps of the ``run`` or others. It begins with the
+    state of the run at its record ``begin``, ``moved`` by so much."""
+
+    def __init__(
+        self, run: Run, compiled: Compiled, begin: int = 0, moved: np.ndarray | float = 0.0
+    ) -> None:
+        self.begin = begin
+        self._beside = run
+        state = compiled.first_state()
+        if begin > 0:
+            state.y[:] = recorded(run, "y", begin, begin)[0]
+            state.modes[:] = run.record.modes[begin]
+        state.y[:] += moved
+        clock = compile_clock(compiled)
+        passed = begin * clock.every
+        clock = clock._replace(first=clock.first + passed, points=clock.points - passed)
+        self._run = new_run(
+            clock, compiled.model, compiled.method, state, new_record(compiled.model, clock)
+        )
+        self._held = Held(self._run)
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of its equation, so far."""
+        return int(self._run.counters[EVALUATIONS])
+
+    @property
+    def end(self) -> int:
+        """The last record of the run that it has come to."""
+        return self.begin + max(int(self._run.counters[RECORDS]), 1) - 1
+
+    @property
+    def failed(self) -> bool:
+        """Whether it cannot go on."""
+        return bool(self._run.counters[STATUS])
+
+    def follow(self, evaluations: float, last: int) -> None:
+        """Go on to the record ``last``, or until it has taken so many evaluations, and one record
+        at least."""
+        while self.end < last and not self.failed:
+            left = int(evaluations) - self.evaluations
+            if left <= 0 and self.end > self.begin:
+                break
+            advance(min(AT_ONCE, max(left, 1)), self._held)
+
+    def apart(self, ranges: np.ndarray) -> np.ndarray:
+        """How far the two are apart at their common records, (nt, nb), over ``ranges`` (nb, 2)."""
+        ours = recorded(self._beside, "coordinates", self.begin, self.end)
+        theirs = recorded(self._run, "coordinates", 0, self.end - self.begin)
+        gap = np.abs(theirs - ours).reshape(len(ours), -1, 2, 3).max(axis=3)
+        return (gap / ranges).max(axis=2)
+
+    def gaps(self) -> np.ndarray:
+        """How far states are from those of the run at the common records, (nt, ny)."""
+        ours = recorded(self._beside, "y", self.begin, self.end)
+        theirs = recorded(self._run, "y", 0, self.end - self.begin)
+        gaps = theirs - ours
+        model = self._run.model
+        gaps[:, model.slow : model.draught] = 0.0  # paths in waves, which each takes anew
+        return gaps
+
+
+class Growth(NamedTuple):
+    """By what factor the distance of nearby paths grows, at most; evaluations that were taken."""
+
+    factor: float = 1.0
+    evaluations: int = 0
+
+
+def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
+    """The growth of a small distance from the record ``begin`` of a ``run`` on.
+
+    A nearby path with the steps of the run is followed at some `PLACES` among the changes of modes,
+    its distance is handed on from one to the next. What is not followed grows as fast. At the first
+    place the distance takes the direction in which it grows.
+    """
+    changes = recorded(run, "events")
+    last = len(changes) - 1
+    if changes[begin] == changes[last]:
+        return Growth()
+    size = _sizes(run)
+    coordinates = size.size // 2
+    moved = np.zeros(run.model.size)
+    moved[:coordinates] = NEARBY * size[:coordinates]
+    handed_on = 0.0
+    levels = []
+    spent = 0
+    places = _places(changes, begin, last)
+    for place, following in pairwise(places):
+        path = Path(run, compiled, place, moved)
+        path.follow(granted / (len(places) - 1), following)
+        spent += path.evaluations
+        gaps = path.gaps()[1:]
+        distances = np.abs(gaps[:, : size.size] / size).max(axis=1)
+        calm = len(gaps) // 2 + int(distances[len(gaps) // 2 :].argmin())  # between two impacts
+        if path.failed or not 0.0 < distances[calm] < np.inf:
+            continue
+        levels.append(handed_on + log(np.median(distances)))
+        handed_on += log(distances[calm] / NEARBY)
+        moved = gaps[calm] * NEARBY / distances[calm]
+    if not levels:
+        return Growth(1.0, spent)
+    grown = max(levels) - levels[0]
+    share = spent / (run.counters[EVALUATIONS] * (last - begin) / last)
+    return Growth(exp(min(grown / min(share, 1.0), STEEPEST)), spent)
+
+
+def recorded(run: Run, channel: str, first: int = 0, last: int | None = None) -> np.ndarray:
+    """A channel of the records ``first`` to ``last``, that included, or to the end."""
+    count = int(run.counters[RECORDS]) if last is None else last + 1
+    return unpack(run.model, run.record, count, first)[channel]
+
+
+def _sizes(run: Run) -> np.ndarray:
+    """Ranges of coordinates and rates: the largest of three places or angles of a body counts."""
+    active = run.model.bodies.active
+    ranges = np.ptp(recorded(run, "y")[:, : 2 * active.size], axis=0)
+    groups = np.concatenate([active // 3, -1 - active // 3])
+    largest = np.array([ranges[groups == group].max() for group in groups])
+    return np.maximum(largest, NEARBY)
+
+
+def _places(changes: np.ndarray, begin: int, last: int) -> list[int]:
+    """Records from ``begin`` to ``last`` between which there are as many ``changes``."""
+    wanted = np.linspace(changes[begin], changes[last], PLACES + 1)[:-1]
+    before = np.searchsorted(changes, wanted, side="right") - 1
+    return [*np.unique(np.maximum(before, begin)), last]
