@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 
@@ -49,6 +51,11 @@ class About:
     def model(self) -> Model:
         """Its constants."""
         return self.facts.model
+
+    def centre(self, b: int) -> np.ndarray:
+        """Where the centre of gravity of body ``b`` is at the start (3,) [m]."""
+        moved = self.motion.coordinates[6 * b : 6 * b + 3]
+        return np.asarray(self.model.bodies.each["origin"][b] + moved)
 
     @property
     def index(self) -> dict[str, int]:

@@ -1,5 +1,5 @@
 """What a run turned out to be that its assumptions did not foresee: bodies far from where waves met
-them, coupled bodies that moved apart, angles that are not small.
+them, coupled bodies that moved apart, angles that are not small, fenders pressed by metres.
 
 `noticed` reads the motions of a run; it changes nothing.
 """
@@ -13,9 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
+from hydrosim.compiling.questions.elements import SOFTEST
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
-from hydrosim.scene import Body, Kinematics, Place, SecondOrder
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.scene import Body, Kinematics, Place, Question, Scene, SecondOrder
 from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
@@ -48,6 +52,8 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     exact = scene.solver.kinematics == Kinematics.EXACT
     if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
         return
+    if Question.SOFTNESS not in scene.accept:
+        yield from _pressed_by_metres(scene, run)
     if not exact:
         yield from _large_angles(run)
     if exact and seas:
@@ -55,6 +61,23 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     for group in compiled.wet if exact else ():
         yield from _coupled(group, run)
         yield from _beyond_draughts(group, run)
+
+
+def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+    """Fenders that were thinner than they were pressed."""
+    for name, fender in scene.forces.items():
+        if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
+            continue
+        own = run.sel(fender=list(fender.unit_names(name)))
+        deep = np.where(own.fender_mode == OPEN, 0.0, own.fender_compression)
+        at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
+        if deep[at, point] > SOFTEST:
+            yield (
+                f"forces.{name}: point {point + 1} was pressed by {deep[at, point]:.3g} m at"
+                f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Look at"
+                f" forces.{name}.normal and its unit. If it is meant so, accept:"
+                f" [{Question.SOFTNESS}]."
+            )
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
