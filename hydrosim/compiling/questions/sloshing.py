@@ -14,7 +14,6 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.compiling.questions.periods import natural_periods
-from hydrosim.compiling.restart import begin
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
 from hydrosim.tanks.contents import changing, level_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
@@ -153,8 +152,7 @@ def _levels(about: About, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
     events may be empty or full."""
     names = tank_names(about.scene)
     p = about.model.tanks
-    end = begin(about.scene) + about.scene.duration
-    timeline = follow(p, end) if names else None
+    timeline = follow(p, about.end) if names else None
     unforeseen = unforeseen_tanks(body)
     for tank in body.tanks:
         if tank.surface == FreeSurface.FROZEN:

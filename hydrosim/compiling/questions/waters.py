@@ -109,12 +109,10 @@ def steepness(about: About) -> Iterator[Doubt]:
 
 def ramp(about: About) -> Iterator[Doubt]:
     """Seas that do not grow up in the run."""
-    scene = about.scene
-    end = scene.duration + (scene.initial.time or np.inf if scene.initial else 0.0)
     for sea in about.sea:
-        if sea.ramp > end:
+        if sea.ramp > about.end:
             found = f"{sea.ramp:g} s"
-            usual = f"usual is a part of the run, which ends at {end:g} s"
+            usual = f"usual is a part of the run, which ends at {about.end:g} s"
             yield Doubt("environment.waves.ramp", found, usual, "The sea is never full.")
 
 
