@@ -17,8 +17,10 @@ from hydrosim.compiling.questions.elements import SOFTEST
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
 from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.results.points import frames_of
 from hydrosim.scene import Body, Kinematics, Place, Question, Scene, SecondOrder
 from hydrosim.waves.components import Components
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
@@ -54,6 +56,7 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         return
     if Question.SOFTNESS not in scene.accept:
         yield from _pressed_by_metres(scene, run)
+    yield from _beside_seats(compiled, run)
     if not exact:
         yield from _large_angles(run)
     if exact and seas:
@@ -78,6 +81,41 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
                 f" forces.{name}.normal and its unit. If it is meant so, accept:"
                 f" [{Question.SOFTNESS}]."
             )
+
+
+def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+    """Landings that came down beside their seats, which did not carry them."""
+    landings = {
+        name: element
+        for name, element in compiled.scene.forces.items()
+        if isinstance(element, Landing) and element.active is None
+    }
+    for name, landing in landings.items():
+        own = run.sel(fender=list(landing.unit_names(name)))
+        below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
+        if below.any():
+            at, point = np.argwhere(below)[0]
+            off = _off_seat(compiled, run.isel(time=[at]), landing, point)
+            yield (
+                f"forces.{name}: at {run.time.values[at]:.4g} s point {point + 1} was below its"
+                f" seat and {off:.3g} m beside it, where nothing carries it; a seat carries"
+                f" {landing.reach():.3g} m far (on.extent)."
+            )
+
+
+def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> float:
+    """How far a point of a landing is from the axis of its seat [m], at the one time of ``run``."""
+    index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
+    places, rotations = frames_of(compiled.model, run.position.values.reshape(1, -1))
+    b = index[landing.body]
+    place = places[0, b] + rotations[0, b] @ landing.points[point]
+    seat = landing.seats[point]
+    axis = np.array(landing.axis, float)
+    if landing.on is not None:
+        a = index[landing.on]
+        seat = places[0, a] + rotations[0, a] @ seat
+        axis = rotations[0, a] @ axis
+    return float(np.linalg.norm(np.cross(place - seat, axis)) / np.linalg.norm(axis))
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:
