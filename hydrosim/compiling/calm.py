@@ -66,7 +66,7 @@ def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compile
     compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
     notes = notes_of_sea(scene, calm.wet, facts, sea, known)
-    about = describe_start(scene, facts, state, sea)
+    about = describe_start(scene, facts, state, sea, end)
     return replace(compiled, notes=notes.warned(asked(about)))
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim import radiation
 from hydrosim.compiling.databases import groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
 from hydrosim.compiling.wet import WetGroup, group_of, radiation_of, wet_groups, with_states
@@ -99,6 +100,8 @@ def _family(
         (group,) = groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
         found = group_of(group._replace(places=[i]), scene, seas, before)
+        found = found.with_states(radiation.TOLERANCE)  # it cannot convolve
+        radiation.check(found.fits, found.database.source)
         members.append(replace(found, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -101,9 +101,11 @@ class WetGroup:
         """The group with states instead of a convolution, whose memory cannot be linearised."""
         bodies = tuple(with_states(body, tolerance) for body in self.bodies)
         chosen = radiation_of(bodies[0])
-        if chosen == self.radiation:
+        if not isinstance(chosen, StateSpaceRadiation):
             return self
-        fits = _fits(self, tolerance)
+        if chosen == self.radiation and not self.convolved:
+            return self
+        fits = _fits(self, chosen.tolerance)
         members = tuple(member.with_states(tolerance) for member in self.members)
         own = replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
         return replace(own, members=members)
@@ -219,14 +221,12 @@ def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
             added_mass, damping = _at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
-            fits = _fits(wet, tolerance)
-            radiation.check(fits, wet.database.source)
-            return replace(wet, fits=fits)
+            return _chosen(wet, _fits(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
             found = radiation.free_groups(wet.memory, wet.free)
             return replace(wet, convolved=tuple(map(Convolved, found)))
         case AutomaticRadiation(tolerance):
-            return _chosen(wet, _fits(wet, tolerance), before)
+            return _chosen(wet, _fits(wet, tolerance), before, radiation.is_within_tolerance)
     return wet
 
 
@@ -235,16 +235,21 @@ def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
     return radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
 
 
-def _chosen(wet: WetGroup, fits: Sequence[StateSpace], run: MemoryBefore) -> WetGroup:
-    """The group with those of the ``fits`` that hold their tolerance, and convolutions for the
-    others; but as in the ``run`` that the scene starts from, where that has them."""
+def _chosen(
+    wet: WetGroup,
+    fits: Sequence[StateSpace],
+    run: MemoryBefore,
+    is_good: Callable[[StateSpace], bool],
+) -> WetGroup:
+    """The group with those of the ``fits`` that are good, and convolutions for the others; but as
+    in the ``run`` that the scene starts from, where that has them."""
     states = []
     convolved = []
     for fit in fits:
         names = [dofs_of([dof], wet.names) for dof in fit.dofs]
         if run.convolved.intersection(names):
             convolved.append(Convolved(fit.dofs, "as in the run that this one starts from"))
-        elif fit.report.holds or run.states.intersection(names):
+        elif is_good(fit) or run.states.intersection(names):
             states.append(fit)
         else:
             convolved.append(Convolved(fit.dofs, fit.report.refusal))

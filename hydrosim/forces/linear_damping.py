@@ -16,7 +16,7 @@ proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); se
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +43,9 @@ class LinearDamping(ForceElement):
 
     def carries(self) -> bool:
         return False
+
+    def feels(self) -> Collection[str]:
+        return ("current",) if self.relative_to_current else ()
 
     def may_give(self) -> bool:
         """A current drags along."""

@@ -14,7 +14,7 @@ the flow, coefficients that do not depend on amplitude.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,9 @@ class QuadraticDamping(ForceElement):
 
     def carries(self) -> bool:
         return False
+
+    def feels(self) -> Collection[str]:
+        return ("current",)
 
     def may_give(self) -> bool:
         """A current drags along."""

@@ -19,7 +19,7 @@ hydrodynamics gets of its added mass as well (`rigid.added_mass`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
 from typing import ClassVar, NamedTuple
@@ -74,10 +74,16 @@ class StreamLoad(ForceElement):
 class CurrentLoad(StreamLoad):
     """Load of the current."""
 
+    def feels(self) -> Collection[str]:
+        return ("current",)
+
 
 @dataclass(frozen=True)
 class WindLoad(StreamLoad):
     """Load of the wind."""
+
+    def feels(self) -> Collection[str]:
+        return ("wind",)
 
 
 LOAD = np.dtype(

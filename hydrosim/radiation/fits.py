@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 
 
-REFUSED = 10.0  # times the tolerance: a larger error of a passive fit is refused
+TOLERABLE = 10.0  # times the tolerance: what errors of passive fits may be
 
 
 def fit(
@@ -66,8 +66,8 @@ def free_groups(
 
 def check(models: Sequence[StateSpace], source: str) -> None:
     """Raises InputError, which names the database's ``source`` and all groups that fail, where no
-    passive fit has an error below ten times the tolerance."""
-    failed = [model for model in models if not _tolerable(model)]
+    passive fit has an error below ten times the tolerance, and a convolution cannot be."""
+    failed = [model for model in models if not is_tolerable(model)]
     if not failed:
         return
     tolerance = failed[0].report.tolerance
@@ -75,17 +75,23 @@ def check(models: Sequence[StateSpace], source: str) -> None:
     found = "; ".join(f"{_names(model.dofs)}: {_nearest(model)}" for model in failed)
     raise InputError(
         f"{source}: found no state-space model of the radiation that is passive within"
-        f" {REFUSED:g} times the tolerance {tolerance:g} in {found}. Expected damping that is"
-        " nowhere negative and smooth, and a memory that is cut where little is left of it. Set"
-        " radiation: automatic, or convolution, which need no such model; give `length` more; or"
+        f" {TOLERABLE:g} times the tolerance {tolerance:g} in {found}. Expected damping that is"
+        " nowhere negative and smooth, and a memory that is cut where little is left of it. Take"
+        " one database, whose radiation is convolved then with automatic; give `length` more; or"
         f" set radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}, which all"
         " groups hold. Look at `hydrosim db check`."
     )
 
 
-def _tolerable(model: StateSpace) -> bool:
+def is_within_tolerance(model: StateSpace) -> bool:
+    """Whether a fit is passive and within its tolerance."""
+    return model.report.holds
+
+
+def is_tolerable(model: StateSpace) -> bool:
+    """Whether a fit is passive and within ten times its tolerance."""
     report = model.report
-    return report.passive and report.frequency_error <= REFUSED * report.tolerance
+    return report.passive and report.frequency_error <= TOLERABLE * report.tolerance
 
 
 def _names(dofs: np.ndarray) -> str:

@@ -38,6 +38,10 @@ class ForceElement:
         """Of surge, sway and yaw, those in which it takes its body back to its place on earth."""
         return ()
 
+    def feels(self) -> Collection[str]:
+        """Of current and wind, those that drag its body along by it."""
+        return ()
+
     def may_give(self) -> bool:
         """Whether it can give energy to the bodies, though it is booked as dissipation."""
         return False

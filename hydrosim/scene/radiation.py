@@ -31,7 +31,8 @@ class AutomaticRadiation:
 
 @dataclass(frozen=True)
 class StateSpaceRadiation:
-    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
+    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``;
+    the memory integral itself for groups whose nearest passive fit is ten times as far off.
 
     The functions are tabulated to ``length`` [s], every ``step`` [s].
     """

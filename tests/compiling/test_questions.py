@@ -10,35 +10,51 @@ import pytest
 from dry_scenes import block, moving, on_floor
 from markers import few
 from moored_barge import scene_of
+from scipy.spatial import ConvexHull
 
 import hydrosim as hs
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.questions import QUESTIONS
-from hydrosim.database import HydroDatabase
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.sloshing import mode_period, width
+from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import InputError
 from hydrosim.forces import (
     AppliedForce,
     Coulomb,
+    CurrentLoad,
+    Fender,
     Frictionless,
+    LinearDamping,
     LinearMooring,
+    NormalCurve,
     Plane,
+    QuadraticDamping,
     Spring,
+    StreamLoad,
+    WindLoad,
     constant,
 )
 from hydrosim.scene import (
+    Body,
     Box,
+    FreeSurface,
     Jonswap,
     LinearScenes,
+    Plan,
     Question,
     RegularWave,
     Scene,
     Stream,
     Tank,
+    TankMesh,
+    TankTable,
     Weight,
 )
 
-CASES = sorted((Path(__file__).parents[2] / "cases").glob("*/*.yaml"))
+ROOT = Path(__file__).parents[2]
+CASES = sorted((ROOT / "cases").glob("*/*.yaml"))
 
 
 def warnings(scene: Scene) -> list[str]:
@@ -101,6 +117,36 @@ def lifted(force: float) -> AppliedForce:
     return AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(force)})
 
 
+def alongside(
+    side: float, stiffness: float = 1e8, thickness: float = 0.5, **changes: float
+) -> Scene:
+    """The barge, 57 m broad, at a quay, with two fenders ``side`` [m] from its middle."""
+    points = np.array([[60.0, side, 6.0], [-60.0, side, 6.0]])
+    quay = Plane((0.0, side + thickness, 0.0), (0.0, -1.0, 0.0))
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]))
+    return with_force(Fender("barge", points, quay, curve, Frictionless()))
+
+
+def two_boxes(apart: float, heading: float = 0.0) -> Scene:
+    """Two boxes of 100 m by 20 m, abeam of each other with that much water between."""
+    scene = in_sea(Jonswap(1.0, 9.0))
+    mass = 1025.0 * 100.0 * 20.0 * 5.0
+    box = Body("a", mass, mass * np.diag([49.0, 676.0, 676.0]), ROOT / "hydro_db" / "box.nc")
+    other = replace(box, name="b", location=(0.0, 20.0 + apart), heading=heading)
+    return replace(scene, bodies=(box, other), forces={})
+
+
+def filled(level: float, heading: float, breadth: float = 54.0, **more: object) -> Scene:
+    """The barge with a tank across it, in a sea of 12 s."""
+    tank = Tank("mid", Box((-50, -breadth / 2, -12), (50, breadth / 2, 2)), level, **more)  # type: ignore[arg-type]
+    scene = in_sea(RegularWave(1.0, 12.0), heading=heading)
+    (body,) = scene.bodies
+    body = replace(body, tanks=(tank,), weight=Weight.CARRIED)
+    return replace(scene, bodies=(body,))
+
+
+HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
+DRAG = np.array([1e5, 0.0, -1e5, 0.0])
 THIN = 1e4 * np.diag([1.0, 1.0, 3.0])
 BELOW = Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
 REVERSED = Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
@@ -117,18 +163,23 @@ ODD = {
         "1 m behind the plane",
     ),
     Question.LINES: (dry({"l": line(5.0)}), "5 m more"),
+    Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
     Question.MASS: (afloat(mass=1.4e8), "displaces 1.568e+08 kg"),
     Question.INERTIA: (dry({}, inertia=THIN), "principal moments"),
+    Question.TRIM: (afloat(centre_of_gravity=(5.0, 0.0, -4.9)), "a pitch of 0.59 deg"),
     Question.STABILITY: (afloat(centre_of_gravity=(0.0, 0.0, 40.0)), "metacentric height of -"),
     Question.PERIODS: (with_force(stiff(1e11)), "natural period of 0.2"),
     Question.LIFT: (with_force(lifted(1e9)), "lift by 65% of the weight"),
+    Question.SOFTNESS: (alongside(28.5, 2000.0), "4e+03 N/m in all: 1.57e+08 kg at 0.1 m/s"),
     Question.FRICTION: (
         dry({"f": on_floor(1e5, Coulomb(20.0, 20.0), POINTS, BELOW)}),
         "coefficient of 20",
     ),
     Question.DAMPING: (with_force(with_ratio(20.0)), 'Then it is "20 %"'),
     Question.WATER: (in_brine(), "1200 kg/m^3"),
-    Question.STREAMS: (around(current=Stream(8.0)), "8 m/s"),
+    Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it drags"),
+    Question.SHIELDING: (two_boxes(10.0), "10 m apart, with a breadth of 20 m"),
+    Question.SLOSHING: (filled(9.0, np.pi / 2), "sloshes along y in 12 s at levels of 9 m"),
     Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
     Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break beyond 0.1"),
     Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea is never full"),
@@ -224,3 +275,180 @@ def test_a_question_is_a_warning_of_the_run(tmp_path: Path) -> None:
     assert str(hs.simulate(load_case(path)).attrs["warnings"]).count(warning) == 1
     path.write_text((text % fender)[:-1] + ", accept: [overlap]}")
     assert warning not in str(hs.simulate(load_case(path)).attrs.get("warnings", ""))
+
+
+def asked_of(scene: Scene, question: Question) -> list[str]:
+    return [text for text in warnings(scene) if text.endswith(f"accept: [{question}].")]
+
+
+def test_extents_of_a_box_are_its_own() -> None:
+    scene = two_boxes(10.0)
+    database = compile_scene(scene).facts.databases["a"]
+    size = extents(replace(scene.bodies[0], centre_of_gravity=(0.0, 0.0, 0.0)), database)
+    assert size is not None
+    assert size.half == pytest.approx([50.0, 10.0], rel=1e-6)
+    assert (size.filled, size.draught) == pytest.approx((1.0, 5.0), rel=1e-6)
+
+
+def test_a_centre_of_gravity_is_asked_about_where_the_weight_would_tilt_the_hull() -> None:
+    """By m g d over the hydrostatic stiffness; a body that carries its weight does tilt."""
+    level = afloat(centre_of_gravity=(2.0, 0.05, -4.9))
+    assert not asked_of(level, Question.TRIM)
+    (text,) = asked_of(afloat(centre_of_gravity=(0.0, -2.0, -4.9)), Question.TRIM)
+    assert f"a roll of {np.degrees(2.0 / 18.82):.2g} deg" in text  # GM of hydro_db/README
+    carried = afloat(centre_of_gravity=(5.0, 0.0, -4.9), weight=Weight.CARRIED)
+    assert not asked_of(carried, Question.TRIM)
+
+
+@pytest.mark.parametrize(("feet", "asked"), [(1.0, 0), (1.0 / 0.3048, 3)])
+def test_radii_of_gyration_in_feet_are_asked_about(feet: float, asked: int) -> None:
+    radii = feet * np.array([0.4 * 57.0, 0.28 * 260.0, 0.28 * 260.0])
+    texts = asked_of(afloat(inertia=1.56758e8 * np.diag(radii**2)), Question.INERTIA)
+    assert len(texts) == asked
+
+
+@pytest.mark.parametrize(
+    ("side", "found"), [(5.0, "inside"), (28.5, ""), (31.5, ""), (28.5 / 0.3048, "outside")]
+)
+def test_fenders_belong_at_the_side_of_a_hull(side: float, found: str) -> None:
+    texts = asked_of(alongside(side), Question.POINTS)
+    assert bool(texts) == bool(found)
+    assert all(found in text for text in texts)
+
+
+def test_fenders_on_deck_are_not_asked_about() -> None:
+    """Neither below a topside, nor a stop against the wall of a dry body."""
+    points = np.array([[20.0, 5.0, 9.5]])
+    above = Plane((0.0, 0.0, 5.5), (0.0, 0.0, -1.0))
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8]))
+    for plane in (above, Plane((0.0, 6.0, 0.0), (0.0, -1.0, 0.0))):
+        scene = with_force(Fender("barge", points, plane, curve, Frictionless()))
+        assert not asked_of(scene, Question.POINTS)
+
+
+def test_many_soft_fenders_are_as_good_as_a_few_stiff_ones() -> None:
+    """Half m v^2 = half k x^2: 100 kN/m are pressed by 4 m, 20 of them by 0.9 m."""
+    one = alongside(28.5, 5e4)
+    assert "by 3.96 m" in asked_of(one, Question.SOFTNESS)[0]
+    fender = one.forces["it"]
+    many = replace(one, forces={**one.forces, **{f"f{i}": fender for i in range(19)}})
+    assert not asked_of(many, Question.SOFTNESS)
+
+
+def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
+    """A block of 1e4 kg at 0.5 m/s against 100 N/m: v sqrt(m / k) = 5 m deep."""
+    fender = on_floor(100.0, Frictionless(), [[0, 0, -1.0]], BELOW)
+    scene = replace(dry({"f": fender}, velocity=moving(heave=-0.5)), duration=20.0)
+    run = hs.simulate(scene)
+    assert "forces.f: point 1 was pressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
+    accepted = hs.simulate(replace(scene, accept=(Question.SOFTNESS,)))
+    assert "was pressed" not in str(accepted.attrs.get("warnings", ""))
+
+
+LOADS = [
+    (CurrentLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "current"),
+    (QuadraticDamping("barge", np.eye(6)), "current"),
+    (LinearDamping("barge", np.eye(6), relative_to_current=True), "current"),
+    (WindLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "wind"),
+]
+
+
+@pytest.mark.parametrize(("load", "stream"), LOADS)
+def test_a_stream_is_asked_about_that_no_element_feels(load: StreamLoad, stream: str) -> None:
+    bare = around(**{stream: Stream(1.0)})
+    assert f"environment.{stream}: found 1 m/s and no force element" in warnings(bare)[0]
+    assert not asked_of(replace(bare, forces={**bare.forces, "it": load}), Question.STREAMS)
+
+
+@pytest.mark.parametrize(("speed", "asked"), [(2.4, 0), (3.0, 1)])
+def test_currents_faster_than_the_gulf_stream_are_asked_about(speed: float, asked: int) -> None:
+    scene = around(current=Stream(speed))
+    drag = QuadraticDamping("barge", np.eye(6))
+    texts = asked_of(replace(scene, forces={**scene.forces, "d": drag}), Question.STREAMS)
+    assert len(texts) == asked
+
+
+def test_hulls_with_a_database_each_are_asked_about_if_they_are_near() -> None:
+    """A turned one reaches nearer: 50 sin 20 deg + 10 cos 20 deg - 10 = 16.5 m."""
+    assert not asked_of(two_boxes(41.0), Question.SHIELDING)
+    (text,) = asked_of(two_boxes(41.0, np.radians(20.0)), Question.SHIELDING)
+    assert "about 24.5 m apart" in text
+    calm = two_boxes(10.0)
+    calm = replace(calm, environment=replace(calm.environment, waves=()))
+    assert not asked_of(calm, Question.SHIELDING)
+
+
+def test_hulls_of_one_database_are_not_asked_about() -> None:
+    database = load(ROOT / "hydro_db" / "two_barges.nc")
+    scene = in_sea(Jonswap(1.0, 8.0))
+    assert database.volume is not None
+    assert database.centre_of_gravity is not None
+    bodies = tuple(
+        Body(
+            name,
+            1025.0 * float(database.volume[i]),
+            1025.0 * float(database.volume[i]) * np.diag([16.0, 200.0, 200.0]),
+            database,
+            tuple(database.centre_of_gravity[i]),
+            database_body=i + 1,
+        )
+        for i, name in enumerate("ab")
+    )
+    both = replace(scene, bodies=bodies, forces={})
+    assert not asked_of(both, Question.SHIELDING)
+
+
+@pytest.mark.parametrize(
+    ("scene", "asked"),
+    [
+        (filled(9.0, 0.0), 0),  # 19 s along the tank of 100 m, and nothing across
+        (filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
+        (filled(13.95, np.pi / 2), 0),  # full
+        (filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
+        (filled(2.0, np.pi / 2), 0),  # 24 s
+        (filled(9.0, np.pi / 4), 1),
+    ],
+)
+def test_sloshing_is_asked_about_near_resonance_only(scene: Scene, asked: int) -> None:
+    assert len(asked_of(scene, Question.SLOSHING)) == asked
+
+
+def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:
+    """10 % about 12 s across 54 m are 10.8 to 13.2 s: omega^2 = g k tanh k h, k = pi / b; roll is
+    farther away in a scene without it."""
+    plan = Plan(np.array([0.0, 10.0]), np.array([12.0, 6.0]))
+    scene = filled(12.0, np.pi / 2, plan=plan)
+    (body,) = scene.bodies
+    (text,) = asked_of(replace(scene, bodies=(replace(body, dofs=("sway",)),)), Question.SLOSHING)
+    k = np.pi / 54.0
+    levels = [np.arctanh((2 * np.pi / (12 * x)) ** 2 / (9.81 * k)) / k for x in (1 / 0.9, 1 / 1.1)]
+    low, high = (float(x) for x in text.split("at levels of ")[1].split(" m (")[0].split(" to "))
+    assert low == pytest.approx(max(levels[0], 6.0), abs=0.16)  # a fortieth of 6 m
+    assert high == pytest.approx(min(levels[1], 12.0), abs=0.16)
+
+
+def test_the_lowest_mode_has_the_limits_of_deep_and_of_shallow_water() -> None:
+    breadth = np.array([54.0])
+    shallow = mode_period(breadth, np.array([0.05]), 9.81)
+    assert shallow == pytest.approx(2.0 * 54.0 / np.sqrt(9.81 * 0.05), rel=1e-5)
+    deep = mode_period(breadth, np.array([200.0]), 9.81)
+    assert deep == pytest.approx(2.0 * np.pi * np.sqrt(54.0 / (9.81 * np.pi)), rel=1e-5)
+
+
+def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
+    box = Box((-50.0, -27.0, -12.0), (50.0, 27.0, 2.0))
+    level = np.linspace(0.0, 14.0, 8)
+    area = 100.0 * 54.0
+    centroid = np.column_stack([0 * level, 0 * level, level / 2 - 12.0])
+    second = np.array([area * 100.0**2 / 12.0, 0.0, area * 54.0**2 / 12.0])
+    table = TankTable(level, area * level, centroid, np.tile(second, (8, 1)))
+    mesh = TankMesh(box_triangles(box))
+    for axis, own in ((0, 100.0), (1, 54.0)):
+        widths = [width(shape, 9.0, axis) for shape in (box, table, mesh)]
+        assert widths == pytest.approx([own] * 3, rel=1e-12)
+
+
+def box_triangles(box: Box) -> np.ndarray:
+    """The twelve triangles of a box."""
+    cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T
+    return cloud[ConvexHull(cloud).simplices]

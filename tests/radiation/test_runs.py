@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from moored_barge import SEA, in_contact, in_waves, motion, scene_of, with_body
 from scipy.linalg import expm
 
 import hydrosim as hs
+from hydrosim.compiling.compile import compile_for_linear
+from hydrosim.compiling.compiled import Compiled
 from hydrosim.database import HydroDatabase
 from hydrosim.linear.linearise import linearise
 from hydrosim.scene import (
@@ -36,6 +39,7 @@ Figure = Callable[[str, float], None]
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 UNIT = 1.5e5  # kg: of added mass; K and B are as large per second
 MASS, STIFFNESS = 1e6, 1.1e6
+SHALLOW = Path(__file__).parents[2] / "hydro_db" / "h851_50m.nc"
 HEAVE = 2
 
 
@@ -246,3 +250,43 @@ def test_linearised_constant_radiation_has_its_damping() -> None:
     B = UNIT * np.interp(2.0 * np.pi / 7.0, *_table(lambda w: transfer(w).real))
     stiffness = linearise(model, state).dynamic_stiffness(w)
     assert stiffness[0, 0].imag == pytest.approx(w * B)
+
+
+def in_shallow_water(radiation: Radiation | RadiationModel) -> Scene:
+    """The moored barge in 50 m of water, whose damping is jagged above 1.6 rad/s."""
+    scene = in_waves(scene_of("free_floating"), WaveTrain(SEA))
+    scene = with_body(scene, hydrodynamics=SHALLOW, radiation=radiation)
+    water = replace(scene.environment, water_depth=50.0)
+    return replace(scene, environment=water, duration=60.0)
+
+
+def test_a_group_that_no_fit_is_near_is_convolved_where_states_are_asked_for() -> None:
+    """At the defaults: surge, heave and pitch move as convolved, and the run says why."""
+    run = hs.simulate(in_shallow_water(RadiationModel.STATE_SPACE))
+    convolved = hs.simulate(in_shallow_water(RadiationModel.CONVOLUTION))
+    said = run.attrs["radiation_barge"]
+    assert "convolution over 100 s, table every 0.1 s, for surge, heave, pitch of barge" in said
+    assert "no passive state-space model within 0.0003 was found, the nearest is 3.0e-03" in said
+    assert motion(run) == pytest.approx(motion(convolved), abs=1e-12)
+
+
+def test_a_tolerance_that_a_fit_holds_takes_states() -> None:
+    """Its motions are those of the convolution within that."""
+    run = hs.simulate(in_shallow_water(StateSpaceRadiation(tolerance=4e-3)))
+    convolved = hs.simulate(in_shallow_water(RadiationModel.CONVOLUTION))
+    assert "convolution" not in run.attrs["radiation_barge"]
+    apart = np.abs(motion(run) - motion(convolved)).max(axis=0)
+    assert np.all(apart <= 4e-3 * np.abs(motion(convolved)).max(axis=0))
+
+
+def test_what_is_convolved_of_states_can_be_made_linear() -> None:
+    """By states all the same, as of a scene with a convolution."""
+    scenes = map(in_shallow_water, (RadiationModel.STATE_SPACE, RadiationModel.CONVOLUTION))
+    periods = [heave_period(compile_for_linear(scene)) for scene in scenes]
+    assert periods[0] == pytest.approx(periods[1], rel=1e-12)
+
+
+def heave_period(calm: Compiled) -> float:
+    modes = hs.natural_modes(linearise(calm.model, calm.state))
+    (mode,) = (mode for mode in modes if mode.dof == "heave")
+    return mode.natural_period

@@ -22,11 +22,13 @@ if TYPE_CHECKING:
 
 
 class Seats(Strict):
-    """Where points come down, in the earth frame or that of a body; they carry along ``axis``."""
+    """Where points come down, in the earth frame or that of a body; they carry along ``axis``, as
+    far as ``extent`` from their middle."""
 
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
     axis: of.Direction = (0.0, 0.0, 1.0)
     body: StrictStr | None = None
+    extent: of.LineLength | None = None
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
@@ -126,6 +128,7 @@ class Landing(Element):
             axis=self.on.axis,
             on=self.on.body,
             wall=self.wall.build() if self.wall else None,
+            extent=self.on.extent,
             group=self.group,
             capacity=self.capacity,
         )

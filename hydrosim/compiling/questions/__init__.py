@@ -11,7 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from hydrosim.compiling.questions import bodies, elements, ranges, starts, waters
+from hydrosim.compiling.questions import (
+    bodies,
+    elements,
+    neighbours,
+    places,
+    ranges,
+    sloshing,
+    starts,
+    waters,
+)
 from hydrosim.errors import InputError
 from hydrosim.scene import Question
 
@@ -23,16 +32,21 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.SPEED: starts.speed,
     Question.OVERLAP: starts.overlap,
     Question.PLANE: starts.plane,
+    Question.POINTS: places.points,
     Question.LINES: starts.lines,
     Question.MASS: bodies.mass,
     Question.INERTIA: bodies.inertia,
+    Question.TRIM: bodies.trim,
     Question.STABILITY: bodies.stability,
     Question.PERIODS: bodies.periods,
     Question.LIFT: bodies.lift,
+    Question.SOFTNESS: elements.softness,
     Question.FRICTION: elements.friction,
     Question.DAMPING: elements.damping,
     Question.WATER: waters.water,
     Question.STREAMS: waters.streams,
+    Question.SHIELDING: neighbours.shielding,
+    Question.SLOSHING: sloshing.sloshing,
     Question.WAVES: waters.waves,
     Question.STEEPNESS: waters.steepness,
     Question.RAMP: waters.ramp,

@@ -7,17 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.database.database import needed
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.signal import Harmonic, Signal
-from hydrosim.scene import Weight
+from hydrosim.scene import Body, Weight
 from hydrosim.tanks.loading import at_start, body_without, least_moment
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that is worth a word
 HOPELESS = 10.0  # times heavier or lighter than what is displaced: nothing holds that
 LIFTED = 0.5  # of the weight
 SHORTEST, LONGEST = 1.0, 1000.0  # s, of natural periods
+TILT = np.radians(0.3)  # of a body that is afloat level though its weight would tilt it
+LARGER = 1.25  # radii of gyration may be that of a body with all its mass at its ends
 
 
 def mass(about: About) -> Iterator[Doubt]:
@@ -56,6 +60,58 @@ def inertia(about: About) -> Iterator[Doubt]:
                 "they are those of the body with it, and larger",
                 "What is pumped out takes more than there is.",
             )
+    yield from _radii(about)
+
+
+def _radii(about: About) -> Iterator[Doubt]:
+    """Hulls with radii of gyration that are larger than they are."""
+    for _, body, db in about.wet():
+        size = extents(body, db)
+        if size is None:
+            continue
+        ends = np.square([*size.half, size.draught])
+        largest = np.sqrt(ends.sum() - ends)
+        radii = np.sqrt(np.diag(body.inertia) / body.mass)
+        for name, radius, limit in zip(DOFS[3:], radii, largest, strict=True):
+            if name in body.dofs and radius > LARGER * limit:
+                yield Doubt(
+                    f"bodies.{body.name}.inertia, radii_of_gyration",
+                    f"a radius of gyration of {radius:.3g} m in {name}",
+                    f"a hull of this size with all its mass at its ends has {limit:.3g} m",
+                    "Is it in feet? Then give it the unit ft.",
+                )
+
+
+def trim(about: About) -> Iterator[Doubt]:
+    """Hulls that float level though their centre of gravity is not over that of buoyancy."""
+    for _, body, db in about.wet():
+        if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
+            continue
+        weight = body.mass * about.scene.environment.gravity
+        off = np.array(body.centre_of_gravity) - db.centre_of_buoyancy[0]
+        moment = weight * np.array([0.0, -off[1], off[0]])
+        tilt = _tilt(body, needed(db, "hydrostatic_stiffness"), moment)
+        if np.abs(tilt).max() > TILT:
+            roll, pitch = np.degrees(tilt)
+            yield Doubt(
+                f"bodies.{body.name}.centre_of_gravity",
+                f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy of"
+                f" its database: a roll of {roll:.2g} deg and a pitch of {pitch:.2g} deg",
+                f"usual is up to {np.degrees(TILT):.2g} deg",
+                "It floats level all the same, for weight: balanced cancels that moment. Move one"
+                " of the two centres, or take weight: carried.",
+            )
+
+
+def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; none of
+    one that would capsize."""
+    free = np.array([k for k in range(3) if DOFS[2 + k] in body.dofs], dtype=int)
+    found = np.zeros(3)
+    own = stiffness[2:5, 2:5][np.ix_(free, free)]
+    if free.size and np.linalg.eigvalsh(own)[0] > 0.0:
+        found[free] = np.linalg.solve(own, moment[free])
+    return found[1:]
 
 
 def stability(about: About) -> Iterator[Doubt]:
@@ -74,20 +130,13 @@ def stability(about: About) -> Iterator[Doubt]:
 
 def periods(about: About) -> Iterator[Doubt]:
     """Hulls that swing too fast or too slowly, each degree of freedom by itself."""
-    model = about.model
-    added, each = np.diag(model.added_mass), model.elements.linear_moorings
     for i, body, db in about.wet():
-        moored = [e["stiffness"] for e in each if e["body"] == i]
-        stiffness = np.diag(sum(moored, needed(db, "hydrostatic_stiffness")))
-        inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added[6 * i : 6 * i + 6]
-        for dof, name in enumerate(DOFS):
-            if name in body.dofs and stiffness[dof] > 0.0:
-                period = 2.0 * np.pi * np.sqrt(inertia[dof] / stiffness[dof])
-                if not SHORTEST <= period <= LONGEST:
-                    found = f"a natural period of {period:.3g} s in {name}"
-                    usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
-                    advice = "Look at stiffness, mass and their units."
-                    yield Doubt(f"bodies.{body.name}", found, usual, advice)
+        for name, period in natural_periods(about, i, body, db).items():
+            if not SHORTEST <= period <= LONGEST:
+                found = f"a natural period of {period:.3g} s in {name}"
+                usual = f"usual is {SHORTEST:g} to {LONGEST:g} s"
+                advice = "Look at stiffness, mass and their units."
+                yield Doubt(f"bodies.{body.name}", found, usual, advice)
 
 
 def lift(about: About) -> Iterator[Doubt]:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.stepping.dynamics import Model, new_work
 
@@ -30,14 +32,15 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """A scene as compiled with its ``facts``, its ``sea`` as drawn, and the ``motion`` of all
-    bodies at the start."""
+    """A scene as compiled with its ``facts``, its ``sea`` as drawn, the ``motion`` of all
+    bodies at the start, and the time of the ``end`` of the run [s]."""
 
     scene: Scene
     facts: Facts
     state: State
     sea: tuple[Components, ...]
     motion: Motion
+    end: float
 
     def wet(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """Wet bodies that may move: index, body, database."""
@@ -50,16 +53,24 @@ class About:
         """Its constants."""
         return self.facts.model
 
+    def centre(self, b: int) -> np.ndarray:
+        """Where the centre of gravity of body ``b`` is at the start (3,) [m]."""
+        moved = self.motion.coordinates[6 * b : 6 * b + 3]
+        return np.asarray(self.model.bodies.each["origin"][b] + moved)
+
     @property
     def index(self) -> dict[str, int]:
         """The numbers of the bodies, by their names."""
         return {body.name: i for i, body in enumerate(self.scene.bodies)}
 
 
-def describe_start(scene: Scene, facts: Facts, state: State, sea: Sequence[Components]) -> About:
-    """What questions are asked about, of a scene in its ``sea`` and the ``state`` of its start."""
+def describe_start(
+    scene: Scene, facts: Facts, state: State, sea: Sequence[Components], end: float
+) -> About:
+    """What questions are asked about, of a scene in its ``sea``, the ``state`` of its start, and
+    the time of its ``end`` [s]."""
     n = facts.model.bodies.active.size
     motion = new_work(facts.model).motion
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], facts.model.bodies, motion)
-    return About(scene, facts, state, tuple(sea), motion)
+    return About(scene, facts, state, tuple(sea), motion, end)

@@ -1,4 +1,4 @@
-"""Questions about force elements: friction and damping."""
+"""Questions about force elements: softness of fenders, friction and damping."""
 
 from __future__ import annotations
 
@@ -11,11 +11,61 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.friction_slope import FrictionSlope
+from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
 
 ROUGHEST = 1.0
+BERTHING = 0.1  # m/s: a large ship comes alongside at that speed (PIANC WG 33, 2002)
+SOFTEST = 3.0  # m: hardly any fender is thicker than twice that
+TOGETHER = 0.7  # cosine of the angle between the normals of fenders that share a load
+
+
+def softness(about: About) -> Iterator[Doubt]:
+    """Fenders that a body at the speed of berthing presses by metres."""
+    fenders = [
+        (name, fender)
+        for name, fender in about.scene.forces.items()
+        if isinstance(fender, Contact) and not isinstance(fender.normal, PrescribedNormal)
+    ]
+    for name, fender in fenders:
+        others = [other for _, other in fenders if _together(fender, other)]
+        stiffness = sum(len(other.points) * _stiffness(other) for other in others)
+        mass = _mass(about, fender)
+        pressed = BERTHING * np.sqrt(mass / stiffness)
+        if pressed > SOFTEST:
+            yield Doubt(
+                f"forces.{name}.normal",
+                f"{_stiffness(fender):.3g} N/m a point: {mass:.3g} kg at {BERTHING:g} m/s would"
+                f" press the {len(others)} fenders of that side by {pressed:.3g} m"
+                if len(others) > 1
+                else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would press"
+                f" it by {pressed:.3g} m",
+                f"usual is up to {SOFTEST:g} m",
+                "Is it in kN/m?",
+            )
+
+
+def _together(fender: Contact, other: Contact) -> bool:
+    """Whether two fenders stop the same body on the same side."""
+    normals = (np.array(each.planes()[0].normal, float) for each in (fender, other))
+    n, m = (normal / np.linalg.norm(normal) for normal in normals)
+    same = fender.body == other.body and [*fender.others()] == [*other.others()]
+    return same and bool(n @ m > TOGETHER)
+
+
+def _stiffness(fender: Contact) -> float:
+    """Force over compression of a point at the end of its curve [N/m]."""
+    assert not isinstance(fender.normal, PrescribedNormal)
+    return float(fender.normal.force[-1] / fender.normal.compression[-1])
+
+
+def _mass(about: About, fender: Contact) -> float:
+    """Mass of the lighter of the two bodies of a fender that move [kg]."""
+    names = {fender.body, *(name for _, name in fender.others())}
+    moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
+    return min(moving, default=0.0)
 
 
 def friction(about: About) -> Iterator[Doubt]:

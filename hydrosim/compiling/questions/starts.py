@@ -72,7 +72,7 @@ def overlap(about: About) -> Iterator[Doubt]:
 def plane(about: About) -> Iterator[Doubt]:
     """Planes whose body is behind them."""
     for name, fender, deep in _fenders(about):
-        here = _centre(about, about.index[fender.body])
+        here = about.centre(about.index[fender.body])
         behind = _inside(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found = f"{fender.body}'s centre of gravity {behind:.3g} m behind the plane"
@@ -112,11 +112,6 @@ def _inside(about: About, plane: Plane, place: np.ndarray) -> float:
     return float(normal @ (point - place) / np.linalg.norm(normal))
 
 
-def _centre(about: About, b: int) -> np.ndarray:
-    """Where a body's centre of gravity is at the start."""
-    return about.model.bodies.each["origin"][b] + about.motion.coordinates[6 * b : 6 * b + 3]
-
-
 def _place(about: About, b: int, point: np.ndarray) -> np.ndarray:
     """Where a point of a body is at the start."""
-    return _centre(about, b) + about.motion.rotation[b] @ point
+    return about.centre(b) + about.motion.rotation[b] @ point

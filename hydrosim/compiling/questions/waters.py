@@ -2,27 +2,30 @@
 
 Steepness: in random seas 2 pi Hs / (g Tz^2) is at most 1/10 (DNV-RP-C205, 3.5.4), with the mean
 zero-crossing period Tz of what is drawn; a regular wave breaks at a height of 0.142 tanh(k d) of
-its length (Miche 1944).
+its length (Miche 1944). Current: the Gulf Stream at its fastest runs 2.5 m/s (NOAA, How fast is the
+Gulf Stream?); only tides in straits are faster.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
-
-if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
+from hydrosim.compiling.questions.seas import crossing_period, height_of, peak_period
 
 # kg/m^3, m/s^2
 DENSITIES = (990.0, 1035.0)
 GRAVITIES = (9.75, 9.85)
 # m/s
-CURRENT = 5.0
+CURRENT = 2.5
 WIND = 70.0
+FEELERS = {
+    "current": "expected a current_load, quadratic_damping, or linear_damping with"
+    " relative_to_current",
+    "wind": "expected a wind_load",
+}
 # m; s
 HIGHEST = 20.0
 PERIODS = (1.0, 30.0)
@@ -50,8 +53,9 @@ def water(about: About) -> Iterator[Doubt]:
 
 
 def streams(about: About) -> Iterator[Doubt]:
-    """Currents like wind, winds beyond any storm."""
+    """Currents like wind, winds beyond any storm, and those that load nothing."""
     environment = about.scene.environment
+    felt = {stream for element in about.scene.forces.values() for stream in element.feels()}
     for name, stream, limit in (
         ("current", environment.current, CURRENT),
         ("wind", environment.wind, WIND),
@@ -60,13 +64,20 @@ def streams(about: About) -> Iterator[Doubt]:
             usual = f"usual is up to {limit:g} m/s"
             advice = "Is it in knots?"
             yield Doubt(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
+        if stream.speed > 0.0 and name not in felt:
+            yield Doubt(
+                f"environment.{name}",
+                f"{stream.speed:g} m/s and no force element that it drags",
+                FEELERS[name],
+                "Without one no body drifts with it.",
+            )
 
 
 def waves(about: About) -> Iterator[Doubt]:
     """Seas higher, shorter or longer than seas are."""
     for sea in about.sea:
-        height = _height(sea)
-        peak = _peak_period(sea)
+        height = height_of(sea)
+        peak = peak_period(sea)
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
             yield Doubt("environment.waves", f"a height of {height:.3g} m", usual)
@@ -79,8 +90,8 @@ def steepness(about: About) -> Iterator[Doubt]:
     """Waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
-        height = _height(sea)
-        period = _crossing_period(sea)
+        height = height_of(sea)
+        period = crossing_period(sea)
         if sea.omega.size == 1:
             k = float(sea.wavenumber[0])
             steep = height * k / (2.0 * np.pi)
@@ -98,12 +109,10 @@ def steepness(about: About) -> Iterator[Doubt]:
 
 def ramp(about: About) -> Iterator[Doubt]:
     """Seas that do not grow up in the run."""
-    scene = about.scene
-    end = scene.duration + (scene.initial.time or np.inf if scene.initial else 0.0)
     for sea in about.sea:
-        if sea.ramp > end:
+        if sea.ramp > about.end:
             found = f"{sea.ramp:g} s"
-            usual = f"usual is a part of the run, which ends at {end:g} s"
+            usual = f"usual is a part of the run, which ends at {about.end:g} s"
             yield Doubt("environment.waves.ramp", found, usual, "The sea is never full.")
 
 
@@ -117,26 +126,7 @@ def step(about: About) -> Iterator[Doubt]:
         usual = f"usual are up to {MOST_STEPS:g} steps, which may take an hour"
         yield Doubt("solver.step", found, usual, refused=True)
     for sea in () if free else about.sea:
-        period = _peak_period(sea)
+        period = peak_period(sea)
         if solver.step > period / STEPS:
             usual = f"usual is up to a tenth of the waves' period, {period:.3g} s"
             yield Doubt("solver.step", f"{solver.step:g} s", usual)
-
-
-def _height(sea: Components) -> float:
-    """Height of a regular wave, significant height of others [m]."""
-    if sea.omega.size == 1:
-        return 2.0 * float(sea.amplitude[0])
-    return 4.0 * float(np.sqrt(np.sum(sea.amplitude**2) / 2.0))
-
-
-def _crossing_period(sea: Components) -> float:
-    """Mean zero-crossing period 2 pi sqrt(m0 / m2) [s]."""
-    energy = sea.amplitude**2
-    return float(2.0 * np.pi * np.sqrt(energy.sum() / np.sum(energy * sea.omega**2)))
-
-
-def _peak_period(sea: Components) -> float:
-    """Period [s] of the mean frequency by the fourth power of the amplitudes, near the peak."""
-    weight = sea.amplitude**4
-    return float(2.0 * np.pi * weight.sum() / np.sum(weight * sea.omega))

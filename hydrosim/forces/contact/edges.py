@@ -1,4 +1,4 @@
-"""Where a plane ends: at the edges of a convex polygon in it.
+"""Where a plane ends: at the edges of a convex polygon in it, or of the circle of a seat.
 
 An edge is a row (a, b, c): the place u1 of a point's foot in the plane, along its tangents, is
 a u1 + b u2 + c from it, positive inside. A point over the edge is open; one that has passed behind
@@ -16,6 +16,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import tangents
 from hydrosim.jit.kernels import kernel
+from hydrosim.rigid.vectors import length
 
 if TYPE_CHECKING:
     from hydrosim.forces.contact.plane import Plane
@@ -54,9 +55,15 @@ def of(plane: Plane) -> np.ndarray:
 
 
 @kernel
+def ends_somewhere(point):
+    """Whether a point's plane has edges."""
+    return point.edges > 0 or point.extent < inf
+
+
+@kernel
 def inside(point, contact, ends):
     """Distance of a point's foot from the nearest edge of its plane, negative beyond."""
-    nearest = inf
+    nearest = point.extent - length(contact.offset)
     for k in range(point.edge, point.edge + point.edges):
         u = contact.offset
         nearest = min(nearest, ends[k, 0] * u[0] + ends[k, 1] * u[1] + ends[k, 2])

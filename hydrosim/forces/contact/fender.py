@@ -20,6 +20,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -163,13 +164,14 @@ POINT = np.dtype(
         *LAW,
         *(("reach", float), ("lag", float)),
         *loop.LOOP,
-        *(("edge", int), ("edges", int), ("group", int)),
+        *(("edge", int), ("edges", int), ("extent", float), ("group", int)),
     ]
 )
 """Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
 of its normal curve or the signal that prescribes its normal force, its friction law, the ``reach``
 [m] of its node under a usual load, the ``lag`` [s] of explicit methods, the way back along its
-curve, its plane's ``edges`` from ``edge`` on, and its ``group`` among those that remember."""
+curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its ``group``
+among those that remember."""
 
 
 class Params(NamedTuple):
@@ -213,7 +215,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         for point, plane in zip(e.points, e.planes(), strict=True):
             sides = edges.of(plane)
             back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
-            each = (*curve_, *signal, *law, *usual, *back, sum(map(len, ends)), len(sides))
+            end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
+            each = (*curve_, *signal, *law, *usual, *back, *end)
             rows.append((*place, point, *_plane(plane, layout), *each, group.NONE))
             names.append(e.group or name)
             ends.append(sides)
@@ -463,7 +466,8 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 @kernel
 def observe(t, y, modes, motion, bodies, p, reactions, out):
     """Rows of `OBSERVED` of all points one after the other in ``out``: compression, N, friction (3)
-    in the earth frame, node (3), energy lost in friction."""
+    in the earth frame, node (3), energy lost in friction. Behind a plane that does not act there
+    nothing is compressed."""
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
@@ -482,7 +486,8 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
         if point.memory != loop.NONE:
             row[LOST] += lost_in_loop(i, y, modes, c, p)
         s = laws.stretch(mode, load, c.velocity, s, point)
-        row[COMPRESSION] = c.compression
+        acts = mode != OPEN or modes[p.mode + i, RISING] < PASSED
+        row[COMPRESSION] = c.compression if acts else min(c.compression, 0.0)
         row[NORMAL_FORCE] = load.N
         for j in range(3):
             t1 = c.tangent1[j]

@@ -55,7 +55,11 @@ def group_of_points(scene: Scene) -> list[str]:
 class _Kind(ContactPostures):
     unit = "fender"
     variables: ClassVar = {
-        "fender_compression": Variable("compression, negative when open", "m", NORMAL),
+        "fender_compression": Variable(
+            "compression, negative when open, at most 0 where the plane or seat does not act",
+            "m",
+            NORMAL,
+        ),
         "fender_normal_force": Variable("normal force", "N", NORMAL),
         "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
         "fender_friction": Variable("friction force on the body", "N", EARTH),

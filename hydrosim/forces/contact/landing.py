@@ -22,12 +22,15 @@ from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.mirroring import turned
 from hydrosim.scene import ForceElement
 
+SEAT = 2.0  # m: how far a seat carries from its middle, or from the mouth of its wall
+
 
 @dataclass(frozen=True)
 class Landing(Contact):
     """``points`` (n, 3) in the body frame, each on its own of the ``seats`` (n, 3), which carry
     along ``axis`` (towards the point), both in the earth frame or that of ``on``, a body. A
-    ``wall`` around each seat holds its point sideways."""
+    ``wall`` around each seat holds its point sideways. A seat carries up to an ``extent`` [m] from
+    its middle; if None, to 2 m, or 2 m beside the mouth of its wall."""
 
     remembers: ClassVar[bool] = True
     points: np.ndarray
@@ -37,10 +40,19 @@ class Landing(Contact):
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
     on: str | None = None
     wall: Wall | None = None
+    extent: float | None = None
     group: str | None = field(default=None, kw_only=True)
 
     def planes(self) -> Sequence[Plane]:
-        return [Plane(tuple(seat), self.axis, self.on) for seat in self.seats]
+        each = map(tuple, self.seats)
+        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in each]
+
+    def reach(self) -> float:
+        """How far a seat carries from its middle [m]."""
+        if self.extent is not None:
+            return self.extent
+        mouth = self.wall.gap + self.wall.slope * self.wall.depth if self.wall else 0.0
+        return SEAT + mouth
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         yield "on.body", self.on

@@ -12,12 +12,14 @@ from hydrosim.forces.mirroring import foot, turned
 @dataclass(frozen=True)
 class Plane:
     """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``; it
-    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any."""
+    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any, or an
+    ``extent`` [m] from its point."""
 
     point: tuple[float, ...]
     normal: tuple[float, ...]
     body: str | None = None
     corners: tuple[tuple[float, ...], ...] = ()
+    extent: float | None = None
 
     def by_its_foot(self, y: float) -> Plane:
         """The same plane with the foot of the perpendicular from the origin as its point, as if the

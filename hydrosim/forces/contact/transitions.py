@@ -94,7 +94,7 @@ def _contact_margin(t, mode, point, segment, contact, p):
         if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
             return N - (REGAINED * point.least if mode == OPEN else point.least)
         held = min(held, N)
-    if mode != OPEN and point.edges > 0:
+    if mode != OPEN and edges.ends_somewhere(point):
         held = min(held, point.steepest * edges.inside(point, contact, p.edges))
     return held
 

@@ -1,5 +1,5 @@
 """What a run turned out to be that its assumptions did not foresee: bodies far from where waves met
-them, coupled bodies that moved apart, angles that are not small.
+them, coupled bodies that moved apart, angles that are not small, fenders pressed by metres.
 
 `noticed` reads the motions of a run; it changes nothing.
 """
@@ -14,9 +14,15 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
+from hydrosim.compiling.questions.elements import SOFTEST
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.dofs import loads_about_z
-from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Scene
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.results.points import frames_of
+from hydrosim.scene import Body, FreeSurface, Kinematics, Place, Question, Scene
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.waves.components import Components
 from hydrosim.waves.forms import second_order_at_rest
@@ -51,6 +57,9 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     exact = scene.solver.kinematics == Kinematics.EXACT
     if run.sizes["time"] < 2 or not np.isfinite(run.position.values).all():
         return
+    if Question.SOFTNESS not in scene.accept:
+        yield from _pressed_by_metres(scene, run)
+    yield from _beside_seats(compiled, run)
     if not exact:
         yield from _large_angles(run)
     yield from _shallow(scene, run)
@@ -59,6 +68,58 @@ def noticed(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     for group in compiled.wet if exact else ():
         yield from _coupled(group, run)
         yield from _beyond_draughts(group, run)
+
+
+def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+    """Fenders that were thinner than they were pressed."""
+    for name, fender in scene.forces.items():
+        if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
+            continue
+        own = run.sel(fender=list(fender.unit_names(name)))
+        deep = np.where(own.fender_mode == OPEN, 0.0, own.fender_compression)
+        at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
+        if deep[at, point] > SOFTEST:
+            yield (
+                f"forces.{name}: point {point + 1} was pressed by {deep[at, point]:.3g} m at"
+                f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Look at"
+                f" forces.{name}.normal and its unit. If it is meant so, accept:"
+                f" [{Question.SOFTNESS}]."
+            )
+
+
+def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
+    """Landings that came down beside their seats, which did not carry them."""
+    landings = {
+        name: element
+        for name, element in compiled.scene.forces.items()
+        if isinstance(element, Landing) and element.active is None
+    }
+    for name, landing in landings.items():
+        own = run.sel(fender=list(landing.unit_names(name)))
+        below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
+        if below.any():
+            at, point = np.argwhere(below)[0]
+            off = _off_seat(compiled, run.isel(time=[at]), landing, point)
+            yield (
+                f"forces.{name}: at {run.time.values[at]:.4g} s point {point + 1} was below its"
+                f" seat and {off:.3g} m beside it, where nothing carries it; a seat carries"
+                f" {landing.reach():.3g} m far (on.extent)."
+            )
+
+
+def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> float:
+    """How far a point of a landing is from the axis of its seat [m], at the one time of ``run``."""
+    index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
+    places, rotations = frames_of(compiled.model, run.position.values.reshape(1, -1))
+    b = index[landing.body]
+    place = places[0, b] + rotations[0, b] @ landing.points[point]
+    seat = landing.seats[point]
+    axis = np.array(landing.axis, float)
+    if landing.on is not None:
+        a = index[landing.on]
+        seat = places[0, a] + rotations[0, a] @ seat
+        axis = rotations[0, a] @ axis
+    return float(np.linalg.norm(np.cross(place - seat, axis)) / np.linalg.norm(axis))
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:

@@ -32,7 +32,7 @@ from hydrosim.forces.contact import fender
 from hydrosim.forces.contact.loop import SET, ends, lost_on, start_of_line
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.curve import curve_force, find_segment
-from hydrosim.scene import ForceElement, Method, Scene, Start, Symmetry
+from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)
 LOOP = NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
@@ -453,3 +453,71 @@ def test_what_comes_up_beside_a_deck_does_not_touch_it():
 def test_what_is_no_loop_and_no_polygon_is_refused(element, found):
     with pytest.raises(InputError, match=found):
         hs.simulate(dropped(leg=element))
+
+
+def beside(off: float, fall: float = 0.6, **changes: object) -> Scene:
+    """A block that falls past a seat, ``off`` [m] beside it, on a second one 1 m below."""
+    body = block(MASS, ("surge", "heave"), position=moving(surge=off, heave=0.3))
+    floor = replace(leg(), seats=np.array([[0.0, 0.0, -fall]]), extent=1e3)
+    forces = {"leg": leg(**changes), "floor": floor, "weight": steady(heave=-WEIGHT)}
+    return scene(body, forces, 2.0, 0.02, step=0.005)
+
+
+@pytest.mark.parametrize(
+    ("off", "changes", "carried"),
+    [
+        (1.9, {}, True),
+        (3.0, {}, False),
+        (-12.0, {}, False),
+        (3.0, {"extent": 3.5}, True),
+        (0.4, {"extent": 0.3}, False),
+    ],
+)
+def test_a_seat_carries_as_far_as_it_reaches(
+    off: float, changes: dict[str, object], carried: bool
+) -> None:
+    run = hs.simulate(beside(off, **changes))
+    pressed = run.fender_normal_force.sel(fender="leg 1")
+    assert (float(pressed.max()) > WEIGHT) == carried
+    told = f"was below its seat and {abs(off):.3g} m beside it"
+    assert (told in str(run.attrs.get("warnings", ""))) == (not carried)
+    assert carried or float(run.fender_compression.sel(fender="leg 1").max()) == 0.0
+
+
+def test_a_block_beside_a_seat_falls_as_if_there_were_none() -> None:
+    """0.3 + 0.6 m of free fall."""
+    run = hs.simulate(beside(3.0))
+    falling = run.sel(time=slice(0.0, np.sqrt(2.0 * 0.9 / 9.81)))
+    assert heave(falling) == pytest.approx(0.3 - 4.905 * falling.time.values**2, abs=1e-9)
+
+
+def test_a_block_that_slides_off_its_seat_falls_at_its_edge() -> None:
+    """Without friction it goes on at its speed: 1 m at 2 m/s, from the start at the middle."""
+    start = block(
+        MASS, ("surge", "heave"), position=moving(heave=-WEIGHT / 2e5), velocity=moving(surge=2.0)
+    )
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e5]))
+    forces = {"leg": leg(curve, extent=1.0), "weight": steady(heave=-WEIGHT)}
+    run = hs.simulate(scene(start, forces, 1.0, 0.01, step=0.005))
+    t = run.time.values
+    fall = np.where(t > 0.5, 4.905 * (t - 0.5) ** 2, 0.0)
+    assert heave(run) == pytest.approx(-WEIGHT / 2e5 - fall, abs=1e-7)
+
+
+def test_the_seat_of_a_body_goes_with_it() -> None:
+    """Seats and points 5 m off in the earth frame, and over each other on the bodies."""
+    below = block(10 * MASS, (), "below", position=moving(surge=5.0))
+    above = block(MASS, ("heave",), position=moving(surge=5.0, heave=0.3))
+    both = {"leg": leg(on="below"), "weight": steady(heave=-WEIGHT)}
+    run = hs.simulate(replace(scene(above, both, 2.0, 0.05, step=0.005), bodies=(above, below)))
+    assert float(run.fender_normal_force.max()) > WEIGHT
+
+
+def test_nothing_is_compressed_before_a_contact_is_active() -> None:
+    """A block held 0.1 m deep in a seat that acts from 1 s on."""
+    late = replace(leg(), active=Active(start=When(1.0)))
+    body = block(MASS, ("heave",), position=moving(heave=-0.1), velocity=moving(heave=-1e-3))
+    run = hs.simulate(scene(body, {"leg": late}, 1.5, 0.1, step=0.005))
+    deep = run.fender_compression.isel(fender=0)
+    assert np.all(deep.sel(time=slice(0.0, 0.9)) == 0.0)
+    assert np.allclose(deep[11:], -heave(run)[11:], rtol=0.0, atol=1e-12)

@@ -1,0 +1,75 @@
+"""Questions about hulls near each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.compiling.questions.seas import peak_wavelength
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Body
+
+NEAR = 2.0  # times the larger breadth
+DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
+LOOKS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
+
+
+def shielding(about: About) -> Iterator[Doubt]:
+    """Hulls near each other in waves, whose databases know nothing of each other."""
+    if not about.sea:
+        return
+    sizes = {
+        body.name: extents(body, db)
+        for body in about.scene.bodies
+        if (db := about.facts.databases.get(body.name)) is not None and db.heading.size
+    }
+    known = [body for body in about.scene.bodies if sizes.get(body.name)]
+    for one, other in combinations(known, 2):
+        first, second = sizes[one.name], sizes[other.name]
+        if first is None or second is None or _coupled(one, other) or not (one.dofs or other.dofs):
+            continue
+        breadth = 2.0 * max(first.half.min(), second.half.min())
+        gap = _gap(about, (one, first), (other, second))
+        if gap < NEAR * breadth:
+            length = peak_wavelength(about.sea)
+            yield Doubt(
+                f"bodies.{one.name}, bodies.{other.name}",
+                f"hulls with a database each that are {_said(gap)}, with a breadth of {breadth:.3g}"
+                f" m and waves of {length:.3g} m",
+                f"usual is more than {NEAR:g} breadths",
+                "Neither shields the other from waves, and neither feels the waves that the other"
+                " makes. Compute one database of both with `hydrosim db build` (bodies: in the"
+                " recipe).",
+            )
+
+
+def _said(gap: float) -> str:
+    return f"about {gap:.3g} m apart" if gap > 0.0 else "not apart, seen from above"
+
+
+def _coupled(one: Body, other: Body) -> bool:
+    """Whether two bodies are of one database."""
+    places = ((body.location, body.heading, body.hydrodynamics) for body in (one, other))
+    first, second = places
+    return first == second and one.database_body != other.database_body
+
+
+def _gap(about: About, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
+    """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
+    middles, reaches = zip(*(_seen(about, *each) for each in (one, other)), strict=True)
+    apart = LOOKS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
+    return max(float(apart.max()), 0.0)
+
+
+def _seen(about: About, body: Body, size: Extents) -> tuple[np.ndarray, np.ndarray]:
+    """The middle of a hull's rectangle (2,), and how far it reaches from there in all `LOOKS`."""
+    b = about.index[body.name]
+    R = about.motion.rotation[b]
+    middle = (about.centre(b) + R @ size.centre)[:2]
+    return middle, np.abs(LOOKS @ R[:2, :2]) @ size.half

@@ -1,0 +1,82 @@
+"""Questions about where fenders are on a hull."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.extents import Extents, extents
+from hydrosim.forces.contact.fender import Fender
+from hydrosim.rigid.kinematics import Motion
+
+COMPACT = 0.8  # filled part of the rectangle from which on a hull is taken for one body
+INNER = 0.8  # of length and breadth, where hulls have no sides
+ABOVE = 0.25  # of the draught above the water, where hulls still have sides
+UPRIGHT = 0.5  # of the normal's level part: a steeper plane is no wall
+ROUND = 2.0 / np.sqrt(3.0)  # an ellipse over the rectangle of its water plane
+STANDING_OFF = 5.0  # m, or half of the breadth: what fenders and brackets stand out at most
+
+
+def points(about: About) -> Iterator[Doubt]:
+    """Fenders inside a hull, which goes through their plane before they touch, or far outside."""
+    each = {body.name: extents(body, db) for _, body, db in about.wet()}
+    wet = set(about.facts.databases)
+    for name, fender in about.scene.forces.items():
+        size = each.get(fender.body) if isinstance(fender, Fender) else None
+        if size is None or not isinstance(fender, Fender):
+            continue
+        off = np.array([_outside(size, point) for point in fender.points])
+        far = int(np.argmax(off))
+        if off[far] > max(STANDING_OFF, size.half.min()):
+            found = f"point {far + 1} about {off[far]:.2g} m outside the hull of {fender.body}"
+            usual = f"usual is up to {max(STANDING_OFF, size.half.min()):.2g} m"
+            yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
+        if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
+            continue
+        normal = _normal(about.motion, about.index, fender)
+        deep = np.array([_inside(size, point, normal) for point in fender.points])
+        worst = int(np.argmax(deep))
+        if deep[worst] > 0.0:
+            found = (
+                f"point {worst + 1} inside the hull of {fender.body}, which reaches about"
+                f" {deep[worst]:.2g} m further towards the plane"
+            )
+            usual = "usual is that points are at its side"
+            yield Doubt(f"forces.{name}.points", found, usual, ADVICE)
+
+
+ADVICE = (
+    "The hull's size is that of its water plane. Points are in the body frame, from the centre of"
+    " gravity."
+)
+
+
+def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
+    """The plane's normal in the frame of the fender's body, at the start."""
+    normal = np.array(fender.plane.normal, float)
+    if fender.plane.body is not None:
+        normal = motion.rotation[index[fender.plane.body]] @ normal
+    own = motion.rotation[index[fender.body]].T @ normal
+    return np.asarray(own / np.linalg.norm(own))
+
+
+def _outside(size: Extents, point: np.ndarray) -> float:
+    """How far a point is beside a hull, or below it [m]."""
+    off = point - size.centre
+    aside = np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)
+    below = max(-off[2] - ROUND * size.draught, 0.0)
+    return float(np.linalg.norm([*aside, below]))
+
+
+def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
+    """How far a compact hull reaches beyond a point in it, towards an upright plane with this
+    ``normal`` [m]; 0 of other points."""
+    x, y, z = point - size.centre
+    within = np.all(np.abs([x, y]) < INNER * size.half) and z < ABOVE * size.draught
+    level = float(np.linalg.norm(normal[:2]))
+    if not within or size.filled < COMPACT or level < UPRIGHT:
+        return 0.0
+    towards = -normal[:2] / level
+    return float(np.abs(towards) @ size.half - towards @ [x, y])

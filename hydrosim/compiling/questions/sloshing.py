@@ -1,0 +1,166 @@
+"""Questions about the fluid in tanks, which is level at all times here.
+
+The lowest mode of a box of breadth b, filled to h, has omega^2 = g k tanh(k h), k = pi / b (Lamb
+1932, Hydrodynamics, section 257). Of a tank of another shape b is the extent of its free surface.
+Rules of classification societies keep it a fifth away from the periods of the ship.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydrosim.compiling.questions.doubt import About, Doubt
+from hydrosim.compiling.questions.periods import natural_periods
+from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
+from hydrosim.tanks.contents import changing, level_of, tank_names
+from hydrosim.tanks.events import unforeseen_tanks
+from hydrosim.tanks.shapes import height, volume_at
+from hydrosim.tanks.timeline import follow
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hydrosim.waves.components import Components
+
+NEAR = 0.1  # of the period: waves that make the fluid slosh
+SHARE = 0.1  # of the waves' energy there
+APART = 0.2  # of the period: a mode of the body so near to it drives it
+REACHED = 0.01  # of the waves' energy there, that move the body in that mode
+MATTERS = 0.01  # of the mass of the body
+ENDS = 0.01  # of the height: a tank that is empty, or full, does not slosh
+LEVELS = 41  # between the lowest and the highest of the run
+
+
+DRIVEN = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))  # by which fluid sloshes along x, y
+
+
+class Resonance(NamedTuple):
+    """A tank, the levels (n,) at which it is near resonance, their periods and shares of waves; and
+    whether the body ``rolls`` with one."""
+
+    tank: Tank
+    level: np.ndarray
+    period: np.ndarray
+    share: np.ndarray
+    rolls: bool
+
+
+def sloshing(about: About) -> Iterator[Doubt]:
+    """Tanks whose fluid would slosh with the waves, or with the roll of their body."""
+    for b, body, db in about.wet():
+        levels = dict(_levels(about, body)) if about.sea else {}
+        for axis, driven in enumerate(DRIVEN if levels else ()):
+            if not set(driven) & set(body.dofs):
+                continue
+            own = natural_periods(about, b, body, db) if axis == 1 else {}
+            roll = own.get("roll", np.inf)
+            each = (_resonance(about, body, *item, axis, roll) for item in levels.items())
+            found = [hit for hit in each if hit is not None]
+            if sum(map(_fluid, found)) > MATTERS * body.mass:
+                yield _doubt(body, found, axis, roll)
+
+
+def _fluid(hit: Resonance) -> float:
+    """Mass of the fluid at the highest level near resonance [kg]."""
+    return hit.tank.density * volume_at(hit.tank.shape, float(hit.level.max()))
+
+
+def _doubt(body: Body, found: Sequence[Resonance], axis: int, roll: float) -> Doubt:
+    worst = max(found, key=lambda hit: float(hit.share.max()))
+    names = ", ".join(hit.tank.name for hit in found)
+    rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in found) else ""
+    return Doubt(
+        f"bodies.{body.name}.tanks ({names})",
+        f"fluid that sloshes along {'xy'[axis]} in {_range(worst.period)} s at levels of"
+        f" {_range(worst.level)} m ({worst.tank.name}), with {worst.share.max():.2g} of the energy"
+        f" of the waves within {NEAR:.0%} of such a period{rolls}",
+        f"usual is a period {APART:.0%} away from both",
+        "Fluid is level at all times here, and does not slosh. Divide the tanks, keep away from"
+        " these levels in such waves, or take its loads from a computation of sloshing.",
+    )
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = f"{values.min():.3g}", f"{values.max():.3g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _resonance(
+    about: About, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
+) -> Resonance | None:
+    """Where a tank is near resonance, if it is at any ``level`` (n,)."""
+    full = height(tank.shape)
+    level = level[(level > ENDS * full) & (level < (1.0 - ENDS) * full)]
+    widths = np.array([width(tank.shape, float(x), axis) for x in level])
+    period = mode_period(widths, level, about.scene.environment.gravity)
+    angle = body.heading + body.position[5] + 0.5 * np.pi * axis
+    share = np.array([_share(about.sea, angle, T, NEAR) for T in period])
+    reached = np.array([_share(about.sea, angle, T, APART) for T in period])
+    rolls = (np.abs(period / roll - 1.0) < APART) & (reached > REACHED)
+    hit = (share > SHARE) | rolls
+    if not hit.any():
+        return None
+    return Resonance(tank, level[hit], period[hit], share[hit], bool(rolls.any()))
+
+
+def mode_period(breadth: np.ndarray, level: np.ndarray, gravity: float) -> np.ndarray:
+    """Period (n,) [s] of the lowest mode across a ``breadth`` (n,) [m]."""
+    k = np.pi / breadth
+    return np.asarray(2.0 * np.pi / np.sqrt(gravity * k * np.tanh(k * level)))
+
+
+def width(shape: TankShape, level: float, axis: int) -> float:
+    """Extent [m] of the free surface along an axis."""
+    match shape:
+        case Box():
+            return float(shape.high[axis] - shape.low[axis])
+        case TankTable():
+            area = np.interp(level, shape.level, np.gradient(shape.volume, shape.level))
+            second = np.interp(level, shape.level, shape.surface[:, 2 * axis])
+            return float(np.sqrt(12.0 * second / area))
+        case TankMesh():
+            return _width_of_mesh(shape.corners, level, axis)
+
+
+def _width_of_mesh(corners: np.ndarray, level: float, axis: int) -> float:
+    """Extent of the section of triangles (nt, 3, 3) at a level."""
+    above = corners[..., 2] - corners[..., 2].min() - level
+    ends, over = np.roll(corners, -1, axis=1), np.roll(above, -1, axis=1)
+    cut = above * over < 0.0
+    part = above[cut] / (above[cut] - over[cut])
+    here = corners[cut][:, axis]
+    return float(np.ptp(here + part * (ends[cut][:, axis] - here)))
+
+
+def _share(seas: Sequence[Components], angle: float, period: float, near: float) -> float:
+    """Share of the energy of waves within ``near`` of a period, and along a direction at an
+    ``angle`` [rad]."""
+    total = sum(float(np.sum(sea.amplitude**2)) for sea in seas)
+    within = 0.0
+    for sea in seas:
+        hit = np.abs(2.0 * np.pi / (sea.omega * period) - 1.0) < near
+        along = np.cos(sea.heading[hit] - angle)
+        within += float(np.sum((sea.amplitude[hit] * along) ** 2))
+    return within / total
+
+
+def _levels(about: About, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
+    """Levels (n,) that tanks with a free surface go through in the run; a tank that is pumped by
+    events may be empty or full."""
+    names = tank_names(about.scene)
+    p = about.model.tanks
+    timeline = follow(p, about.end) if names else None
+    unforeseen = unforeseen_tanks(body)
+    for tank in body.tanks:
+        if tank.surface == FreeSurface.FROZEN:
+            continue
+        ends = np.array([tank.level])
+        if tank.name in unforeseen:
+            ends = np.array([0.0, height(tank.shape)])
+        elif timeline is not None and tank in changing(body):
+            k = names.index(f"{tank.name} of {body.name}")
+            ends = level_of(p, k, timeline.volume[:, k])
+        yield tank, np.unique(np.linspace(ends.min(), ends.max(), LEVELS))
