@@ -14,8 +14,7 @@ from hydrosim.compiling.coefficients import CONSTANT, SOURCE, database_of
 from hydrosim.database.changes import APART, changed
 from hydrosim.database.checks import Part, Use, doubts, in_order
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
-from hydrosim.database.load import read
+from hydrosim.database.load import overruled, read
 from hydrosim.database.transfer import body_of, velocity_transfer
 from hydrosim.errors import InputError
 from hydrosim.scene import (
@@ -29,10 +28,12 @@ from hydrosim.scene import (
     Scene,
     SecondOrder,
 )
+from hydrosim.scene.given import NOTHING_GIVEN, ORIGIN_ASSUMED, Given, key_of
 
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
+_WATER = ("water_density", "gravity", "water_depth")
 HARDLY = 0.01  # share of a sea's energy that a database may lack, too
 
 
@@ -43,14 +44,24 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database of a body: read from its file, unless it is in memory, and changed as asked for.
     Raises InputError where that cannot be, or its frequencies and headings are out of order."""
     if isinstance(source, ChangedDatabase):
-        return changed(opened(source.source, Given(draught=source.draught)), source.changes)
+        return changed(opened(source.source, source.given), source.changes)
     if isinstance(source, Path):
-        return in_order(read(source, given))
+        return in_order(_unmistaken(read(source, given), given))
     if isinstance(source, HydroDatabase):
         return in_order(source)
     raise InputError(
         f"hydrodynamics: found {type(source).__name__}; expected a file or a HydroDatabase."
     )
+
+
+def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
+    """The database; raises InputError where its file says something else than what is given."""
+    for name in overruled(db, given):
+        raise InputError(
+            f"hydrodynamics.{key_of(name)}: found {getattr(given, name)}, but {db.source} itself"
+            f" says {np.ravel(getattr(db, name))}; expected the same. Leave the key out."
+        )
+    return db
 
 
 class Group(NamedTuple):
@@ -125,7 +136,18 @@ def judged(
         return ()
     offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
     moving = np.flatnonzero(velocity_transfer(offset)[:, free].any(axis=1))
-    return doubts(db, Use(parts, tuple(map(int, moving)), _highest(db, seas)))
+    found = doubts(db, Use(parts, tuple(map(int, moving)), _highest(db, seas)))
+    return (*found, *_unsaid_points(db, free))
+
+
+def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
+    """A doubt about points that nobody gave; about which a body turns matters if it turns."""
+    if ORIGIN_ASSUMED in db.attributes.get("assumed", "") and (free % 6 > 2).any():
+        yield (
+            f"{db.source}: its files do not say which point its moments and rotations refer to,"
+            " and the origin was assumed. Say it: `hydrodynamics: {file: ..., reference_point:"
+            " [0 m, 0 m, 0 m]}`."
+        )
 
 
 def _parts(body: Body, waves: bool) -> Iterator[Part]:
@@ -161,18 +183,24 @@ def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
 def check_water(db: HydroDatabase, body: Body, water: Environment) -> None:
     """Raises InputError where a database was made for other water than that of the scene."""
     assumed = db.attributes.get("assumed", "")
-    for name in ("water_density", "gravity", "water_depth"):
-        here, there = getattr(water, name), getattr(db, name)
-        if here == there or (here < inf and abs(here - there) <= 1e-3 * here):
-            continue
-        found = f"environment.{name}: found {here:g}, but {db.source} of bodies.{body.name}"
-        if name.replace("_", " ") in assumed:
-            raise InputError(
-                f"{found} does not say what it was made for, and {there:g} was assumed. Write a"
-                f" database that says it: `hydrosim db convert {db.source} OUT.nc"
-                f" --{name.removeprefix('water_')} {here:g}`."
-            )
-        raise InputError(
-            f"{found} was made for {there:g}. Use a database made for this water, or change the"
-            " case."
-        )
+    unlike = [name for name in _WATER if not _is_alike(getattr(water, name), getattr(db, name))]
+    if not unlike:
+        return
+    unsaid = [name for name in unlike if name.replace("_", " ") in assumed]
+    found = "; ".join(
+        f"environment.{name}: found {getattr(water, name):g}, but {db.source} of"
+        f" bodies.{body.name} was made for {getattr(db, name):g}"
+        + (", which is assumed: its files do not say it" if name in unsaid else "")
+        for name in unlike
+    )
+    advice = []
+    if unsaid:
+        keys = ", ".join(f"{key_of(name)}: {getattr(water, name):g}" for name in unsaid)
+        advice.append(f"Say what it was made for, such as `hydrodynamics: {{file: ..., {keys}}}`.")
+    if len(unsaid) < len(unlike):
+        advice.append("Use a database made for this water, or change the case.")
+    raise InputError(f"{found}. {' '.join(advice)}")
+
+
+def _is_alike(here: float, there: float) -> bool:
+    return here == there or (here < inf and abs(here - there) <= 1e-3 * here)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import fields
 from glob import escape
 from pathlib import Path
+
+import numpy as np
 
 from hydrosim.database.changes import changed
 from hydrosim.database.checks import EVERYTHING, doubts, in_order
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 HEAD = 4096  # bytes that a format is recognised by
 NOTHING_CHANGED = Changes()
@@ -50,6 +53,19 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             " expected none. Name the file that is for the draught."
         )
     return reader.read(file, given)
+
+
+def overruled(db: HydroDatabase, given: Given) -> list[str]:
+    """Names of what is ``given`` although the file says something else, which counts."""
+    return [
+        item.name
+        for item in fields(Given)
+        if getattr(given, item.name) is not None
+        and hasattr(db, item.name)
+        and not np.array_equal(
+            np.ravel(getattr(db, item.name)), np.ravel(getattr(given, item.name))
+        )
+    ]
 
 
 def recognise(path: Path | str) -> tuple[Reader, Path]:

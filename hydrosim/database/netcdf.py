@@ -16,10 +16,10 @@ import netCDF4
 import numpy as np
 
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "hydrosim netCDF"
 FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"

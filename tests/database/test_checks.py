@@ -15,10 +15,10 @@ from hydrosim.database import check, load, netcdf
 from hydrosim.database.changes import changed as changed_database
 from hydrosim.database.checks import CHECKS, accepted, doubts
 from hydrosim.database.checks.use import EVERYTHING
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 ROOT = Path(__file__).parents[2]
 RHO_G = 1025 * 9.81

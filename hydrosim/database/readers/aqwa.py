@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.aqwa_qtf import mean_drift, second_order
 from hydrosim.database.readers.assembly import (
     Abscissa,
@@ -38,6 +37,7 @@ from hydrosim.database.readers.assembly import (
 )
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "AQWA .AH1"
 

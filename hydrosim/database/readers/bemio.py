@@ -25,10 +25,10 @@ import h5py
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.bemio_writer import write as write
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "BEMIO HDF5"
 

@@ -21,7 +21,6 @@ import netCDF4
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -33,6 +32,7 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "Capytaine netCDF"
 

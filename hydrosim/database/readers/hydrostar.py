@@ -26,12 +26,12 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given, first_given
 from hydrosim.database.readers import wamit
 from hydrosim.database.readers.assembly import elevation
 from hydrosim.database.readers.hydrostar_table import CLOSE, Table, table_of
 from hydrosim.database.readers.text import read_text
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given, first_given
 
 NAME = "HydroStar .qtf"
 

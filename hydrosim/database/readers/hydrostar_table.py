@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.database.database import Complex, Real
-from hydrosim.database.given import Given
 from hydrosim.database.readers.assembly import Abscissa, frequencies
 from hydrosim.database.readers.text import Text
+from hydrosim.scene.given import Given
 
 CLOSE = 1e-6  # rad/s
 

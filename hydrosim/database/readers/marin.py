@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -33,6 +32,7 @@ from hydrosim.database.readers.assembly import (
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.text import Text, read_text
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "MARIN .hyd"
 
