@@ -17,7 +17,7 @@ from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 HEAD = 4096  # bytes that a format is recognised by
 NOTHING_CHANGED = Changes()
@@ -38,6 +38,13 @@ def load(
     clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
     """
     db = changed(in_order(read(path, given)), changes)
+    if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
+        raise InputError(
+            f"{path}: found no points that rotations are about, such as Capytaine's rotation_center;"
+            " expected one for each body. Give x, y and z of each: --reference-point, or"
+            " reference_point in `hydrodynamics: {file: ...}` of a case. In Capytaine it is the"
+            " rotation_center or, where none was set, the center_of_mass."
+        )
     for doubt in doubts(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)
     return db

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from enum import StrEnum
 
-ORIGIN_ASSUMED = "reference points at the origin"  # in a database's attribute ``assumed``
+# In a database's attribute ``assumed``: where its program puts them, and where nothing tells.
+ORIGIN_ASSUMED = "reference points at the origin"
+POINTS_UNKNOWN = "unknown reference points"
 
 
 class FrequencyColumn(StrEnum):

@@ -205,16 +205,16 @@ def _facts(
     said = first_given(
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
-    origin = first_given(given, said, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
+    origin = first_given(said, given, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
     where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
-    _check_units(where, first_given(given, said, _ASSUMED))
+    _check_units(where, first_given(said, given, _ASSUMED))
     _check_bodies(where, said, bodies)
     said = replace(
         said,
         centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
         centre_of_gravity=_shifted(said.centre_of_gravity, origin),
     )
-    known = first_given(given, said)
+    known = first_given(said, given)
     assumed = [
         f"{name.replace('_', ' ')} {getattr(_ASSUMED, name):g}"
         for name in ("length", "water_density", "gravity", "water_depth")
