@@ -40,7 +40,7 @@ def load(
     db = changed(in_order(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
-            f"{path}: found no points that rotations are about, such as Capytaine's rotation_center;"
+            f"{path}: found no points that rotations are about (Capytaine's rotation_center);"
             " expected one for each body. Give x, y and z of each: --reference-point, or"
             " reference_point in `hydrodynamics: {file: ...}` of a case. In Capytaine it is the"
             " rotation_center or, where none was set, the center_of_mass."

@@ -1,4 +1,4 @@
-"""Sets of other programs as they are: a scene asks for what it uses, in one message with its cure."""
+"""Sets of other programs as they are: a scene asks for what it uses, in one message with cure."""
 
 from __future__ import annotations
 
@@ -119,7 +119,9 @@ def test_sets_with_gaps_and_noise_run_in_heave(two, wamit_set, capytaine_set) ->
 
 
 def test_a_density_that_nobody_says_is_asked_for(wamit_set) -> None:
-    with pytest.raises(InputError, match=r"1025, which is assumed(.|\n)*9\.7\.(.|\n)*density: 1000}"):
+    with pytest.raises(
+        InputError, match=r"1025, which is assumed(.|\n)*9\.7\.(.|\n)*density: 1000}"
+    ):
         compile_scene(scene_of("file: two.1, gravity: 9.7", wamit_set.parent))
 
 
