@@ -4,8 +4,8 @@ Dimensions are known by name: the frequency is along omega, freq, period, wavenu
 the real and imaginary parts along ``complex``, wherever that stands. Capytaine has exp(-i w t), so
 loads are conjugated; its headings are where waves go to and its phases refer to the origin. Rows at
 zero and infinite frequency become the limits of the added mass. Every body must have the six rigid
-DOFs and no others: zeros for what was not computed would pass for coefficients. A file without
-``rotation_center``, as version 2 writes it for several bodies, has unknown reference points, and the
+DOFs and no others: zeros for what was not computed would pass for coefficients. A file of several
+bodies without ``rotation_center``, as version 2 writes it, has unknown reference points, and the
 attribute ``assumed`` says so; only bodies that do not turn can do without.
 
 Verified by files that Capytaine 3.0 writes, for one and two bodies; the layout of version 2 differs
@@ -97,12 +97,10 @@ def _opened(path: Path) -> Any:
         if file.read(len(_CLASSIC)) == _CLASSIC:
             from scipy.io import netcdf_file  # slow to load, and few files are of that format
 
-            return netcdf_file(path, mmap=False)
+            return netcdf_file(path, mmap=False, maskandscale=True)
     if problem := hdf5.fault(path):
         raise OSError(problem)
-    opened = netCDF4.Dataset(path)
-    opened.set_auto_maskandscale(False)
-    return opened
+    return netCDF4.Dataset(path)
 
 
 class _File:
@@ -191,10 +189,10 @@ class _File:
         if any(stored.shape[names.index(d)] != 1 for d in others):
             raise self.wrong(name, f"several values along {others}", "one: select it")
         order = [names.index(d) for d in (*others, *dimensions)]
-        values = np.asarray(stored[...])
+        values = np.ma.asarray(stored[...])
         if values.dtype.kind not in "fiu":
             raise self.wrong(name, f"type {values.dtype}", "numbers")
-        array = values.astype(float).transpose(order)
+        array = np.ma.filled(values.astype(float), np.nan).transpose(order)
         return array.reshape(array.shape[len(others) :])
 
     def scalar(self, name: str) -> float | None:
