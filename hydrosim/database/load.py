@@ -23,7 +23,7 @@ HEAD = 4096  # bytes that a format is recognised by
 NOTHING_CHANGED = Changes()
 NOT_READ = {  # files that stand beside those that are, or are of programs that are not
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; name that one",
-    ".rao": "a table by HydroStar, of which the .qtf alone are read; let it write WAMIT's format",
+    ".rao": "no table of HydroStar with its head; let it write WAMIT's format",
     ".tec": "a table for Tecplot and none of a Nemoh project",
 }
 
