@@ -183,7 +183,7 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
             f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
             f" {expected}."
         )
-    units = getattr(stored, "units", variable.units)
+    units = str(getattr(stored, "units", variable.units))
     if units != variable.units:
         raise InputError(
             f"{file.filepath()}: variable {name} is in {units!r}, expected {variable.units!r}."
