@@ -74,7 +74,13 @@ def _use(
 
 def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
     """A doubt about points that nobody gave; about which a body turns matters if it turns."""
-    if ORIGIN_ASSUMED in db.attributes.get("assumed", "") and (free % 6 > 2).any():
+    assumed = db.attributes.get("assumed", "")
+    if POINTS_UNKNOWN in assumed:
+        yield (
+            f"{db.source}: it does not say which point moments refer to: those that are recorded"
+            " of bodies that do not turn are about its origin. Say it with reference_point."
+        )
+    if ORIGIN_ASSUMED in assumed and (free % 6 > 2).any():
         yield (
             f"{db.source}: its files do not say which point its moments and rotations refer to,"
             " and the origin was assumed. Say it: `hydrodynamics: {file: ..., reference_point:"

@@ -48,9 +48,7 @@ RARELY = 0.0025  # probability of a largest value of one half by the law of the 
 UNEXPECTED = 1e-3  # times that the largest value is expected by the tail of the many
 OTHERS = 2.0  # of the many are expected above a level: what is above it is mostly not of them
 MOSTLY = 0.75  # of the windows
-BOUNDED = (
-    1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal one
-)
+BOUNDED = 1.9  # kurtosis of a slow part: 1.5 of a sine, 1.8 of an even distribution, 3 of a normal one
 ROUNDING = 1e-12  # of the largest value
 
 
