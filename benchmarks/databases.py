@@ -11,9 +11,9 @@ from pathlib import Path
 
 from benchmarks.report import ROOT, Answer, Row
 from hydrosim.database import Finding, HydroDatabase, Part, Use, check
-from hydrosim.database.given import Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
+from hydrosim.scene.given import Given
 from tests.validation_data import unpacked
 
 CALM = frozenset({Part.ORDER, Part.RADIATION, Part.STIFFNESS})

@@ -23,7 +23,6 @@ import numpy as np
 import scipy.linalg
 
 from benchmarks.report import ROOT, Answer, Row
-from hydrosim.database.given import Given
 from hydrosim.database.load import read
 from hydrosim.radiation import retardation
 from hydrosim.radiation.emphasis import Emphasis
@@ -31,6 +30,7 @@ from hydrosim.radiation.passivity import Reciprocal, passive
 from hydrosim.radiation.rational import Modes, balanced, partial_fractions, vector_fit
 from hydrosim.radiation.retardation import diagonal_scale, transfer_function
 from hydrosim.radiation.state_space import coupled_groups, frequencies, reciprocal, truncation
+from hydrosim.scene.given import Given
 from tests.validation_data import unpacked
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)

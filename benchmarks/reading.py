@@ -12,8 +12,8 @@ from time import perf_counter
 
 from benchmarks.report import ROOT, Answer, Row
 from hydrosim.database import check
-from hydrosim.database.given import Given
 from hydrosim.database.load import read
+from hydrosim.scene.given import Given
 from tests.validation_data import unpacked
 
 REPEATS = 5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -13,16 +14,38 @@ from hydrosim import scene
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict, as_matrix
 from hydrosim.documents.units import Quantity, problem
-from hydrosim.scene import Without
+from hydrosim.scene import FrequencyColumn, Without
+from hydrosim.scene.given import key_of
 
 Place = Callable[[str], Path]
+Volume = Annotated[float, Quantity("volume", "m^3", "1000 m^3", above=0)]
 Draught = Annotated[float, Quantity("draught", "m", "12.4 m", above=0)]
 
 
+def _points(value: Any) -> Any:
+    """A point of one body as a list of one."""
+    return value if isinstance(value, list) and value and isinstance(value[0], list) else [value]
+
+
+Points = Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _points)]
+Volumes = Annotated[tuple[Volume, ...], of.one_or_more(Volume)]
+
+
 class DatabaseFile(Strict):
-    """A database in a ``file``, and what is done to it; see `hydrosim.scene.Changes`."""
+    """A database in a ``file``, and what the file does not hold and is done to it; see
+    `hydrosim.scene.Given` and `hydrosim.scene.Changes`."""
 
     file: StrictStr
+    density: of.Density | None = None
+    gravity: of.Gravity | None = None
+    depth: of.Depth | None = None
+    length: of.LineLength | None = None
+    volume: Volumes | None = None
+    centre_of_buoyancy: Points | None = None
+    centre_of_gravity: Points | None = None
+    reference_point: Points | None = None
+    frequency_column: FrequencyColumn | None = None
+    symmetric: StrictBool | None = None
     accept: tuple[StrictStr, ...] = ()
     frequencies: tuple[of.TableFrequency, of.TableFrequency] | None = None
     symmetrise: StrictBool = False
@@ -39,9 +62,17 @@ class DatabaseFile(Strict):
 
     def build(self, place: Place) -> scene.ChangedDatabase:
         """As a scene has it."""
-        changes = dict(self)
-        file, draught = place(changes.pop("file")), changes.pop("draught")
-        return scene.ChangedDatabase(file, scene.Changes(**changes), draught)
+        changes = {item.name: getattr(self, item.name) for item in fields(scene.Changes)}
+        given = {item.name: _flat(getattr(self, key_of(item.name))) for item in fields(scene.Given)}
+        return scene.ChangedDatabase(
+            place(self.file), scene.Changes(**changes), scene.Given(**given)
+        )
+
+
+def _flat(value: Any) -> Any:
+    """Points one after the other."""
+    nested = isinstance(value, tuple) and value and isinstance(value[0], tuple)
+    return tuple(x for point in value for x in point) if nested else value
 
 
 class MemberFile(DatabaseFile):
@@ -51,11 +82,10 @@ class MemberFile(DatabaseFile):
 
     def build_member(self, place: Place) -> scene.AtDraught:
         """As a scene has it."""
-        plain = self.model_copy(update={"draught": None})
-        built = DatabaseFile.build(plain, place)
-        return scene.AtDraught(
-            self.draught, built if built.changes != scene.Changes() else built.source
-        )
+        unnamed = self.model_copy(update={"draught": None})
+        built = DatabaseFile.build(unnamed, place)
+        plain = built == scene.ChangedDatabase(built.source)
+        return scene.AtDraught(self.draught, built.source if plain else built)
 
 
 class Coefficients(Strict):

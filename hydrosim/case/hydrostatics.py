@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, StrictStr, Tag
 
-from hydrosim.documents import quantities as of
+from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity
 from hydrosim.errors import InputError
@@ -17,29 +17,25 @@ if TYPE_CHECKING:
     import numpy as np
 
 MATRIX = "matrix"
-Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
 Depth = Annotated[float, Quantity("depth", "m", "15 m", above=0)]
 
 
-class MeshHull(Strict):
-    """A closed hull in the file ``mesh``, whose coordinates times ``scale`` are in the database's
-    frame but for the ``waterline``, the height of the still water in it."""
+class MeshHull(MeshKeys):
+    """A closed hull in the file ``mesh``."""
 
     mesh: StrictStr
-    scale: Scale = 1.0
-    waterline: of.Length = 0.0
 
     def read(self, folder: Path, _: int) -> Hull:
         """The hull."""
         from hydrosim.database.hull import read_hull
 
-        return read_hull(folder / self.mesh, self.scale, self.waterline)
+        return read_hull(folder / self.mesh, self)
 
     def triangles(self, folder: Path) -> np.ndarray:
         """Those of a closed mesh that need not be in the water, (nt, 3, 3)."""
         from hydrosim.database.hull import read_closed
 
-        return read_closed(folder / self.mesh, self.scale, self.waterline)
+        return read_closed(folder / self.mesh, self)
 
 
 class RecipeHull(Strict):

@@ -10,7 +10,8 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 
 from hydrosim import scene
 from hydrosim.case.elements.active import Event
-from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull, Scale
+from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull
+from hydrosim.database.mesh_keys import Axes, Scale
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
@@ -18,6 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import FreeSurface
 
 SEA = "sea"
+PLACING = ("scale", "axes", "offset", "waterline")  # keys of a mesh
 Level = Annotated[float, Quantity("level", "m", "3 m", at_least=0)]
 Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
 AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4", at_least=0)]
@@ -95,6 +97,8 @@ class Tank(Strict):
     table: TankTable | None = None
     mesh: StrictStr | None = None
     scale: Scale | None = None
+    axes: Axes | None = None
+    offset: of.Point | None = None
     waterline: of.Length | None = None
     recipe: StrictStr | None = None
     depth: Depth | None = None
@@ -110,7 +114,7 @@ class Tank(Strict):
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             raise problem(found, "one of box, table, mesh, recipe")
-        for key, owner in (("scale", "mesh"), ("waterline", "mesh"), ("depth", "recipe")):
+        for key, owner in (*((key, "mesh") for key in PLACING), ("depth", "recipe")):
             if self.given(key) and given[0] != owner:
                 raise problem(f"{key} of a {given[0]}", f"it of a {owner}")
         if self.table is not None and self.permeability != 1.0:
@@ -139,7 +143,7 @@ class Tank(Strict):
         if self.table is not None:
             return self.table.build()
         if self.mesh is not None:
-            given = {key: getattr(self, key) for key in self.given("scale", "waterline")}
+            given = {key: getattr(self, key) for key in self.given(*PLACING)}
             corners = MeshHull(mesh=self.mesh, **given).triangles(folder)
             return scene.TankMesh(corners, self.permeability, str(folder / self.mesh))
         if self.recipe is not None:

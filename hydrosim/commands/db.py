@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.changes import changes_of
-from hydrosim.commands.given import overruled, with_given
+from hydrosim.commands.given import with_given
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.database.given import Given
     from hydrosim.outputs import Output
+    from hydrosim.scene.given import Given
 
 app = typer.Typer(
     no_args_is_help=True, help="Look at, check, convert and make hydrodynamic databases."
@@ -40,7 +40,7 @@ def info(file: DatabaseFile, given: Given) -> None:
     from hydrosim.database.summary import contents
 
     db = read(file, given)
-    show(contents(db, recognise(file)[0].NAME), *_not_used(db, given))
+    show(contents(db, recognise(file)[0].NAME), *_caveats(db, given))
 
 
 @app.command()
@@ -70,7 +70,7 @@ def check(
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
     told = [] if refused else [memory(db)]
-    show(verdicts(findings), *remarks(findings), *told, *_not_used(db, given))
+    show(verdicts(findings), *remarks(findings), *told, *_caveats(db, given))
     if drawn is not None:
         from hydrosim.plot.database import draw_database
 
@@ -124,7 +124,7 @@ def convert(
         warnings.simplefilter("always")
         db = load(file, given, changes)
         files = write(db, output)
-    show(*(f"warning   {warning.message}" for warning in caught), *_not_used(db, given))
+    show(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, given))
     show(*(f"result    {path}" for path in files))
 
 
@@ -159,7 +159,7 @@ def kernel(
     time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
-    show(report, *_not_used(db, given), f"result    {made.path}, {page.path}")
+    show(report, *_caveats(db, given), f"result    {made.path}, {page.path}")
 
 
 @app.command()
@@ -185,11 +185,21 @@ def build(
         show(f"result    {path}")
 
 
-def _not_used(db: HydroDatabase, given: Given) -> list[str]:
-    return [
+def _caveats(db: HydroDatabase, given: Given) -> list[str]:
+    """Warnings of what is given in vain, and of what nobody has said."""
+    from hydrosim.database.load import overruled
+
+    lines = [
         f"warning   {db.source} has its own {name.replace('_', ' ')}; what is given is not used"
         for name in overruled(db, given)
     ]
+    assumed = db.attributes.get("assumed")
+    if assumed and "recipe" not in db.attributes:  # a recipe's are those of its author
+        lines.append(
+            f"warning   {db.source} does not say everything; assumed: {assumed}. Give what is"
+            " otherwise, see `hydrosim db convert --help`."
+        )
+    return lines
 
 
 def _picture(path: Path, file: Path, overwrite: bool) -> Output:

@@ -7,14 +7,12 @@ from functools import wraps
 from inspect import Parameter, Signature, signature
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import numpy as np
 import typer
 
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
-    from hydrosim.database.database import HydroDatabase
-    from hydrosim.database.given import FrequencyColumn, Given
+    from hydrosim.scene.given import FrequencyColumn, Given
 
 
 class _Numbers(NamedTuple):
@@ -96,19 +94,8 @@ def with_given(command: Callable[..., None]) -> Callable[..., None]:
     return with_options
 
 
-def overruled(db: HydroDatabase, given: Given) -> list[str]:
-    """Names of what is ``given`` although the file says something else, which counts."""
-    return [
-        name
-        for name in _NUMBERS
-        if getattr(given, name) is not None
-        and hasattr(db, name)
-        and not np.array_equal(np.ravel(getattr(db, name)), np.ravel(getattr(given, name)))
-    ]
-
-
 def _given(values: dict[str, Any]) -> Given:
-    from hydrosim.database.given import Given
+    from hydrosim.scene.given import Given
 
     readers: dict[str, Callable[[Any], Any]] = {
         "frequency_column": _column,
@@ -124,7 +111,7 @@ def _given(values: dict[str, Any]) -> Given:
 
 
 def _column(text: str) -> FrequencyColumn:
-    from hydrosim.database.given import FrequencyColumn
+    from hydrosim.scene.given import FrequencyColumn
 
     if text not in set(FrequencyColumn):
         expected = ", ".join(FrequencyColumn)

@@ -1,19 +1,19 @@
 """Guesses which columns of a recording are which channels of a run, by their names and units.
 
 A column that is called as a channel is that channel. Of others, the words in the name must all be
-of the channel ("barge heave velocity", "Z [m]", "fender 2"), those that tell a channel from the
-others (its degree of freedom, its number) must be there, and the unit must fit. Where two channels
-or two columns remain, nothing is guessed.
+of the channel ("barge heave velocity", "Z [m]", "run1.ROLL_deg", "fender 2"), those that tell a
+channel from the others (its degree of freedom, its number) must be there, and the unit must fit.
+Where two channels or two columns remain, nothing is guessed.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hydrosim.compare.mapping import Place
-from hydrosim.documents.text import name_and_unit
+from hydrosim.documents.text import name_and_unit, spelled
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.recordings.recording import Column, Recording, is_time
@@ -47,15 +47,32 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Place]
     same = [(c.name, number) for number, c in numbered if c.name in names]
     free = [channel for channel in channels if channel.name not in dict(same)]
     others = [(number, c) for number, c in numbered if c.name not in names] if free else []
-    found = same + [(name, number) for number, c in others if (name := _fitting(c, free))]
+    found = [(name, Place(column=number)) for name, number in same]
+    for number, column in others:
+        for name, unit in _readings(column):
+            if channel := _fitting(name, unit, free):
+                found.append((channel, Place(column=number, unit=unit)))
+                break
     claims = Counter(name for name, _ in found)
-    return {name: Place(column=number) for name, number in found if claims[name] == 1}
+    return {name: place for name, place in found if claims[name] == 1}
 
 
-def _fitting(column: Column, channels: Sequence[Channel]) -> str | None:
-    """The one channel that a column may be, if there is one."""
-    words = _words(name_and_unit(column.name)[0])
-    fits = [c.name for c in channels if _fits(words, c.name) and _converts(column.unit, c.unit)]
+def _readings(column: Column) -> Iterator[tuple[str, str | None]]:
+    """Names and units that a column may have, the plainest first: as it is, with a unit at its end
+    ("ROLL_deg"), and each without the names of groups that it is in ("run1.ROLL_deg")."""
+    groups = name_and_unit(column.name)[0].split(".")
+    for k in range(len(groups)):
+        name = ".".join(groups[k:])
+        yield name, column.unit
+        stem, _, end = name.rpartition("_")
+        if stem and column.unit is None and end and (unit := spelled(end)):
+            yield stem, unit
+
+
+def _fitting(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
+    """The one channel that a column of this name may be, if there is one."""
+    words = _words(name)
+    fits = [c.name for c in channels if _fits(words, c.name) and _converts(unit, c.unit)]
     by_variable = [[name for name in fits if name.split(".")[0] == usual] for usual in USUAL]
     meant = next((named for named in by_variable if named), fits)
     return meant[0] if len(meant) == 1 else None

@@ -1,22 +1,19 @@
-"""The databases of a scene: opened, and judged by what the scene uses of them."""
+"""The databases of a scene: opened, and grouped with their bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.coefficients import CONSTANT, SOURCE, database_of
+from hydrosim.compiling.coefficients import CONSTANT, database_of
 from hydrosim.database.changes import APART, changed
-from hydrosim.database.checks import Part, Use, doubts, in_order
+from hydrosim.database.checks import in_order
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
-from hydrosim.database.load import read
-from hydrosim.database.transfer import body_of, velocity_transfer
+from hydrosim.database.load import overruled, read
+from hydrosim.database.transfer import body_of
 from hydrosim.errors import InputError
 from hydrosim.scene import (
     Body,
@@ -29,12 +26,7 @@ from hydrosim.scene import (
     Scene,
     SecondOrder,
 )
-
-if TYPE_CHECKING:
-    from hydrosim.waves.components import Components
-
-HARDLY = 0.01  # share of a sea's energy that a database may lack, too
-
+from hydrosim.scene.given import NOTHING_GIVEN, Given, key_of
 
 Source = Path | Hydrodynamics | ChangedDatabase
 
@@ -43,14 +35,24 @@ def opened(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database of a body: read from its file, unless it is in memory, and changed as asked for.
     Raises InputError where that cannot be, or its frequencies and headings are out of order."""
     if isinstance(source, ChangedDatabase):
-        return changed(opened(source.source, Given(draught=source.draught)), source.changes)
+        return changed(opened(source.source, source.given), source.changes)
     if isinstance(source, Path):
-        return in_order(read(source, given))
+        return in_order(_unmistaken(read(source, given), given))
     if isinstance(source, HydroDatabase):
         return in_order(source)
     raise InputError(
         f"hydrodynamics: found {type(source).__name__}; expected a file or a HydroDatabase."
     )
+
+
+def _unmistaken(db: HydroDatabase, given: Given) -> HydroDatabase:
+    """The database; raises InputError where its file says something else than what is given."""
+    for name in overruled(db, given):
+        raise InputError(
+            f"hydrodynamics.{key_of(name)}: found {getattr(given, name)}, but {db.source} itself"
+            f" says {np.ravel(getattr(db, name))}; expected the same. Leave the key out."
+        )
+    return db
 
 
 class Group(NamedTuple):
@@ -64,7 +66,7 @@ class Group(NamedTuple):
 def groups(scene: Scene) -> list[Group]:
     """The databases of the scene but those of families, as they are read, and their bodies, in
     their order. Raises
-    InputError where one cannot be read, is of other water or has no loads though waves ask."""
+    InputError where one cannot be read or has no loads though waves ask."""
     known: dict[Source, HydroDatabase] = {}
     found: dict[tuple[object, ...], Group] = {}
     for i, body in enumerate(scene.bodies):
@@ -96,7 +98,6 @@ def _of_body(
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
     else:
         db = known[source] = known[source] if source in known else opened(source)
-        check_water(db, body, water)
         if APART in db.attributes and 1 <= body.database_body <= db.bodies:
             db = body_of(db, body.database_body - 1)
             body = replace(body, database_body=1)
@@ -111,67 +112,4 @@ def _check_unloaded(db: HydroDatabase, body: Body) -> None:
         raise InputError(
             f"bodies.{body.name}: {db.source} has no wave loads, and the scene has waves. Use a"
             " database with loads, leave the waves out, or set wave_forces.first_order to false."
-        )
-
-
-def judged(
-    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
-) -> tuple[str, ...]:
-    """Doubts about what the ``bodies``, which move in the DOFs ``free``, use of their database, as
-    it was read, in the ``seas``. Raises InputError where that cannot be right."""
-    parts = frozenset(part for body in bodies for part in _parts(body, bool(seas)))
-    if db.source == SOURCE:  # which is checked where it is made
-        return ()
-    offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
-    moving = np.flatnonzero(velocity_transfer(offset)[:, free].any(axis=1))
-    return doubts(db, Use(parts, tuple(map(int, moving)), _highest(db, seas)))
-
-
-def _parts(body: Body, waves: bool) -> Iterator[Part]:
-    wanted = body.wave_forces
-    yield from (Part.ORDER, Part.RADIATION, Part.STIFFNESS)
-    if not waves:
-        return
-    if wanted.first_order:
-        yield Part.LOADS
-    if wanted.second_order != SecondOrder.NONE:
-        yield Part.DRIFT
-    if wanted.second_order == SecondOrder.QTF:
-        yield Part.DIFFERENCE
-    if wanted.sum_frequency:
-        yield Part.SUM
-
-
-def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
-    """Of the database's frequencies the first above which the waves have next to nothing, or
-    infinity: so that seas that differ little are judged once."""
-    if not seas:
-        return inf
-    omega, energy = (
-        np.concatenate(parts)
-        for parts in zip(*((waves.omega, waves.amplitude**2) for waves in seas), strict=True)
-    )
-    order = np.argsort(omega)
-    above = np.cumsum(energy[order][::-1])[::-1] - energy[order]
-    last = omega[order][int(np.argmax(above <= HARDLY * energy.sum()))]
-    return min((float(w) for w in db.frequency if w >= last), default=inf)
-
-
-def check_water(db: HydroDatabase, body: Body, water: Environment) -> None:
-    """Raises InputError where a database was made for other water than that of the scene."""
-    assumed = db.attributes.get("assumed", "")
-    for name in ("water_density", "gravity", "water_depth"):
-        here, there = getattr(water, name), getattr(db, name)
-        if here == there or (here < inf and abs(here - there) <= 1e-3 * here):
-            continue
-        found = f"environment.{name}: found {here:g}, but {db.source} of bodies.{body.name}"
-        if name.replace("_", " ") in assumed:
-            raise InputError(
-                f"{found} does not say what it was made for, and {there:g} was assumed. Write a"
-                f" database that says it: `hydrosim db convert {db.source} OUT.nc"
-                f" --{name.removeprefix('water_')} {here:g}`."
-            )
-        raise InputError(
-            f"{found} was made for {there:g}. Use a database made for this water, or change the"
-            " case."
         )

@@ -10,8 +10,9 @@ import numpy as np
 
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
-from hydrosim.compiling.databases import Group, groups, judged
+from hydrosim.compiling.databases import Group, groups
 from hydrosim.compiling.hydrostatics.hulls import with_hulls
+from hydrosim.compiling.suitability import judged, suited
 from hydrosim.database.changes import CHANGED
 from hydrosim.database.checks import ACCEPTED
 from hydrosim.dofs import DOFS
@@ -181,9 +182,9 @@ def group_of(
     chosen = radiation_of(bodies[0])
     if isinstance(chosen, Memory):
         _check_table(read, bodies[0], chosen)
-    judged(read, bodies, moving(bodies), seas)  # before anything is fitted to it
+    whole = suited(read, bodies, moving(bodies), scene.environment, seas)  # before it is fitted
     centres = [body.centre_of_gravity for body in bodies]
-    db = database.all_headings(database.move_reference(read, centres))
+    db = database.all_headings(database.move_reference(whole, centres))
     db = with_hulls(db, bodies, scene.environment)
     memory = no_memory(db) if read.source == SOURCE else _memory(db, chosen)
     wet = WetGroup(

@@ -162,8 +162,9 @@ def needed(db: HydroDatabase, name: str) -> Real:
     value = getattr(db, name)
     if value is None:
         raise InputError(
-            f"{db.source}: has no {name.replace('_', ' ')}, which is needed here; give it with"
-            " `hydrosim db convert`, see `hydrosim db convert --help`."
+            f"{db.source}: has no {name.replace('_', ' ')}, which is needed here; give it:"
+            f" `hydrodynamics: {{file: ..., {name}: ...}}` in a case, or an option of `hydrosim db"
+            " convert`."
         )
     return np.asarray(value)
 

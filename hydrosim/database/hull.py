@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.database.hydrostatics import Hydrostatics
+from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
 
@@ -25,16 +26,15 @@ Triangles = np.ndarray  # (nt, 3 corners, 3 coordinates), normals into the water
 CLOSED = 1e-6  # of the area and of the volume: what a closed hull may miss by rounding of its file
 
 
-def read_hull(path: Path, scale: float = 1.0, waterline: float = 0.0) -> Hull:
-    """The closed hull in a mesh file of any format that meshio reads; coordinates are multiplied
-    with ``scale``, and the still water is ``waterline`` [m] above z = 0 after that. Raises
-    `InputError` where it cannot be read, is open, or is not in the water."""
-    return closed(_read(path) * scale - [0.0, 0.0, waterline], str(path))
+def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
+    """The closed hull in a mesh file of any format that meshio reads, placed as its ``keys`` say.
+    Raises `InputError` where it cannot be read, is open, or is not in the water."""
+    return closed(keys.placed(_read(path)), str(path))
 
 
-def read_closed(path: Path, scale: float = 1.0, waterline: float = 0.0) -> Triangles:
+def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     """The triangles of any closed mesh file, as `read_hull` reads it."""
-    return outward(_read(path) * scale - [0.0, 0.0, waterline], str(path))
+    return outward(keys.placed(_read(path)), str(path))
 
 
 def closed(corners: Triangles, source: str) -> Hull:
@@ -46,7 +46,8 @@ def closed(corners: Triangles, source: str) -> Hull:
     if not low < 0.0 < high:
         raise InputError(
             f"{source}: found a hull from {low:.4g} to {high:.4g} m above the still water; expected"
-            " some of it below and some above. Mend waterline, scale or depth."
+            " some of it below and some above. Mend waterline, scale, axes, offset or"
+            " depth."
         )
     return Hull(found, source)
 

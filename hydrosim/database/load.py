@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import fields
 from glob import escape
 from pathlib import Path
+
+import numpy as np
 
 from hydrosim.database.changes import changed
 from hydrosim.database.checks import EVERYTHING, doubts, in_order
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers import READERS, Reader
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
+from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 HEAD = 4096  # bytes that a format is recognised by
 NOTHING_CHANGED = Changes()
 NOT_READ = {  # files that stand beside those that are, or are of programs that are not
     ".lis": "a listing of AQWA, which is read beside an .AH1 file; name that one",
-    ".rao": "a table by HydroStar, of which the .qtf alone are read; let it write WAMIT's format",
+    ".rao": "no table of HydroStar with its head; let it write WAMIT's format",
     ".tec": "a table for Tecplot and none of a Nemoh project",
 }
 
@@ -35,6 +38,13 @@ def load(
     clearly that a sign, unit or convention must be wrong. Milder findings are warnings.
     """
     db = changed(in_order(read(path, given)), changes)
+    if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
+        raise InputError(
+            f"{path}: found no points that rotations are about (Capytaine's rotation_center);"
+            " expected one for each body. Give x, y and z of each: --reference-point, or"
+            " reference_point in `hydrodynamics: {file: ...}` of a case. In Capytaine it is the"
+            " rotation_center or, where none was set, the center_of_mass."
+        )
     for doubt in doubts(db, EVERYTHING):
         warnings.warn(doubt, stacklevel=2)
     return db
@@ -50,6 +60,19 @@ def read(path: Path | str, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             " expected none. Name the file that is for the draught."
         )
     return reader.read(file, given)
+
+
+def overruled(db: HydroDatabase, given: Given) -> list[str]:
+    """Names of what is ``given`` although the file says something else, which counts."""
+    return [
+        item.name
+        for item in fields(Given)
+        if getattr(given, item.name) is not None
+        and hasattr(db, item.name)
+        and not np.array_equal(
+            np.ravel(getattr(db, item.name)), np.ravel(getattr(given, item.name))
+        )
+    ]
 
 
 def recognise(path: Path | str) -> tuple[Reader, Path]:

@@ -2,12 +2,15 @@
 
 Variables are those of `HydroDatabase`; a complex one has a last dimension ``complex`` (re, im).
 DOFs are ``surge`` to ``yaw``, with several bodies ``body1__surge`` and so on. Optional variables
-are absent where the database has none. netCDF4 is used rather than xarray because importing
-xarray takes longer than everything else; the files open in xarray all the same.
+are absent where the database has none. Packed numbers (``scale_factor``) are unpacked, other units
+are refused, and a checksum over all numbers tells whether they are those that were written. netCDF4
+is used rather than xarray because importing xarray takes longer than everything else; the files
+open in xarray all the same.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,12 +19,17 @@ import netCDF4
 import numpy as np
 
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "hydrosim netCDF"
+CHECKSUM = "checksum"  # attribute of a file: that of the database when it was written
+NUMBERS = "numbers"  # attribute of a database that was read: whether they are those, in words
+AS_WRITTEN, ALTERED = "as written", "altered"
+_MOST_ALONG = 10_000  # frequencies, headings, pairs of them
+_MOST = 10**8  # numbers in a file
 FRAME = "origin on the still waterline, x forward, y to port, z up; headings: where waves go to"
 PHASE = "F(t) = Re{X a exp(+i w t)}, elevation at the origin Re{a exp(+i w t)}"
 
@@ -101,13 +109,13 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error
     with file:
-        file.set_auto_maskandscale(False)
         missing = [n for n, v in VARIABLES.items() if not v.optional and n not in file.variables]
         if missing:
             raise InputError(
                 f"{path}: variable {', '.join(missing)} is missing; expected a hydrosim database"
                 " with the layout of hydrosim.database.netcdf. Is it another program's file?"
             )
+        _check_sizes(file)
         try:
             arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
         except RuntimeError as error:
@@ -116,10 +124,32 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             ) from error
         texts = {name: str(file.getncattr(name)) for name in file.ncattrs()}
     symmetric = texts.pop("port_starboard_symmetric", "no") == "yes"
-    known = {"source": str(path), "port_starboard_symmetric": symmetric, "attributes": texts}
-    return HydroDatabase(
-        **{**_of_bodies(given, path, len(arrays["reference_point"])), **arrays, **known}
+    written = texts.pop(CHECKSUM, None)
+    db = HydroDatabase(
+        source=str(path), port_starboard_symmetric=symmetric, attributes=texts, **arrays
     )
+    if written is not None and texts.get(NUMBERS) != ALTERED:
+        texts[NUMBERS] = AS_WRITTEN if db.checksum == written else ALTERED
+    added = _of_bodies(given, path, db.bodies)
+    lacking = {name: value for name, value in added.items() if getattr(db, name) is None}
+    return replace(db, **lacking) if lacking else db
+
+
+def _check_sizes(file: netCDF4.Dataset) -> None:
+    """Raises `InputError` for numbers beyond reason, of which a few bytes may promise any count."""
+    for name in ("frequency", "heading", "qtf_frequency", "qtf_pair"):
+        size = file.dimensions[name].size if name in file.dimensions else 0
+        if size > _MOST_ALONG:
+            raise InputError(
+                f"{file.filepath()}: dimension {name} is {size:,}; expected at most"
+                f" {_MOST_ALONG:,}. The file is damaged."
+            )
+    count = sum(file.variables[name].size for name in VARIABLES if name in file.variables)
+    if count > _MOST:
+        raise InputError(
+            f"{file.filepath()}: has {count:,} numbers; expected at most {_MOST:,}. The file is"
+            " damaged, or has more pairs of waves than any sea needs."
+        )
 
 
 def write(db: HydroDatabase, path: Path) -> None:
@@ -153,9 +183,16 @@ def _array(file: netCDF4.Dataset, name: str, variable: Variable) -> Any:
             f"{file.filepath()}: variable {name} has dimensions {stored.dimensions}, expected"
             f" {expected}."
         )
+    units = str(getattr(stored, "units", variable.units))
+    if units != variable.units:
+        raise InputError(
+            f"{file.filepath()}: variable {name} is in {units!r}, expected {variable.units!r}."
+            " Convert its numbers."
+        )
     try:
-        value = np.array(stored[...], dtype=np.float64, order="C")
-    except (RuntimeError, ValueError) as error:
+        numbers = np.ma.filled(np.ma.asarray(stored[...]).astype(np.float64), np.nan)
+        value = np.array(numbers, order="C")
+    except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(
             f"{file.filepath()}: variable {name} cannot be read ({error}). The file is damaged."
         ) from error
@@ -189,7 +226,10 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
         "phase_convention": PHASE,
         "port_starboard_symmetric": "yes" if db.port_starboard_symmetric else "no",
     }
-    return {**standard, **db.attributes}
+    own = dict(db.attributes)
+    if own.get(NUMBERS) != ALTERED:
+        own.pop(NUMBERS, None)
+    return {**standard, **own, CHECKSUM: db.checksum}
 
 
 def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:

@@ -1,5 +1,6 @@
 """Whether an HDF5 file is whole. netCDF's library keeps open what it fails to read, and may bring
-the whole process down when it is asked again; h5py tells before."""
+the whole process down when it is asked again; h5py tells before. A file is whole by itself: what
+points to other files is a fault."""
 
 from __future__ import annotations
 
@@ -35,7 +36,7 @@ def _remembered(path: Path, *state: int) -> str | None:
 def _fault(path: Path) -> str | None:
     try:
         with h5py.File(path) as file:
-            dict(file.attrs)
+            _touch("/", file)
             file.visititems(_touch)
     except (OSError, RuntimeError, KeyError, TypeError, ValueError, OverflowError) as error:
         return str(error)
@@ -46,3 +47,9 @@ def _touch(name: str, item: h5py.Group | h5py.Dataset) -> None:
     dict(item.attrs)
     if isinstance(item, h5py.Dataset):
         _ = item.shape, item.dtype
+        outside = bool(item.external) or item.is_virtual
+    else:
+        links = (item.get(key, getlink=True) for key in item)
+        outside = any(isinstance(link, h5py.ExternalLink) for link in links)
+    if outside:
+        raise ValueError(f"{name} points to another file, which is not followed")

@@ -22,6 +22,10 @@ from hydrosim.scene.force import (
     ForceElement,
     Turns,
 )
+from hydrosim.scene.given import (
+    FrequencyColumn,
+    Given,
+)
 from hydrosim.scene.hydrodynamics import (
     AtDraught,
     ChangedDatabase,
@@ -106,6 +110,8 @@ __all__ = [
     "Family",
     "ForceElement",
     "FreeSurface",
+    "FrequencyColumn",
+    "Given",
     "GivenComponents",
     "Hull",
     "Hydrodynamics",

@@ -9,6 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from hydrosim.scene.given import NOTHING_GIVEN, Given
+
 
 class Hydrodynamics(Protocol):
     """A database in memory, as `hydrosim.database.HydroDatabase` is: what a scene knows of it is
@@ -48,11 +50,11 @@ class Changes:
 
 @dataclass(frozen=True)
 class ChangedDatabase:
-    """A database, or its file, with ``changes``; ``draught`` names one of several in the file."""
+    """A database, or its file, with ``changes``; ``given`` is what the file does not hold."""
 
     source: Hydrodynamics | Path
-    changes: Changes
-    draught: str | None = None
+    changes: Changes = Changes()
+    given: Given = NOTHING_GIVEN
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from hydrosim.waves.spectra import cut_off, density, width
 
 _PEAK_PERIODS = 20.0  # in a repeat period at least: the energy is then right to 0.1 %
 _UNEVEN = 1e-3  # of a record's step: what its times may be off from equal spacing
+_ROUNDED = 0.05  # of it, where that is no more than single precision rounds them
 _LATE = 1e-6  # s: what the end of a run may be after that of the waves
 _MULTIPLE = 1e-9  # of a frequency: closer than this to a multiple is the multiple
 
@@ -211,7 +212,8 @@ def _recorded(record: RecordedElevation, train: WaveTrain, environment: Environm
 def _even_step(time: np.ndarray) -> float:
     step = (time[-1] - time[0]) / (time.size - 1)
     late = np.abs(time - time[0] - step * np.arange(time.size)).max()
-    if not late <= _UNEVEN * step:
+    rounding = np.finfo(np.float32).eps * np.abs(time).max()
+    if not late <= max(_UNEVEN * step, min(rounding, _ROUNDED * step)):
         raise InputError(
             f"environment.waves: found times in the recorded elevation that are up to {late:.3g} s"
             f" off from steps of {step:.6g} s; expected equal steps; interpolate it first"

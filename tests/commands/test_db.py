@@ -152,6 +152,15 @@ class TestConvert:
         assert result.code == 0
         assert "warning faulty.nc: weight: found 0.05" in result.out
 
+    def test_what_nobody_said_is_told(self, db: Command) -> None:
+        known = ("--density", "1025", "--gravity", "9.81", "--depth", "infinite")
+        assert db("convert", "h851.nc", "there.1").code == 0
+        result = db("convert", "there.1", "other.nc", *known)
+        assert "assumed: reference points at the origin, first column period" in result.out
+        place = ("--reference-point", "0, 0, -4.9 m", "--frequency-column", "period")
+        result = db("convert", "there.1", "another.nc", *known, *place)
+        assert "assumed" not in result.out
+
     def test_what_cannot_be_right_is_not_written(self, db: Command, folder: Path) -> None:
         planted(excitation=np.conj)
         before = files(folder)

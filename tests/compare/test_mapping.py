@@ -55,6 +55,10 @@ def guessed(*names: str) -> dict[str, str]:
         ("Fender1", "fender_normal_force.interface 1"),
         ("fender 1 [m]", "fender_compression.interface 1"),
         ("position.deck.surge", "position.deck.surge"),
+        ("PITCH_deg", "position.barge.pitch"),
+        ("run1.PITCH_deg", "position.barge.pitch"),
+        ("run1.barge.Heave_m", "position.barge.heave"),
+        ("FENDER_2_kN", "fender_normal_force.interface 2"),
     ],
 )
 def test_guesses(column: str, channel: str) -> None:
@@ -68,6 +72,17 @@ def test_guesses(column: str, channel: str) -> None:
 def test_what_is_not_guessed(column: str) -> None:
     """Two bodies heave; no degree of freedom or number; a unit of something else."""
     assert guessed(column) == {}
+
+
+def test_a_unit_at_the_end_of_a_name_is_the_unit() -> None:
+    """Or degrees would be taken for radians."""
+    columns = [Column(name, None, np.arange(4.0)) for name in ("time", "run1.PITCH_deg", "WAVE_cm")]
+    found = guess(Recording(Source(Path("data.mat")), "MATLAB", columns), CHANNELS)
+    assert {name: place.unit for name, place in found.items()} == {
+        "position.barge.pitch": "deg",
+        "wave_elevation": "cm",
+    }
+    assert guessed("run1.PITCH_deg", "run2.PITCH_deg") == {}
 
 
 def test_two_columns_of_one_channel() -> None:

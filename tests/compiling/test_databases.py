@@ -10,7 +10,7 @@ from moored_barge import ROOT, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.databases import judged
+from hydrosim.compiling.suitability import judged
 from hydrosim.compiling.wet import moving
 from hydrosim.database import HydroDatabase, Use, body_of, check, doubts, load
 from hydrosim.database.changes import changed
@@ -163,7 +163,7 @@ def test_a_database_made_in_python_is_checked() -> None:
 def test_a_density_that_was_only_assumed_is_said_so() -> None:
     scene = barge(replace(hull(), attributes={"assumed": "length 1, water density 1025"}))
     water = replace(scene.environment, water_density=1000.0)
-    with pytest.raises(InputError, match=r"1025 was assumed.*--density 1000"):
+    with pytest.raises(InputError, match=r"(?s)made for 1025, which is assumed.*density: 1000"):
         compile_scene(replace(scene, environment=water))
 
 

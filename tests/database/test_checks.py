@@ -15,10 +15,10 @@ from hydrosim.database import check, load, netcdf
 from hydrosim.database.changes import changed as changed_database
 from hydrosim.database.checks import CHECKS, accepted, doubts
 from hydrosim.database.checks.use import EVERYTHING
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 ROOT = Path(__file__).parents[2]
 RHO_G = 1025 * 9.81
@@ -279,6 +279,10 @@ DOUBTED = {
     ),
     "centre of gravity 25 m higher": (capsizing, "metacentric heights"),
     "mass with 5 % more": ({"inertia_matrix": times(1.05)}, "weight"),
+    "drift doubled in the file": (
+        lambda db: replace(db, attributes={**db.attributes, netcdf.NUMBERS: netcdf.ALTERED}),
+        "numbers as written",
+    ),
     "QTF per two amplitudes": ({"qtf_difference": times(2)}, "QTF against mean drift"),
 }
 

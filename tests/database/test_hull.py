@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from hydrosim.database.build.barge import box, hydrostatics
 from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe
 from hydrosim.database.hull import closed, immersed, integrals, read_hull
+from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
 meshio = pytest.importorskip("meshio")
@@ -30,9 +31,32 @@ def write(path: Path, corners: np.ndarray) -> Path:
 def test_a_mesh_file_has_the_hydrostatics_of_its_hull(tmp_path: Path, form: str) -> None:
     """In millimetres above the keel; binary files have single precision."""
     path = write(tmp_path / f"hull{form}", (FACES + np.array([0.0, 0.0, 8.0])) * 1000.0)
-    found, exact = integrals(immersed(read_hull(path, 1e-3, 8.0).corners)), hydrostatics(SHAPE)
+    found, exact = (
+        integrals(immersed(read_hull(path, MeshKeys(scale=1e-3, waterline=8.0)).corners)),
+        hydrostatics(SHAPE),
+    )
     assert_allclose(found.stiffness(-2.0, 1.0, 1.0), exact.stiffness(-2.0, 1.0, 1.0), atol=1.0)
     assert_allclose([found.volume, found.area], [exact.volume, exact.area], rtol=1e-6)
+
+
+def test_axes_and_offset_place_a_mesh(tmp_path: Path) -> None:
+    """From a file with y to starboard, z down, and its origin at the stern and keel."""
+    stern = np.array([50.0, 0.0, 8.0])
+    path = write(tmp_path / "hull.ply", (FACES + stern) * [1.0, -1.0, -1.0])
+    keys = MeshKeys(axes=("x", "-y", "-z"), offset=(-50.0, 0.0, 0.0), waterline=8.0)
+    found = integrals(immersed(read_hull(path, keys).corners))
+    exact = integrals(immersed(FACES))
+    assert_allclose(found.centre_of_buoyancy, exact.centre_of_buoyancy, atol=1e-9)
+    assert_allclose(found.stiffness(0.0, 1.0, 1.0), exact.stiffness(0.0, 1.0, 1.0), atol=1e-6)
+    path = write(tmp_path / "turned.ply", FACES[..., [2, 0, 1]])
+    turned = read_hull(path, MeshKeys(axes=("y", "z", "x"))).corners
+    assert_allclose(np.sort(turned, axis=0), np.sort(FACES, axis=0), atol=1e-12)
+
+
+@pytest.mark.parametrize("axes", [("x", "y", "-z"), ("x", "x", "z")])
+def test_axes_that_mirror_or_flatten_a_hull_are_refused(axes: tuple[str, ...]) -> None:
+    with pytest.raises(ValueError, match=r"such as \[x, -y, -z\] for z down"):
+        MeshKeys(axes=axes)
 
 
 def test_normals_that_point_inwards_are_turned() -> None:

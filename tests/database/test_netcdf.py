@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
 import xarray
 
-from hydrosim.database import HydroDatabase, netcdf
+from hydrosim.database import HydroDatabase, check, netcdf
 from hydrosim.errors import InputError
 
 OPTIONAL = [name for name, variable in netcdf.VARIABLES.items() if variable.optional]
@@ -84,3 +85,98 @@ def test_another_kind_of_file_is_refused(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"db\.nc: not a netCDF"):
         netcdf.read(path)
+
+
+def damping(file: netCDF4.Dataset) -> None:
+    file["radiation_damping"][:] *= 1.1
+
+
+def drift(file: netCDF4.Dataset) -> None:
+    file["mean_drift"][:] *= 2.0
+
+
+def gravity(file: netCDF4.Dataset) -> None:
+    file["gravity"][...] = 9.7
+
+
+def centre(file: netCDF4.Dataset) -> None:
+    file["centre_of_gravity"][0, 2] += 1.0
+
+
+def symmetry(file: netCDF4.Dataset) -> None:
+    file.port_starboard_symmetric = "no"
+
+
+def told(db: HydroDatabase) -> bool:
+    (finding,) = (one for one in check(db) if one.name == "numbers as written")
+    return not finding.passed
+
+
+@pytest.mark.parametrize("change", [damping, drift, gravity, centre, symmetry])
+def test_numbers_that_are_changed_in_the_file_are_told(made_up, tmp_path, change):
+    """Also of a copy that is written of them; a change in memory is a new database."""
+    path = tmp_path / "db.nc"
+    netcdf.write(made_up(), path)
+    sound = netcdf.read(path)
+    assert not told(sound)
+    with netCDF4.Dataset(path, "a") as file:
+        change(file)
+    assert told(netcdf.read(path))
+    netcdf.write(netcdf.read(path), tmp_path / "copy.nc")
+    assert told(netcdf.read(tmp_path / "copy.nc"))
+    netcdf.write(replace(sound, gravity=9.7), path)
+    assert not told(netcdf.read(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "units"), [("added_mass", "tonne"), ("frequency", "Hz"), ("heading", "degree")]
+)
+def test_other_units_are_refused(made_up, tmp_path, name, units):
+    netcdf.write(made_up(), tmp_path / "db.nc")
+    with netCDF4.Dataset(tmp_path / "db.nc", "a") as file:
+        file[name].units = units
+    with pytest.raises(InputError, match=rf"variable {name} is in '{units}', expected"):
+        netcdf.read(tmp_path / "db.nc")
+
+
+def test_packed_numbers_are_unpacked(made_up, tmp_path):
+    """As xarray packs them, in whole numbers with a factor; what is missing is no number."""
+    db = made_up()
+    netcdf.write(db, tmp_path / "db.nc")
+    size = float(np.abs(db.added_mass).max()) / 30_000
+    packing = {"dtype": "int16", "scale_factor": size, "_FillValue": -32_000}
+    with xarray.open_dataset(tmp_path / "db.nc") as file:
+        file.load().to_netcdf(tmp_path / "packed.nc", encoding={"added_mass": packing})
+        file.added_mass[0, 0, 0] = np.nan
+        file.to_netcdf(tmp_path / "failed.nc", encoding={"added_mass": packing})
+    back = netcdf.read(tmp_path / "packed.nc")
+    np.testing.assert_allclose(back.added_mass, db.added_mass, atol=size)
+    assert told(back)
+    with pytest.raises(InputError, match=r"added_mass has 1 values .* not numbers"):
+        netcdf.read(tmp_path / "failed.nc")
+
+
+def test_counts_beyond_reason_are_refused_at_once(made_up, tmp_path):
+    """A few bytes may promise any count of numbers that nobody has written."""
+    netcdf.write(made_up(), tmp_path / "db.nc")
+    with (
+        netCDF4.Dataset(tmp_path / "db.nc") as small,
+        netCDF4.Dataset(tmp_path / "huge.nc", "w") as huge,
+    ):
+        for name, dimension in small.dimensions.items():
+            huge.createDimension(name, 3_000_000 if name == "frequency" else dimension.size)
+        for name, variable in small.variables.items():
+            huge.createVariable(name, variable.dtype, variable.dimensions, zlib=variable.ndim > 0)
+    assert (tmp_path / "huge.nc").stat().st_size < 100_000
+    with pytest.raises(InputError, match=r"huge\.nc: dimension frequency is 3,000,000; expected"):
+        netcdf.read(tmp_path / "huge.nc")
+
+
+def test_another_file_is_not_looked_into(made_up, tmp_path):
+    netcdf.write(made_up(), tmp_path / "db.nc")
+    netcdf.write(made_up(), tmp_path / "secret.nc")
+    with h5py.File(tmp_path / "db.nc", "a") as file:
+        del file["mean_drift"]
+        file["mean_drift"] = h5py.ExternalLink("secret.nc", "/mean_drift")
+    with pytest.raises(InputError, match=r"db\.nc: .* points to another file, which is not follow"):
+        netcdf.read(tmp_path / "db.nc")

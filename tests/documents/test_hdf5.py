@@ -52,3 +52,19 @@ def test_settled_file_is_looked_into_once(
 
 def test_missing_file_is_a_fault(tmp_path: Path) -> None:
     assert "No such file" in str(hdf5.fault(tmp_path / "missing.h5"))
+
+
+def test_what_points_to_another_file_is_a_fault(whole: Path, tmp_path: Path) -> None:
+    other = str(whole)
+    layout = h5py.VirtualLayout(shape=(1000,), dtype="f8")
+    layout[:] = h5py.VirtualSource(other, "numbers", shape=(1000,))
+    with h5py.File(tmp_path / "link.h5", "w") as file:
+        file["group/inside"] = h5py.SoftLink("/none")
+        file["group/outside"] = h5py.ExternalLink(other, "/numbers")
+    with h5py.File(tmp_path / "virtual.h5", "w") as file:
+        file.create_virtual_dataset("numbers", layout)
+    with h5py.File(tmp_path / "raw.h5", "w") as file:
+        file.create_dataset("raw", shape=(10,), dtype="f8", external=[("/etc/passwd", 0, 80)])
+    assert hdf5.fault(whole) is None
+    for name in ("link", "virtual", "raw"):
+        assert "points to another file" in str(hdf5.fault(tmp_path / f"{name}.h5"))

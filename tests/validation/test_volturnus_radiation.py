@@ -9,10 +9,10 @@ import pytest
 from markers import few
 from validation_data import unpacked
 
-from hydrosim.database.given import Given
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.radiation import fits, retardation
+from hydrosim.scene.given import Given
 
 DATA = unpacked("volturnus")
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")

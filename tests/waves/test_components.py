@@ -228,6 +228,20 @@ class TestRecorded:
         assert part.omega[-1] <= 2.0 < part.omega[-1] + part.spacing
         np.testing.assert_array_equal(part.amplitude, whole.amplitude[: part.omega.size])
 
+    def test_times_of_single_precision_are_even(self) -> None:
+        """Three hours every 0.1 s: rounded by half a millisecond."""
+        time = 0.1 * np.arange(108_000)
+        wave = np.cos(0.7 * time)
+        exact, rounded = (
+            components(WaveTrain(RecordedElevation(at.astype(float), wave)), DEEP)
+            for at in (time, time.astype(np.float32))
+        )
+        np.testing.assert_allclose(rounded.omega, exact.omega, rtol=1e-7)
+        late = time.copy()
+        late[5000] += 0.002
+        with pytest.raises(InputError, match=r"up to 0\.002 s off from steps of 0\.1 s"):
+            components(WaveTrain(RecordedElevation(late, wave)), DEEP)
+
     def test_steps_must_be_equal(self, record: RecordedElevation) -> None:
         time = record.time.copy()
         time[7] += 0.1

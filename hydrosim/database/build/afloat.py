@@ -162,7 +162,7 @@ def _own(recipe: Recipe, part: Part, share: float) -> _Own:
 
 def _of_file(recipe: Recipe, given: MeshHull) -> _Own:
     file = recipe.path.parent / given.file
-    panels = mesh.read_panels(file, given.scale, given.waterline)
+    panels = mesh.read_panels(file, given)
     lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NONE
     integrals = mesh.integrals(panels)
     symmetric = recipe.data.symmetry is Symmetry.AUTO and mesh.is_symmetric(panels)

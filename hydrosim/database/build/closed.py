@@ -30,7 +30,7 @@ def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hul
             " and their depth, keel to deck, or a mesh without one. Give a file as mesh instead."
         )
     if isinstance(hull, MeshHull):
-        own = read_hull(path.parent / hull.file, hull.scale, hull.waterline).corners
+        own = read_hull(path.parent / hull.file, hull).corners
     else:
         own = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))
     return closed(own @ about_z(part.heading).T + [*part.position, 0.0], str(path))

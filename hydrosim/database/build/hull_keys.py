@@ -9,12 +9,12 @@ from typing import Annotated, Literal, Self
 from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.database.build import barge
+from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
 
 Size = Annotated[float, Quantity("length", "m", "12.4 m", above=0)]
-Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "132105 kN/m", above=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 PANELS = 1000  # of the default size that would cover the wetted hull
@@ -112,13 +112,11 @@ class SphereHull(Strict):
         return self.panels or math.sqrt(2 * math.pi * self.radius**2 / PANELS)
 
 
-class MeshHull(Strict):
-    """A hull from a file beside the recipe, at ``waterline`` above the file's z = 0 (scaled)."""
+class MeshHull(MeshKeys):
+    """A hull from a file beside the recipe."""
 
     type: Literal["mesh"]
     file: StrictStr
-    scale: Scale = 1.0
-    waterline: of.Length = 0.0
 
 
 AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]

@@ -13,6 +13,7 @@ from hydrosim.database import hull
 from hydrosim.database.build.barge import Panels
 from hydrosim.database.build.bem import mesh_of
 from hydrosim.database.hydrostatics import Hydrostatics
+from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))
@@ -20,16 +21,17 @@ _SAME = 1e-5  # of the hull's size: points nearer than this are one
 _CLOSED = 0.01  # by how much the volumes of a closed hull may differ
 
 
-def read_panels(path: Path, scale: float, waterline: float) -> Panels:
+def read_panels(path: Path, keys: MeshKeys) -> Panels:
     """Panels (n, 4, 3) below the waterline, normals into the water, from a file of any format that
-    Capytaine or meshio reads. Coordinates are multiplied with ``scale``; ``waterline`` [m] is the
-    height of the still water after that. Raises `InputError` for what is no closed hull."""
-    panels = _read(path) * scale - [0.0, 0.0, waterline]
+    Capytaine or meshio reads, placed as its ``keys`` say. Raises `InputError` for what is no closed
+    hull."""
+    panels = keys.placed(_read(path))
     if not (panels[..., 2] < 0).any():
-        lowest = panels[..., 2].min() + waterline
+        lowest = panels[..., 2].min() + keys.waterline
         raise InputError(
             f"{path}: found no panel below the water, the lowest point being at {lowest:g} m;"
-            f" expected a hull that reaches below {waterline:g} m; mend `waterline` or `scale`."
+            f" expected a hull that reaches below {keys.waterline:g} m; mend `waterline`, `scale`,"
+            " `axes` or `offset`."
         )
     wet = panels_of(mesh_of(panels).immersed_part())
     wet = wet[wet[..., 2].min(axis=1) < -_SAME * np.ptp(wet[..., 2])]  # no panels in the waterplane

@@ -7,6 +7,7 @@ What a scene does not use is not judged, see `Use`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
@@ -57,20 +58,29 @@ def in_order(db: HydroDatabase) -> HydroDatabase:
 
 
 @lru_cache(maxsize=8)
+def _findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
+    return tuple(check(db, use))
+
+
+def refused(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
+    """The findings that refuse the database for this ``use``."""
+    return tuple(finding for finding in _findings(db, use) if finding.refused)
+
+
 def doubts(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     """What there is to warn of; raises `InputError` if the database is refused for this ``use``."""
-    findings = check(db, use)
+    findings = _findings(db, use)
     refuse(db, findings)
     return tuple(f"{db.source}: {finding}" for finding in findings if finding.doubted)
 
 
-def refuse(db: HydroDatabase, findings: list[Finding]) -> None:
+def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
     """Raises `InputError` where one of the ``findings`` refuses the database."""
-    refused = [finding for finding in findings if finding.refused]
-    if not refused:
+    bad = [finding for finding in findings if finding.refused]
+    if not bad:
         return
-    reasons = "\n".join(f"  {finding}" for finding in refused)
-    names = ", ".join(finding.name for finding in refused)
+    reasons = "\n".join(f"  {finding}" for finding in bad)
+    names = ", ".join(finding.name for finding in bad)
     raise InputError(
         f"{db.source}: the database cannot be right:\n{reasons}\nWhere you know that it is, say"
         f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` to"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrosim.database import netcdf
 from hydrosim.database.checks.finding import Check, Errors, LeftOut, one
 from hydrosim.database.checks.scales import (
     damping_floor,
@@ -25,6 +26,12 @@ _TAIL_FROM = 0.85  # the decay of the damping is taken from this share of the hi
 _WINDOW = 4  # frequencies on each side that a spike is compared with
 _OUTLIER = 8.0  # times the median of its neighbours makes a spike
 _LAGS = 200  # at which the memory is looked at
+
+
+def _alteration(db: HydroDatabase) -> Errors:
+    if netcdf.NUMBERS not in db.attributes:
+        raise LeftOut("the file has no checksum of hydrosim")
+    return one(float(db.attributes[netcdf.NUMBERS] == netcdf.ALTERED))
 
 
 def _frequencies(db: HydroDatabase) -> Errors:
@@ -147,6 +154,14 @@ ORDER = (
 )
 
 RANGES = (
+    Check(
+        "numbers as written",
+        _alteration,
+        0.0,
+        "1 where they are not those that hydrosim wrote into the file; accept it where you changed"
+        " them on purpose, and convert the original again where you did not",
+        of=frozenset(Part),
+    ),
     Check(
         "kernel truncation",
         _kernel_truncation,

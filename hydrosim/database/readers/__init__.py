@@ -17,7 +17,6 @@ from typing import Protocol
 
 from hydrosim.database import netcdf
 from hydrosim.database.database import HydroDatabase
-from hydrosim.database.given import Given
 from hydrosim.database.readers import (
     aqwa,
     bemio,
@@ -29,6 +28,7 @@ from hydrosim.database.readers import (
     veres,
     wamit,
 )
+from hydrosim.scene.given import Given
 
 
 class Reader(Protocol):

@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.aqwa_qtf import mean_drift, second_order
 from hydrosim.database.readers.assembly import (
     Abscissa,
@@ -38,6 +37,7 @@ from hydrosim.database.readers.assembly import (
 )
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "AQWA .AH1"
 
@@ -72,7 +72,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     centre = _table(text, sections, "COG", 3)
     bodies = len(centre)
     depth, density, gravity = _general(text, sections)
-    depth = depth if given.water_depth is None else given.water_depth
+    depth = given.water_depth or depth  # AQWA has no infinite one, and takes a large one for it
     loads = _loads(text, sections, head, bodies)
     excitation = [
         at_origin(loads[..., body, :], head.omega, head.heading, point, depth, gravity)
@@ -101,7 +101,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         ),
         volume=volumes(path, given.volume, volume),
         water_depth=depth,
-        water_density=density if given.water_density is None else given.water_density,
+        water_density=density,
         gravity=gravity,
         attributes={"solver": "AQWA", **method},
         mean_drift=drift,

@@ -121,8 +121,8 @@ def assembled(
 def points(
     path: Path, name: str, given: Sequence[float] | None, file: ArrayLike | None, bodies: int
 ) -> Real | None:
-    """Points (nb, 3): the user's if there are any, else the file's; None if neither has them."""
-    value = file if given is None else given
+    """Points (nb, 3): the file's if it has any, else the user's; None if neither has them."""
+    value = given if file is None else file
     if value is None:
         return None
     array = np.asarray(value, dtype=float)
@@ -135,18 +135,19 @@ def points(
 
 
 def volumes(path: Path, given: Sequence[float] | None, file: ArrayLike | None) -> Real | None:
-    """Volumes (nb,): the user's if there are any, else the file's."""
-    value = file if given is None else given
+    """Volumes (nb,): the file's if it has any, else the user's."""
+    value = given if file is None else file
     return None if value is None else np.atleast_1d(np.asarray(value, dtype=float))
 
 
 def told(path: Path, name: str, given: float | None, file: float | None = None) -> float:
-    """A number that the user gives or the file has; raises `InputError` if neither does."""
-    value = file if given is None else given
+    """A number that the file has or the user gives; raises `InputError` if neither does."""
+    value = given if file is None else file
     if value is None:
         raise InputError(
-            f"{path}: found no {name}, which this format does not hold. Give it with"
-            " `hydrosim db convert`, see `hydrosim db convert --help`."
+            f"{path}: found no {name}, which this file does not hold. Give it in the case, such as"
+            " `hydrodynamics: {file: ..., density: 1025 kg/m^3}`, or with an option of `hydrosim db"
+            " convert`."
         )
     return float(value)
 

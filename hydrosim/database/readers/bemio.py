@@ -25,10 +25,10 @@ import h5py
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.bemio_writer import write as write
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "BEMIO HDF5"
 
@@ -273,13 +273,13 @@ def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
                 f"{source.path}: {name.replace('_', ' ')} is given as {len(value)} numbers,"
                 f" expected {bodies * each} for {bodies} bodies."
             )
-        if value is None and name in theirs:
+        if name in theirs:
             parts = [
                 source.optional(f"body{i + 1}/properties/{theirs[name]}", each)
                 for i in range(bodies)
             ]
             known = [part for part in parts if part is not None]
-            value = np.concatenate(known) if len(known) == bodies else None
+            value = np.concatenate(known) if len(known) == bodies else value
         shape = (bodies,) if each == 1 else (bodies, each)
         found[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
     return found

@@ -4,7 +4,9 @@ Dimensions are known by name: the frequency is along omega, freq, period, wavenu
 the real and imaginary parts along ``complex``, wherever that stands. Capytaine has exp(-i w t), so
 loads are conjugated; its headings are where waves go to and its phases refer to the origin. Rows at
 zero and infinite frequency become the limits of the added mass. Every body must have the six rigid
-DOFs and no others: zeros for what was not computed would pass for coefficients.
+DOFs and no others: zeros for what was not computed would pass for coefficients. A file of several
+bodies without ``rotation_center``, as version 2 writes it, has unknown reference points, and the
+attribute ``assumed`` says so; only bodies that do not turn can do without.
 
 Verified by files that Capytaine 3.0 writes, for one and two bodies; the layout of version 2 differs
 in names of hydrostatics, which are read if present.
@@ -21,7 +23,6 @@ import netCDF4
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -33,6 +34,7 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 NAME = "Capytaine netCDF"
 
@@ -95,12 +97,10 @@ def _opened(path: Path) -> Any:
         if file.read(len(_CLASSIC)) == _CLASSIC:
             from scipy.io import netcdf_file  # slow to load, and few files are of that format
 
-            return netcdf_file(path, mmap=False)
+            return netcdf_file(path, mmap=False, maskandscale=True)
     if problem := hdf5.fault(path):
         raise OSError(problem)
-    opened = netCDF4.Dataset(path)
-    opened.set_auto_maskandscale(False)
-    return opened
+    return netCDF4.Dataset(path)
 
 
 class _File:
@@ -123,13 +123,7 @@ class _File:
         omega = self.omega(depth, gravity)
         centre = self.optional("rotation_center", _POINT)
         reference = points(path, "rotation_center", given.reference_point, centre, nb)
-        if reference is None:
-            raise InputError(
-                f"{path}: found no rotation_center, expected the point that rotations are about;"
-                " version 2 leaves it out for several bodies. Give x, y and z of each body with"
-                " `hydrosim db convert --reference-point`: in Capytaine it is the rotation_center"
-                " of the body or, where none was set, the center_of_mass."
-            )
+        unknown = {} if reference is not None else {"assumed": POINTS_UNKNOWN}
         heading, total, froude_krylov = self.loads(omega.size)
         return assembled(
             path,
@@ -157,11 +151,11 @@ class _File:
                 self.optional("center_of_mass", _POINT),
                 nb,
             ),
-            reference_point=reference,
+            reference_point=np.zeros((nb, 3)) if reference is None else reference,
             water_depth=depth,
             water_density=density,
             gravity=gravity,
-            attributes={"solver": f"Capytaine {self.version()}".strip()},
+            attributes={"solver": f"Capytaine {self.version()}".strip(), **unknown},
         )
 
     def wrong(self, name: str, found: str, expected: str) -> InputError:
@@ -195,10 +189,10 @@ class _File:
         if any(stored.shape[names.index(d)] != 1 for d in others):
             raise self.wrong(name, f"several values along {others}", "one: select it")
         order = [names.index(d) for d in (*others, *dimensions)]
-        values = np.asarray(stored[...])
+        values = np.ma.asarray(stored[...])
         if values.dtype.kind not in "fiu":
             raise self.wrong(name, f"type {values.dtype}", "numbers")
-        array = values.astype(float).transpose(order)
+        array = np.ma.filled(values.astype(float), np.nan).transpose(order)
         return array.reshape(array.shape[len(others) :])
 
     def scalar(self, name: str) -> float | None:

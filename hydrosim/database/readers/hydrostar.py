@@ -1,11 +1,14 @@
-"""HydroStar's quadratic transfer functions in text (.qtf), beside its results in WAMIT's format.
+"""HydroStar's folders of tables in text: first order, mean drift, quadratic transfer functions.
 
-One file for each load: a head of lines with #, then for each heading rows of a frequency w_1 and,
-for each of the differences of #DIFF, the real and imaginary part of the load in waves of w_1 and
-w_2 = w_1 + difference, in N/m^2 and N m/m^2 about #COORD. All files of the folder are read. What
-else a database needs comes from the one WAMIT set (name.1, ...) in the folder; its frame is taken
-to be that of the tables, and the attribute ``assumed`` says so. Between differences the load is
-linear; beyond the largest it is zero, and a warning says it.
+All files of the folder are read. The first order comes from `hydrostar_linear`'s tables or from the
+one WAMIT set (name.1, ...) in the folder; the frame of the set is taken to be that of the tables,
+and the attribute ``assumed`` says so. Of second order there is one file for each load: a head of
+lines with #, then for each heading rows of a frequency w_1 and, for each of the differences of
+#DIFF, the real and imaginary part of the load in waves of w_1 and w_2 = w_1 + difference, in N/m^2
+and N m/m^2 about #COORD. A table with the difference zero alone is a mean drift: by pressures on
+the hull or, as the ends FF and MF of its name say, of the far or middle field. Between differences
+the load is linear; beyond the largest it is zero. Of pairs of headings, waves of one heading are
+read. Warnings say what is left out.
 
 Layout: Snoopy (Bureau Veritas, GPL, of which nothing is here), HydroStar's table of an FPSO that
 Snoopy's tests read, and an older reader by the same house. Conventions are those by which Snoopy
@@ -22,92 +25,180 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from hydrosim.database.database import Complex, HydroDatabase
-from hydrosim.database.given import NOTHING_GIVEN, Given, first_given
-from hydrosim.database.readers import wamit
+from hydrosim.database.database import Complex, HydroDatabase, Real
+from hydrosim.database.readers import hydrostar_linear, wamit
 from hydrosim.database.readers.assembly import elevation
+from hydrosim.database.readers.common import preferred_drift
 from hydrosim.database.readers.hydrostar_table import CLOSE, Table, table_of
 from hydrosim.database.readers.text import read_text
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given, first_given
 
-NAME = "HydroStar .qtf"
+NAME = "HydroStar"
 
 _MARK = b"#QTFMODE"
 _HEAD = 4096  # bytes
-_SUFFIXES = {".qtf", ".rao"}
+_SUFFIXES = {".qtf", ".rao", ".dat"}
+_FIELDS = ("FF", "MF")  # ends of the names of drifts by momentum: far and middle field
+_SAME = 1e-4  # relative difference of frequencies and headings that are one
 
 
 def sniff(path: Path, head: bytes) -> bool:
     """By the words of its head."""
-    return _MARK in head
+    return _MARK in head or hydrostar_linear.MARK in head
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
-    """The WAMIT set beside ``path`` with the transfer functions of all HydroStar's tables in the
-    folder; raises `InputError` for what is missing or does not fit."""
-    tables = [table_of(read_text(file)) for file in _tables(path)]
-    _alike(tables)
-    db = wamit.read(_set_beside(path), first_given(given, tables[0].given))
+    """The database of all HydroStar's tables in the folder of ``path``; raises `InputError` for
+    what is missing or does not fit."""
+    tables = [table_of(read_text(file)) for file in _marked(path, _MARK)]
+    drifts = [table for table in tables if table.is_mean]
+    transfers = [table for table in tables if not table.is_mean]
+    db = _first_order(path, tables, given)
+    if drifts:
+        drift, method = _mean_drift(db, drifts)
+        attributes = {**db.attributes, "mean_drift_method": method}
+        db = replace(db, mean_drift=drift, attributes=attributes)
+    return _with_transfers(db, transfers) if transfers else db
+
+
+def _first_order(path: Path, tables: Sequence[Table], given: Given) -> HydroDatabase:
+    """That of the WAMIT set in the folder or, without one, of the tables."""
+    sets = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
+    linear = _marked(path, hydrostar_linear.MARK)
+    if not sets and linear:
+        return hydrostar_linear.read(linear, given)
+    if len(sets) != 1:
+        raise InputError(
+            f"{path}: has quadratic transfer functions alone, and {len(sets)} files .1 are beside"
+            " it; expected one, of the set with all else. Let HydroStar write added mass, damping"
+            " and loads, or its results in WAMIT's format, too, into this folder."
+        )
+    db = wamit.read(sets[0], first_given(given, *(table.given for table in tables[:1])))
     if db.bodies != 1:
         raise InputError(
             f"{path}: stands beside {db.source}, which has {db.bodies} bodies; expected one, as the"
             " tables do not say whose they are."
         )
-    frame = "HydroStar's QTF in the frame of the WAMIT set"
+    frame = "HydroStar's tables in the frame of the WAMIT set"
     assumed = ", ".join(filter(None, [db.attributes.get("assumed", ""), frame]))
+    return replace(db, attributes={**db.attributes, "assumed": assumed})
+
+
+def _marked(path: Path, mark: bytes) -> list[Path]:
+    """The files of the folder with this mark in their heads, ``path`` first."""
+    found = []
+    for file in [path, *sorted(path.parent.iterdir())]:
+        if file.suffix.lower() in _SUFFIXES and file.is_file() and file not in found:
+            with file.open("rb") as opened:
+                if mark in opened.read(_HEAD):
+                    found.append(file)
+    return found
+
+
+def _with_transfers(db: HydroDatabase, tables: Sequence[Table]) -> HydroDatabase:
+    """The database with quadratic transfer functions."""
+    differences = [table for table in tables if table.is_difference]
+    sums = [table for table in tables if not table.is_difference]
+    _alike(tables, ("heading", "frequency", "point", "wave_point"))
+    for group in (differences, sums):
+        _alike(group, ("difference",))
+        _once(group)
+    if any(table.is_crossed for table in tables):
+        warnings.warn(
+            f"{tables[0].text.path}: has pairs of headings; waves of one heading alone are read."
+            " In a sea of several directions, loads of crossing waves are left out.",
+            stacklevel=4,
+        )
     heading = tables[0].heading
     return replace(
         db,
         qtf_frequency=tables[0].frequency,
         qtf_heading=np.stack([heading, heading], axis=-1),
-        qtf_difference=_transfer(db, [table for table in tables if table.is_difference]),
-        qtf_sum=_transfer(db, [table for table in tables if not table.is_difference]),
-        attributes={**db.attributes, "assumed": assumed},
+        qtf_difference=_transfer(db, differences),
+        qtf_sum=_transfer(db, sums),
     )
 
 
-def _tables(path: Path) -> list[Path]:
-    """Of the folder, ``path`` first."""
-    found = [path]
-    for file in sorted(path.parent.iterdir()):
-        if file.suffix.lower() in _SUFFIXES and file.is_file() and file != path:
-            with file.open("rb") as opened:
-                if _MARK in opened.read(_HEAD):
-                    found.append(file)
-    return found
+def _mean_drift(db: HydroDatabase, tables: Sequence[Table]) -> tuple[Real | None, str]:
+    """(nw, nh, 6) about the reference point, and by which method; momentum counts where it was
+    computed: HydroStar writes zeros where it was not."""
+    _alike(tables, ("heading", "frequency", "point"))
+    methods = []
+    for field in (*_FIELDS, ""):
+        own = [table for table in tables if _field(table) == field]
+        _once(own)
+        methods.append(own if any(table.value.any() for table in own) else [])
+    far, middle, pressure = methods
+    momentum = far or middle
+    return preferred_drift(
+        _drift(db, momentum) if momentum else None,
+        None,
+        _drift(db, pressure) if pressure else None,
+        1,
+    )
 
 
-def _set_beside(path: Path) -> Path:
-    found = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
-    if len(found) != 1:
-        raise InputError(
-            f"{path}: has quadratic transfer functions alone, and {len(found)} files .1 are beside"
-            " it; expected one, of the set with all else. Let HydroStar write its results in"
-            " WAMIT's format, too, into this folder."
-        )
-    return found[0]
+def _field(table: Table) -> str:
+    end = table.text.path.stem[-2:].upper()
+    return end if end in _FIELDS else ""
 
 
-def _alike(tables: Sequence[Table]) -> None:
-    """Raises `InputError` where tables are not of the same waves, or two of the same load."""
-    first, *others = tables
-    for table in others:
-        for name in ("heading", "frequency", "difference", "point", "wave_point"):
-            if not np.array_equal(getattr(table, name), getattr(first, name)):
+def _drift(db: HydroDatabase, tables: Sequence[Table]) -> Real:
+    """(nw, nh, 6) about the reference point; raises `InputError` where it is of other waves than
+    the database."""
+    first = tables[0]
+    for name in ("frequency", "heading"):
+        here = getattr(first, name)
+        there = getattr(db, name)
+        if here.shape != there.shape or np.abs(here - there).max() > _SAME * np.abs(there).max():
+            raise InputError(
+                f"{first.text.path}: has another {name} than the loads of first order, expected the"
+                " same. Compute both for the same waves, or take the mean drift out of the folder."
+            )
+    drift = np.zeros((first.frequency.size, first.heading.size, 6))
+    for table in tables:
+        drift[..., table.dof] = table.value[..., 0].real.T
+    return np.asarray(_moved(db, first, drift, len(tables), 3 if _field(first) else 6))
+
+
+def _alike(tables: Sequence[Table], names: Sequence[str]) -> None:
+    """Raises `InputError` where tables differ in one of these."""
+    for table in tables[1:]:
+        for name in names:
+            if not np.array_equal(getattr(table, name), getattr(tables[0], name)):
                 raise InputError(
                     f"{table.text.path}: has another {name.replace('_', ' ')} than"
-                    f" {first.text.path.name}, expected the same in all tables of a folder. Keep"
-                    " each computation in a folder of its own."
+                    f" {tables[0].text.path.name}, expected the same in all tables of a folder."
+                    " Keep each computation in a folder of its own."
                 )
-    loads = [(table.is_difference, table.dof) for table in tables]
-    if len(set(loads)) < len(loads):
+
+
+def _once(tables: Sequence[Table]) -> None:
+    """Raises `InputError` where two tables are of the same load."""
+    if len({table.dof for table in tables}) < len(tables):
         names = ", ".join(table.text.path.name for table in tables)
         raise InputError(
-            f"{first.text.path}: two of {names} have the same load, expected each once in a folder."
+            f"{tables[0].text.path}: two of {names} have the same load, expected each once in a"
+            " folder."
         )
+
+
+def _moved(db: HydroDatabase, table: Table, loads: Any, count: int, enough: int = 6) -> Any:
+    """Loads (..., 6), of which ``count`` are known and ``enough`` are needed, with moments about
+    the database's reference point."""
+    arm = table.point - db.reference_point[0]
+    if np.abs(arm).max() > 0 and count < enough:
+        raise InputError(
+            f"{table.text.path}: {count} loads are there, expected {enough} to move the"
+            f" moments from {table.point} to {db.reference_point[0]} m, the reference point."
+        )
+    loads[..., 3:] += np.cross(arm, loads[..., :3])
+    return loads
 
 
 def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
@@ -128,14 +219,7 @@ def _transfer(db: HydroDatabase, tables: Sequence[Table]) -> Complex | None:
     wave = elevation(w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity).T
     second = wave.conj() if first.is_difference else wave
     out *= (wave[:, :, None] * second[:, None, :])[..., None]
-    arm = first.point - db.reference_point[0]
-    if np.abs(arm).max() > 0 and len(tables) < 6:
-        raise InputError(
-            f"{first.text.path}: {len(tables)} loads are there, expected six to move the moments"
-            f" from {first.point} to {db.reference_point[0]} m, the reference point."
-        )
-    out[..., 3:] += np.cross(arm, out[..., :3])
-    return out
+    return np.asarray(_moved(db, first, out, len(tables)))
 
 
 def _square(table: Table) -> Complex:

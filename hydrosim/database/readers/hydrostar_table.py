@@ -1,16 +1,17 @@
-"""One of HydroStar's tables of a quadratic transfer function, see `hydrostar`."""
+"""HydroStar's tables in text: heads of lines with #, and one quadratic transfer function."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrosim.database.database import Complex, Real
-from hydrosim.database.given import Given
 from hydrosim.database.readers.assembly import Abscissa, frequencies
 from hydrosim.database.readers.text import Text
+from hydrosim.scene.given import Given
 
 CLOSE = 1e-6  # rad/s
 
@@ -34,67 +35,73 @@ class Table:
     frequency: Real
     difference: Real
     value: Complex
+    is_crossed: bool  # of a file that has waves of two headings, too
+
+    @property
+    def is_mean(self) -> bool:
+        """Whether it is a mean drift: the difference zero alone."""
+        return self.is_difference and self.difference.size == 1
 
 
 def table_of(text: Text) -> Table:
     """The table in a file; raises `InputError` for what is missing or is not read."""
-    head = {
-        line.lstrip("#").split()[0].upper(): index
-        for index, line in reversed(list(enumerate(text.lines)))
-        if line.startswith("#") and line.strip("# ")
-    }
-    _refused(text, head)
-    heading = _numbers(text, head, "HEADING")
-    difference = _numbers(text, head, "DIFF")
+    head = head_of(text)
+    check_head(text, head, ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"))
+    if "CPLXTYPE" in head and numbers_of(text, head, "CPLXTYPE")[0] != 0:
+        raise text.wrong(head["CPLXTYPE"], "another type", "0, real and imaginary parts")
+    heading = numbers_of(text, head, "HEADING")
+    difference = numbers_of(text, head, "DIFF")
     if (np.diff(difference, prepend=-CLOSE) <= 0).any() or difference[0] > CLOSE:
         raise text.wrong(head["DIFF"], "other differences", "ascending ones from zero")
     mode = text.lines[head["QTFMODE"]].split()[1:]
-    direction = _numbers(text, head, "DIRECTION")[-1]
+    direction = numbers_of(text, head, "DIRECTION")[-1]
     if mode not in (["Diff"], ["Sum"]) or direction not in (1, 2, 3, 4, 5, 6):
         raise text.wrong(
             head["QTFMODE"],
             f"mode {' '.join(mode)} and direction {direction:g}",
             "Diff or Sum, and 1 to 6",
         )
-    frequency, value = _rows(text, heading.size, difference.size)
+    crossed = "HEADING1" in head
+    frequency, value = _rows(text, heading.size, difference.size, crossed)
     return Table(
         text,
-        _given(text),
+        water_of(text),
         mode == ["Diff"],
         int(direction) - 1,
-        _numbers(text, head, "COORD", 3),
-        np.array(_after(text, "Ref.pt incident wave", 2)),
+        numbers_of(text, head, "COORD", 3),
+        np.array(after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
         frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
         difference,
         value,
+        crossed,
     )
 
 
-def _refused(text: Text, head: dict[str, int]) -> None:
-    """What the tables may not be."""
-    for name in ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"):
+def head_of(text: Text) -> dict[str, int]:
+    """The first line of each name in the head."""
+    return {
+        line.lstrip("#").split()[0].upper(): index
+        for index, line in reversed(list(enumerate(text.lines)))
+        if line.startswith("#") and line.strip("# ")
+    }
+
+
+def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
+    """Raises `InputError` where a line of these names is missing, or the body moves on."""
+    for name in names:
         if name not in head:
             raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
-    if "HEADING1" in head:
-        raise text.wrong(
-            head["HEADING1"],
-            "pairs of headings",
-            "waves of one heading at a time",
-            "Write the tables without MULTIDIRECTIONNELLE.",
-        )
-    if "CPLXTYPE" in head and _numbers(text, head, "CPLXTYPE")[0] != 0:
-        raise text.wrong(head["CPLXTYPE"], "another type", "0, real and imaginary parts")
-    if any(_after(text, "Forward speed", 1)):
+    if any(after(text, "Forward speed", 1)):
         raise text.wrong(0, "a forward speed", "none", "Compute it without.")
 
 
-def _given(text: Text) -> Given:
+def water_of(text: Text) -> Given:
     """What the head says of the water."""
     line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
     deep = "inf" in line.lower()
-    length, density, gravity = (_after(text, words, 1)[0] for words in _FACTS)
-    depth = np.inf if deep else _after(text, "Waterdepth", 1)[0]
+    length, density, gravity = (after(text, words, 1)[0] for words in _FACTS)
+    depth = np.inf if deep else after(text, "Waterdepth", 1)[0]
     water = density / 1e3, gravity / 10
     if (
         not _SMALLEST < min(water) <= max(water) < 1 / _SMALLEST
@@ -110,7 +117,7 @@ def _given(text: Text) -> Given:
     return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
 
 
-def _after(text: Text, words: str, count: int) -> list[float]:
+def after(text: Text, words: str, count: int) -> list[float]:
     """Numbers after these words and a colon in the head."""
     for index, line in enumerate(text.lines):
         if line.startswith("#") and words in line:
@@ -118,7 +125,7 @@ def _after(text: Text, words: str, count: int) -> list[float]:
     raise text.wrong(0, f"no line with {words}", "the head of a HydroStar table")
 
 
-def _numbers(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
+def numbers_of(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
     """Of the line with this name, at least one."""
     words = _NUMBER.findall(text.lines[head[name]].partition(name)[2])
     if not words:
@@ -126,18 +133,27 @@ def _numbers(text: Text, head: dict[str, int], name: str, count: int | None = No
     return np.array(text.numbers(head[name], words, count))
 
 
-def _rows(text: Text, headings: int, differences: int) -> tuple[Real, Complex]:
-    """Frequencies (nw,) and values (nh, nw, nd)."""
+def rows_of(text: Text, columns: int) -> Real:
+    """The lines without #, each of so many numbers."""
     rows = [
-        text.numbers(index, line.split(), 1 + 2 * differences)
+        text.numbers(index, line.split(), columns)
         for index, line in enumerate(text.lines)
         if line.strip() and not line.startswith("#")
     ]
+    return np.reshape(np.array(rows, dtype=float), (-1, columns))
+
+
+def _rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[Real, Complex]:
+    """Frequencies (nw,) and values (nh, nw, nd); where the waves are ``crossed``, of all pairs of
+    headings, those of waves of one heading."""
+    rows = rows_of(text, 1 + 2 * differences)
     last = len(text.lines) - 1
-    if not rows or len(rows) % headings:
-        raise text.wrong(last, f"{len(rows)} rows", f"as many for each of {headings} headings")
-    table = np.array(rows).reshape(headings, -1, 1 + 2 * differences)
+    blocks = headings**2 if crossed else headings
+    if not len(rows) or len(rows) % blocks:
+        raise text.wrong(last, f"{len(rows)} rows", f"as many for each of {blocks} headings")
+    table = rows.reshape(blocks, -1, rows.shape[1])
     frequency = table[0, :, 0]
     if (table[..., 0] != frequency).any() or (np.diff(frequency) <= 0).any():
         raise text.wrong(last, "other frequencies", "the same, ascending, for all headings")
-    return frequency, table[..., 1::2] + 1j * table[..., 2::2]
+    own = table[:: headings + 1] if crossed else table
+    return frequency, own[..., 1::2] + 1j * own[..., 2::2]

@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -33,6 +32,7 @@ from hydrosim.database.readers.assembly import (
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.text import Text, read_text
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "MARIN .hyd"
 
@@ -150,7 +150,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         centre_of_gravity=centre,
         centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
         reference_point=np.array([[0.0, 0.0, -waterline]]),
-        water_depth=given.water_depth or (depth if depth > 0 else np.inf),
+        water_depth=depth if depth > 0 else np.inf,
         water_density=density,
         gravity=gravity,
         attributes={"solver": "MARIN .hyd file"},

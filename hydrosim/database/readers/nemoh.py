@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -37,6 +36,7 @@ from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import Text, parsed, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "Nemoh project (Nemoh.cal)"
 

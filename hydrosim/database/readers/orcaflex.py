@@ -24,7 +24,6 @@ import numpy as np
 import yaml
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import (
     Abscissa,
     assembled,
@@ -41,6 +40,7 @@ from hydrosim.database.readers.text import parsed, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.limits import DEEPEST
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "OrcaFlex vessel type"
 

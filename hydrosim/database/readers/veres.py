@@ -28,7 +28,6 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.assembly import assembled, points, volumes
 from hydrosim.database.readers.veres_text import (
     NO_SPEED,
@@ -40,6 +39,7 @@ from hydrosim.database.readers.veres_text import (
     ship_of,
 )
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "ShipX (VERES) .re7"
 

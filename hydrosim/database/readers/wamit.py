@@ -1,7 +1,7 @@
 """WAMIT's numeric output: name.1, .3 and whatever else of the set lies beside them.
 
 Read are .1, one of .3, .2 or .3fk + .3sc (in this order; a set without them has no loads), .3fk,
-.8 .9 .7 (mean drift), one each of .12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf and .out.
+.8 .9 .7 (mean drift), one each of .12d .11d .10d and .12s .11s .10s, .hst, .mmx, .gdf, .pot, .out.
 Rows may be in any order, and pairs of DOFs that symmetry makes zero may be absent. Everything is
 made dimensional with the length L of .out, .mmx or .gdf, and with the density, of .out alone:
 
@@ -10,9 +10,9 @@ made dimensional with the length L of .out, .mmx or .gdf, and with the density, 
     second order: F = rho g L^m F'                   m = 1 + rotation
 
 The time factor is exp(+i w t), phases refer to the elevation at the global origin, headings are
-where waves go to, coefficients refer to each body's origin (XBODY of .out). What neither a file nor
-the user gives is assumed, and the attribute ``assumed`` says so. Rows of negative I in the drift
-files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
+where waves go to, coefficients refer to each body's origin (XBODY of .out or .pot). What neither a
+file nor the user gives is assumed, and the attribute ``assumed`` says so. Rows of negative I in the
+drift files are left out. (WAMIT user manual, version 7.4, chapters 4 and 5.)
 """
 
 from __future__ import annotations
@@ -25,12 +25,18 @@ from typing import Any
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.given import NOTHING_GIVEN, FrequencyColumn, Given, first_given
 from hydrosim.database.readers import wamit_header
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.database.readers.tables import Index, Table, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
+from hydrosim.scene.given import (
+    NOTHING_GIVEN,
+    ORIGIN_ASSUMED,
+    FrequencyColumn,
+    Given,
+    first_given,
+)
 
 NAME = "WAMIT"
 
@@ -39,7 +45,7 @@ _DRIFT = (".8", ".7", ".9")  # momentum, control surface, pressure
 _DIFFERENCE = (".12d", ".11d", ".10d")  # complete by two methods, quadratic part alone
 _SUM = (".12s", ".11s", ".10s")
 _NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFERENCE, *_SUM}
-_TEXT = {".out", ".gdf"}
+_TEXT = {".out", ".pot", ".gdf"}
 
 _ASSUMED = Given(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
 _SAME = 1e-4  # relative difference of frequencies that are one, printed with 5 to 7 digits
@@ -192,29 +198,30 @@ def _facts(
     """All there is to know, and what of it nobody said."""
     readers: dict[str, Callable[[Path], Given]] = {
         ".out": wamit_header.main_output,
+        ".pot": wamit_header.control_file,
         ".mmx": wamit_header.matrix_file,
         ".gdf": wamit_header.geometry_file,
     }
     said = first_given(
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
-    origin = first_given(given, said, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
+    origin = first_given(said, given, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
     where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
-    _check_units(where, first_given(given, said, _ASSUMED))
+    _check_units(where, first_given(said, given, _ASSUMED))
     _check_bodies(where, said, bodies)
     said = replace(
         said,
         centre_of_buoyancy=_shifted(said.centre_of_buoyancy, origin),
         centre_of_gravity=_shifted(said.centre_of_gravity, origin),
     )
-    known = first_given(given, said)
+    known = first_given(said, given)
     assumed = [
         f"{name.replace('_', ' ')} {getattr(_ASSUMED, name):g}"
         for name in ("length", "water_density", "gravity", "water_depth")
         if getattr(known, name) is None
     ]
     if known.reference_point is None:
-        assumed.append("reference points at the origin")
+        assumed.append(ORIGIN_ASSUMED)
     return first_given(known, _ASSUMED, Given(reference_point=origin)), assumed
 
 

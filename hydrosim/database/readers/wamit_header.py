@@ -1,4 +1,4 @@
-"""What WAMIT's text files say about units and bodies: .out, .mmx and the second line of .gdf."""
+"""What WAMIT's text files say about units and bodies: .out, .pot, .mmx, second line of .gdf."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Real
-from hydrosim.database.given import NOTHING_GIVEN, Given
 from hydrosim.database.readers.tables import number_in, read_lines
 from hydrosim.errors import InputError
+from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 _MOST_BODIES = 1000
+_LARGEST = 1e12
 _GRAVITY, _CENTRE = "Gravity:", "Center of Gravity:"
+_PLACE = "HBOT, XBODY(1-4), IRAD, IDIFF and six MODE, or bodies with the names of geometry files"
 
 
 def main_output(path: Path) -> Given:
@@ -22,11 +24,7 @@ def main_output(path: Path) -> Given:
     lines = read_lines(path)
     points = [_items(path, lines, f"{axis}BODY =", 1) for axis in "XYZ"]
     turned = _items(path, lines, "PHIBODY =", 1)
-    if any(angle != (0.0,) for angle in turned):
-        raise InputError(
-            f"{path}: PHIBODY is {turned[0][0]:g} degrees, expected 0. Bodies that are turned in"
-            " the frame are not read: run WAMIT with PHIBODY = 0 and a turned geometry."
-        )
+    _check_unturned(path, [angle for (angle,) in turned])
     if len({len(axis) for axis in points}) > 1:
         raise InputError(f"{path}: XBODY, YBODY and ZBODY are not equally many; is it cut off?")
     flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
@@ -36,6 +34,53 @@ def main_output(path: Path) -> Given:
         reference_point=flat or None,
     )
     return _bodies(path, lines, water)
+
+
+def control_file(path: Path) -> Given:
+    """Depth and reference points from the potential control file, .pot, in either of its forms:
+    HBOT and XBODY of one body first, or NBODY and after the name of each geometry file an XBODY.
+    """
+    rows = [_leading(line) for line in read_lines(path)[1:] if line.strip()]
+    stream = [x for row in rows for x in row]
+    after_names = [
+        [x for row in rows[k + 1 :] for x in row] for k, row in enumerate(rows) if not row
+    ]
+    places = [numbers[:4] for numbers in after_names if _is_flags(numbers[4:10], 6)]
+    if not places and _is_flags(stream[5:13], 8):
+        places = [stream[1:5]]
+    if not places:
+        raise InputError(
+            f"{path}: found other numbers after the heading, expected {_PLACE}. Is it the .pot file"
+            " that WAMIT read? Repair it, or take it out of the folder and give the reference"
+            " points and the depth."
+        )
+    _check_unturned(path, [place[3] for place in places])
+    return Given(
+        water_depth=stream[0] if stream[0] > 0 else math.inf,
+        reference_point=tuple(x for place in places for x in place[:3]),
+    )
+
+
+def _is_flags(numbers: list[float], count: int) -> bool:
+    """Whether so many of WAMIT's switches are there."""
+    return len(numbers) == count and {-1, 0, 1}.issuperset(numbers)
+
+
+def _check_unturned(path: Path, degrees: list[float]) -> None:
+    """Raises `InputError` where a body is turned in the frame."""
+    turned = [angle for angle in degrees if angle != 0]
+    if turned:
+        raise InputError(
+            f"{path}: PHIBODY is {turned[0]:g} degrees, expected 0. Bodies that are turned in the"
+            " frame are not read: run WAMIT with PHIBODY = 0 and a turned geometry."
+        )
+
+
+def _leading(line: str) -> list[float]:
+    """The numbers before the first word, as Fortran reads a line."""
+    numbers = [number_in(token) for token in line.replace(",", " ").split()]
+    words = [k for k, number in enumerate(numbers) if not abs(number) < _LARGEST]
+    return numbers[: words[0]] if words else numbers
 
 
 def matrix_file(path: Path) -> Given:
@@ -127,7 +172,7 @@ def _items(
             if or_last and len(values) == 1:
                 values = (*[0.0] * (count - 1), *values)
             if len(values) < count or any(
-                math.isnan(v) or 1e12 < abs(v) < math.inf for v in values
+                math.isnan(v) or _LARGEST < abs(v) < math.inf for v in values
             ):
                 raise InputError(
                     f"{path}, line {number}: found {' '.join(tokens)[:60]!r} after {label!r},"

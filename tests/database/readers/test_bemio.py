@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from hydrosim.database import HydroDatabase, check, load, move_reference, netcdf
-from hydrosim.database.given import FrequencyColumn, Given
 from hydrosim.database.load import read
 from hydrosim.database.readers import bemio, wamit
 from hydrosim.errors import InputError
+from hydrosim.scene.given import FrequencyColumn, Given
 
 NO_PLACE = {
     "added_mass_zero",

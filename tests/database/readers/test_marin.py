@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hydrosim.database import HydroDatabase, move_reference
-from hydrosim.database.given import Given
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import marin
 from hydrosim.errors import InputError
+from hydrosim.scene.given import Given
 
 USED = slice(0, 40, 8)
 WATERLINE = 12.4  # above the file's origin, which is at the keel

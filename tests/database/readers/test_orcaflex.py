@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 from hydrosim.database import HydroDatabase, move_reference
-from hydrosim.database.given import Given
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import orcaflex
 from hydrosim.errors import InputError
+from hydrosim.scene.given import Given
 from hydrosim.waves.dispersion import wavenumber
 
 USED = slice(4, 104, 20)

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from hydrosim.database import HydroDatabase, check, load, netcdf
-from hydrosim.database.given import FrequencyColumn, Given
 from hydrosim.database.load import read
 from hydrosim.database.readers import READERS, bemio, wamit
 from hydrosim.errors import InputError
+from hydrosim.scene.given import FrequencyColumn, Given
 
 SPHERE = Given(
     water_density=1000.0,
@@ -436,6 +436,66 @@ def test_what_nobody_says_is_assumed_and_told(made_up, tmp_path):
     told = read(tmp_path / "x", given)
     np.testing.assert_array_equal(told.volume, [3.0])
     np.testing.assert_array_equal(told.centre_of_gravity, [[1.0, 2.0, 3.0]])
+
+
+# The control file of one body, and of two as published with a wave energy converter (RM3).
+ONE_BODY = """hull.POT
+200.0  0.5 0. -3. {phi}        HBOT, XBODY(1-4)
+ 1   1                 IRAD, IDIFF
+ 1  1  1  1  1  1      IMODE(1-6)
+ -46                   NPER
+ 0.25 0.05             PER
+ 2                     NBETA
+ 0.0 45.0              BETA
+"""
+TWO_BODIES = """rm3.pot -- file type .gdf, ILOWHI=0, IRR=1
+0.                             HBOT
+1           1                  \tIRAD, IDIFF
+ -262                         \tNPER
+ -0.02 0.02                    \tPER
+  1                          \tNBETA
+0.0                       \tBETA
+ 2 \t\t\t\tNBODY
+float.gdf
+ 0.0 0.0 -0.72 0.0 \t\tXBODY(1-4)
+ 1  1  1  1  1  1               IMODE(1-6)
+spar.gdf
+ 0.0 0.0 -21.29 0.0 \t\tXBODY(1-4)
+ 1  1  1  1  1  1               IMODE(1-6)
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "points", "depth"),
+    [
+        (ONE_BODY.format(phi="0."), [[0.5, 0, -3]], 200.0),
+        (ONE_BODY.format(phi="0.").replace("  0.5 0.", "\n0.5 0."), [[0.5, 0, -3]], 200.0),
+        (TWO_BODIES, [[0, 0, -0.72], [0, 0, -21.29]], np.inf),
+    ],
+)
+def test_the_control_file_tells_reference_points_and_depth(made_up, tmp_path, text, points, depth):
+    wamit.write(made_up(len(points)), tmp_path / "x")
+    (tmp_path / "x.pot").write_text(text)
+    db = read(tmp_path / "x.1")
+    np.testing.assert_array_equal(db.reference_point, points)
+    assert db.water_depth == depth
+    assert "reference" not in db.attributes["assumed"]
+    assert "depth" not in db.attributes["assumed"]
+
+
+def test_a_control_file_of_something_else_is_refused(made_up, tmp_path):
+    wamit.write(made_up(), tmp_path / "x")
+    path = tmp_path / "x.pot"
+    turned = ONE_BODY.format(phi="90.")
+    path.write_text(turned)
+    with pytest.raises(InputError, match=r"x\.pot: PHIBODY is 90 degrees"):
+        read(tmp_path / "x.1")
+    path.write_text(turned.replace(" 1  1  1 ", " 7  1  1 "))
+    with pytest.raises(InputError, match=r"x\.pot: found other numbers .* give the reference"):
+        read(tmp_path / "x.1")
+    path.write_text(TWO_BODIES)
+    with pytest.raises(InputError, match=r"x\.pot.*given for 2 bodies, but the \.1 file has 1"):
+        read(tmp_path / "x.1")
 
 
 def test_centres_in_the_header_are_relative_to_the_reference_point(made_up, tmp_path):

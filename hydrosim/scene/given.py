@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from enum import StrEnum
 
+# In a database's attribute ``assumed``: where its program puts them, and where nothing tells.
+ORIGIN_ASSUMED = "reference points at the origin"
+POINTS_UNKNOWN = "unknown reference points"
+
 
 class FrequencyColumn(StrEnum):
     """What stands for the frequency in a program's tables (WAMIT's IPEROUT, 1 to 4)."""
@@ -38,6 +42,11 @@ class Given:
 
 
 NOTHING_GIVEN = Given()
+
+
+def key_of(item: str) -> str:
+    """What an item is called in a case and, with hyphens, in options."""
+    return {"port_starboard_symmetric": "symmetric"}.get(item, item.removeprefix("water_"))
 
 
 def first_given(*sources: Given) -> Given:

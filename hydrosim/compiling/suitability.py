@@ -1,0 +1,202 @@
+"""Whether a database suits a scene, by what the scene uses of it; all faults are said at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hydrosim.compiling.coefficients import SOURCE
+from hydrosim.database.checks import Part, Use, doubts, refused
+from hydrosim.database.database import HydroDatabase
+from hydrosim.database.transfer import velocity_transfer
+from hydrosim.errors import InputError
+from hydrosim.scene import Body, Environment, SecondOrder, Weight
+from hydrosim.scene.given import ORIGIN_ASSUMED, POINTS_UNKNOWN, key_of
+
+if TYPE_CHECKING:
+    from hydrosim.waves.components import Components
+
+HARDLY = 0.01  # share of a sea's energy that a database may lack, too
+_WATER = ("water_density", "gravity", "water_depth")
+_NOISE = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
+
+
+class Fault(NamedTuple):
+    """Why a database does not suit a scene, and the ``keys`` of a case that mend it."""
+
+    reason: str
+    keys: tuple[str, ...] = ()
+
+
+def suited(
+    db: HydroDatabase,
+    bodies: Sequence[Body],
+    free: np.ndarray,
+    water: Environment,
+    seas: Sequence[Components],
+) -> HydroDatabase:
+    """The database, complete for ``bodies`` that move in the DOFs ``free``. Raises InputError with
+    all faults and their remedy."""
+    if db.source == SOURCE:
+        return db
+    findings = refused(db, _use(db, bodies, free, seas))
+    faults = [*_other_water(db, water), *_gaps(db, bodies)]
+    if findings:
+        faults.append(_unproven([finding.name for finding in findings], findings))
+    if faults:
+        raise InputError(_said(db, bodies, faults))
+    return _completed(db, bodies)
+
+
+def judged(
+    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
+) -> tuple[str, ...]:
+    """Doubts about what the ``bodies``, which move in the DOFs ``free``, use of their database, as
+    it was read, in the ``seas``. Raises InputError where that cannot be right."""
+    if db.source == SOURCE:  # which is checked where it is made
+        return ()
+    found = doubts(db, _use(db, bodies, free, seas))
+    return (*found, *_unsaid_points(db, free))
+
+
+def _use(
+    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[Components]
+) -> Use:
+    parts = frozenset(part for body in bodies for part in _parts(body, bool(seas)))
+    offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
+    moving = np.flatnonzero(velocity_transfer(offset)[:, free].any(axis=1))
+    return Use(parts, tuple(map(int, moving)), _highest(db, seas))
+
+
+def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
+    """A doubt about points that nobody gave; about which a body turns matters if it turns."""
+    assumed = db.attributes.get("assumed", "")
+    if POINTS_UNKNOWN in assumed:
+        yield (
+            f"{db.source}: it does not say which point moments refer to: those that are recorded"
+            " of bodies that do not turn are about its origin. Say it with reference_point."
+        )
+    if ORIGIN_ASSUMED in assumed and (free % 6 > 2).any():
+        yield (
+            f"{db.source}: its files do not say which point its moments and rotations refer to,"
+            " and the origin was assumed. Say it: `hydrodynamics: {file: ..., reference_point:"
+            " [0 m, 0 m, 0 m]}`."
+        )
+
+
+def _parts(body: Body, waves: bool) -> Iterator[Part]:
+    wanted = body.wave_forces
+    yield from (Part.ORDER, Part.RADIATION, Part.STIFFNESS)
+    if not waves:
+        return
+    if wanted.first_order:
+        yield Part.LOADS
+    if wanted.second_order != SecondOrder.NONE:
+        yield Part.DRIFT
+    if wanted.second_order == SecondOrder.QTF:
+        yield Part.DIFFERENCE
+    if wanted.sum_frequency:
+        yield Part.SUM
+
+
+def _highest(db: HydroDatabase, seas: Sequence[Components]) -> float:
+    """Of the database's frequencies the first above which the waves have next to nothing, or
+    infinity: so that seas that differ little are judged once."""
+    if not seas:
+        return inf
+    omega, energy = (
+        np.concatenate(parts)
+        for parts in zip(*((waves.omega, waves.amplitude**2) for waves in seas), strict=True)
+    )
+    order = np.argsort(omega)
+    above = np.cumsum(energy[order][::-1])[::-1] - energy[order]
+    last = omega[order][int(np.argmax(above <= HARDLY * energy.sum()))]
+    return min((float(w) for w in db.frequency if w >= last), default=inf)
+
+
+def _said(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[Fault]) -> str:
+    names = ", ".join(f"bodies.{body.name}" for body in bodies)
+    reasons = "\n".join(f"  {fault.reason}" for fault in faults)
+    keys = [key for fault in faults for key in fault.keys]
+    remedy = f"\nSay it in the case: `hydrodynamics: {{file: ..., {', '.join(keys)}}}`."
+    return f"{db.source} does not suit {names}:\n{reasons}{remedy if keys else ''}"
+
+
+def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
+    """Water that a database was not made for."""
+    assumed = db.attributes.get("assumed", "")
+    for name in _WATER:
+        here = getattr(water, name)
+        there = getattr(db, name)
+        if here == there or (here < inf and abs(here - there) <= 1e-3 * here):
+            continue
+        found = f"environment.{name}: found {here:g}, but the database was made for {there:g}"
+        if name.replace("_", " ") in assumed:
+            reason = f"{found}, which is assumed: its files do not say it."
+            yield Fault(reason, (f"{key_of(name)}: {here:g}",))
+        else:
+            yield Fault(f"{found}. Use one made for this water, or change the case.")
+
+
+def _gaps(db: HydroDatabase, bodies: Sequence[Body]) -> Iterator[Fault]:
+    """What the bodies need and the database lacks."""
+    by_matrix = [body for body in bodies if body.hydrostatics is None]
+    stiff = any({"heave", "roll", "pitch"} & {*body.dofs} for body in by_matrix)
+    tilting = any({"roll", "pitch"} & {*body.dofs} for body in by_matrix)
+    weighed = any(body.weight == Weight.CARRIED or body.tanks for body in by_matrix)
+    turning = any({"roll", "pitch", "yaw"} & {*body.dofs} for body in bodies)
+    if stiff and db.hydrostatic_stiffness is None:
+        yield Fault(
+            "It has no hydrostatic stiffness, and its bodies heave, roll or pitch. Write it into"
+            " the file, or give them a closed hull: `hydrostatics: {mesh: FILE}`."
+        )
+    if turning and POINTS_UNKNOWN in db.attributes.get("assumed", ""):
+        points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
+        yield Fault(
+            "It does not say the points that moments and rotations refer to (Capytaine's"
+            " rotation_center or, where none was set, center_of_mass), and its bodies turn.",
+            (f"reference_point: {_example(points)}",),
+        )
+    if tilting and db.centre_of_gravity is None:
+        points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
+        yield Fault(
+            "It does not say the centres of gravity of its stiffness, and its bodies roll or"
+            " pitch.",
+            (f"centre_of_gravity: {_example(points)}",),
+        )
+    if (tilting or weighed) and db.volume is None:
+        volumes = [float(f"{body.mass / db.water_density:.6g}") for body in bodies]
+        yield Fault(
+            "It does not say the displaced volumes, and its bodies roll or pitch, have tanks or"
+            " carry their weight.",
+            (f"volume: {_example(volumes)}",),
+        )
+
+
+def _example(values: list[Any]) -> str:
+    """One value for each body, as a case has them."""
+    return str(values[0] if len(values) == 1 else values)
+
+
+def _unproven(names: list[str], findings: Sequence[object]) -> Fault:
+    """Findings that refuse a database."""
+    reasons = "\n  ".join(map(str, findings))
+    noise = " Where it is noise, `symmetrise: true` takes it away." if _NOISE & {*names} else ""
+    reason = f"{reasons}\n  It cannot be right: accept it only where you know that it is.{noise}"
+    return Fault(reason, (f"accept: [{', '.join(names)}]",))
+
+
+def _completed(db: HydroDatabase, bodies: Sequence[Body]) -> HydroDatabase:
+    """The database with what it lacks and what no motion of the ``bodies`` feels."""
+    size = 6 * len(bodies)
+    fill: dict[str, Any] = {
+        "hydrostatic_stiffness": np.zeros((size, size)),
+        "centre_of_gravity": np.array([body.centre_of_gravity for body in bodies], dtype=float),
+        "volume": np.array([body.mass / db.water_density for body in bodies]),
+    }
+    lacking = {name: value for name, value in fill.items() if getattr(db, name) is None}
+    return replace(db, **lacking) if lacking else db

@@ -1,0 +1,48 @@
+"""Keys of a mesh file: how its coordinates become those of the database's frame."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrosim.documents import quantities as of
+from hydrosim.documents.quantities import Strict
+from hydrosim.documents.units import Quantity, problem
+
+Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
+Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
+Axes = tuple[Axis, Axis, Axis]
+
+
+class MeshKeys(Strict):
+    """The coordinates of a file times ``scale``, along those of its ``axes`` that are x forward, y
+    to port and z up, plus ``offset``; the still water is ``waterline`` above z = 0 after that."""
+
+    scale: Scale = 1.0
+    axes: Axes = ("x", "y", "z")
+    offset: of.Point = (0.0, 0.0, 0.0)
+    waterline: of.Length = 0.0
+
+    @model_validator(mode="after")
+    def _check_axes(self) -> Self:
+        if round(np.linalg.det(self._turn())) != 1:
+            found = f"axes [{', '.join(self.axes)}]"
+            expected = "three different ones that turn the file, such as [x, -y, -z] for z down"
+            raise problem(found, expected, "others make a mirror image, or no hull at all")
+        return self
+
+    def _turn(self) -> np.ndarray:
+        """(3, 3), from the file's axes to the frame's."""
+        return np.array(
+            [
+                (-1.0 if axis[0] == "-" else 1.0) * np.eye(3)["xyz".index(axis[-1])]
+                for axis in self.axes
+            ]
+        )
+
+    def placed(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) of the file in the database's frame."""
+        lift = np.array([0.0, 0.0, self.waterline])
+        return np.asarray(self.scale * points @ self._turn().T + np.array(self.offset) - lift)
