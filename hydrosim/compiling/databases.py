@@ -24,7 +24,6 @@ from hydrosim.scene import (
     Family,
     Hydrodynamics,
     Scene,
-    SecondOrder,
 )
 from hydrosim.scene.given import NOTHING_GIVEN, Given, key_of
 
