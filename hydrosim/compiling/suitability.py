@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.coefficients import SOURCE
-from hydrosim.database.checks import Part, Use, doubts, refused
+from hydrosim.database.checks import SYMMETRIES, Part, Use, doubts, refused
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 HARDLY = 0.01  # share of a sea's energy that a database may lack, too
 _WATER = ("water_density", "gravity", "water_depth")
-_NOISE = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
 
 
 class Fault(NamedTuple):
@@ -185,7 +184,7 @@ def _example(values: list[Any]) -> str:
 def _unproven(names: list[str], findings: Sequence[object]) -> Fault:
     """Findings that refuse a database."""
     reasons = "\n  ".join(map(str, findings))
-    noise = " Where it is noise, `symmetrise: true` takes it away." if _NOISE & {*names} else ""
+    noise = " Where it is noise, `symmetrise: true` takes it away." if SYMMETRIES & {*names} else ""
     reason = f"{reasons}\n  It cannot be right: accept it only where you know that it is.{noise}"
     return Fault(reason, (f"accept: [{', '.join(names)}]",))
 

@@ -332,6 +332,15 @@ def test_a_doubt_is_a_warning(whole, tmp_path, doubt):
         load(tmp_path / "db.nc")
 
 
+def test_a_refusal_says_how_noise_is_taken_away(whole):
+    turned = replace(whole, added_mass=scaled(0, 4, by=5.0)(whole.added_mass))
+    with pytest.raises(InputError, match=r"accept: \[symmetry of added mass.*--symmetrise"):
+        doubts(turned, EVERYTHING)
+    with pytest.raises(InputError) as caught:
+        doubts(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)
+    assert "symmetrise" not in str(caught.value)
+
+
 def test_every_check_finds_a_fault():
     found = {name for _, name in (*REFUSED.values(), *DOUBTED.values())}
     assert found == {one.name for one in CHECKS}

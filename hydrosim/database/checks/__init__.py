@@ -31,6 +31,8 @@ CHECKS: tuple[Check, ...] = (
     *HYDROSTATICS,
     *SECOND_ORDER,
 )
+SYMMETRIES = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
+"""Checks that find what `symmetrise` takes away."""
 NAMES = tuple(one.name for one in CHECKS)
 
 
@@ -81,8 +83,9 @@ def refuse(db: HydroDatabase, findings: Sequence[Finding]) -> None:
         return
     reasons = "\n".join(f"  {finding}" for finding in bad)
     names = ", ".join(finding.name for finding in bad)
+    noise = " `symmetrise: true`, or `--symmetrise`, takes away what is noise."
     raise InputError(
         f"{db.source}: the database cannot be right:\n{reasons}\nWhere you know that it is, say"
         f" `hydrodynamics: {{file: ..., accept: [{names}]}}` in the case, or `--accept` to"
-        " `hydrosim db convert`."
+        f" `hydrosim db convert`.{noise if SYMMETRIES & {f.name for f in bad} else ''}"
     )
