@@ -448,6 +448,17 @@ def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
         assert widths == pytest.approx([own] * 3, rel=1e-12)
 
 
+def test_a_mesh_with_corners_at_the_level_is_as_wide_there() -> None:
+    low = box_triangles(Box((-5.0, -2.0, 0.0), (5.0, 2.0, 3.0)))
+    high = box_triangles(Box((-5.0, -2.0, 3.0), (5.0, 2.0, 6.0)))
+    mesh = TankMesh(np.concatenate([low, high]))
+    assert width(mesh, 3.0, 0) == pytest.approx(10.0, rel=1e-12)
+
+
+def test_a_fender_without_stiffness_is_soft() -> None:
+    assert "by inf m" in asked_of(alongside(28.5, 0.0), Question.SOFTNESS)[0]
+
+
 def box_triangles(box: Box) -> np.ndarray:
     """The twelve triangles of a box."""
     cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T

@@ -71,7 +71,7 @@ def _radii(about: About) -> Iterator[Doubt]:
             continue
         ends = np.square([*size.half, size.draught])
         largest = np.sqrt(ends.sum() - ends)
-        radii = np.sqrt(np.diag(body.inertia) / body.mass)
+        radii = np.sqrt(np.maximum(np.diag(body.inertia), 0.0) / body.mass)
         for name, radius, limit in zip(DOFS[3:], radii, largest, strict=True):
             if name in body.dofs and radius > LARGER * limit:
                 yield Doubt(

@@ -33,8 +33,8 @@ def softness(about: About) -> Iterator[Doubt]:
         others = [other for _, other in fenders if _together(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
         mass = _mass(about, fender)
-        pressed = BERTHING * np.sqrt(mass / stiffness)
-        if pressed > SOFTEST:
+        pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
+        if mass > 0.0 and pressed > SOFTEST:
             yield Doubt(
                 f"forces.{name}.normal",
                 f"{_stiffness(fender):.3g} N/m a point: {mass:.3g} kg at {BERTHING:g} m/s would"

@@ -55,7 +55,7 @@ def _said(gap: float) -> str:
 
 def _coupled(one: Body, other: Body) -> bool:
     """Whether two bodies are of one database."""
-    places = ((body.location, body.heading, body.hydrodynamics) for body in (one, other))
+    places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
     first, second = places
     return first == second and one.database_body != other.database_body
 

@@ -95,6 +95,8 @@ def _resonance(
     full = height(tank.shape)
     level = level[(level > ENDS * full) & (level < (1.0 - ENDS) * full)]
     widths = np.array([width(tank.shape, float(x), axis) for x in level])
+    level = level[widths > 0.0]
+    widths = widths[widths > 0.0]
     period = mode_period(widths, level, about.scene.environment.gravity)
     angle = body.heading + body.position[5] + 0.5 * np.pi * axis
     share = np.array([_share(about.sea, angle, T, NEAR) for T in period])
@@ -129,7 +131,7 @@ def _width_of_mesh(corners: np.ndarray, level: float, axis: int) -> float:
     """Extent of the section of triangles (nt, 3, 3) at a level."""
     above = corners[..., 2] - corners[..., 2].min() - level
     ends, over = np.roll(corners, -1, axis=1), np.roll(above, -1, axis=1)
-    cut = above * over < 0.0
+    cut = (above > 0.0) != (over > 0.0)
     part = above[cut] / (above[cut] - over[cut])
     here = corners[cut][:, axis]
     return float(np.ptp(here + part * (ends[cut][:, axis] - here)))
