@@ -25,8 +25,6 @@ from hydrosim.stepping.state import (
     EARLY,
     END,
     END_SLOPE,
-    EVENTS,
-    EVENTS_THEN,
     EVERY,
     FULL,
     KNOWN,
@@ -47,8 +45,7 @@ from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-CHORDS = 20  # tries to land by chords; then by halves
-PATIENCE = 100  # events in one step, per contact point or spring, that are located
+CHORDS = 1000  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -63,7 +60,7 @@ def cut(t, stop, located, run):
     every = scratch.watched[EVERY]
     _measure(stop, end, run, every, after)
     left = any_negative(after)
-    if after.size == 0 or not located or impatient(run):
+    if after.size == 0 or not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
         if left:
@@ -81,14 +78,6 @@ def cut(t, stop, located, run):
         stop = t + _land(t, stop - t, run)
     scratch.known[END_SLOPE] = 0
     return stop, left
-
-
-@kernel
-def impatient(run):
-    """Whether so many modes have ended in the time of one step of the solver that the rest of it is
-    gone through without locating them: they change without end, and no piece comes on."""
-    counters = run.counters
-    return counters[EVENTS] - counters[EVENTS_THEN] > PATIENCE * (1 + run.state.modes.shape[0])
 
 
 @root
@@ -159,9 +148,8 @@ def _land(t, h, run):
     _find_before(t, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
-    begun = phi(before, before, after)
     lo = 0.0
-    f_lo = begun
+    f_lo = phi(before, before, after)
     hi = 1.0
     f_hi = phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
@@ -173,10 +161,8 @@ def _land(t, h, run):
             return x * h
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
-        if begun < 0.0 or abs(value) <= LANDED:
+        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
-        if hi - lo < 1e-13:  # the step jumps over the zero, as one that is too long to be right may
-            return _go_beyond(t, hi * h, run)
         if value >= 0.0:
             lo = x
             f_lo = value
@@ -193,24 +179,13 @@ def _land(t, h, run):
 
 
 @root
-def _go_beyond(t, h, run):
-    """Cut the step at ``h``, where its mode has surely ended: switched before, it would switch back
-    at once."""
-    step(t, h, run)
-    _measure(
-        t + h, run.scratch.states[END], run, run.scratch.watched[EVERY], run.scratch.margins[NOW]
-    )
-    return h
-
-
-@root
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
     lo = 0.0
-    f_lo = phi(before, before, after)  # the defect of a step of no length is none
+    f_lo = phi(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
@@ -221,7 +196,7 @@ def _zero_on_cubic(defect, t, h, run):
         lo = hi
         f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
-        return 0.0, f_lo
+        return 0.0, f_lo - defect
     x = hi
     f = f_hi
     for _ in range(60):
@@ -388,7 +363,7 @@ def switch_modes(t, run):
     location all whose margin is negative. One switch per row of modes."""
     state = run.state
     scratch = run.scratch
-    located = run.clock.events and not impatient(run)
+    located = run.clock.events
     before = scratch.margins[BEFORE]
     after = scratch.margins[AFTER]
     now = scratch.margins[NOW]

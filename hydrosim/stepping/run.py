@@ -15,7 +15,7 @@ from hydrosim.jit.kernels import assign, kernel, root, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
-from hydrosim.stepping.crossing import cut, impatient, make_consistent, note_headings, switch_modes
+from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
 from hydrosim.stepping.dynamics import still
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
@@ -44,7 +44,6 @@ from hydrosim.stepping.state import (
     START_SLOPE,
     STATUS,
     STEP_TOO_SMALL,
-    STEPPED_OVER,
     STEPS,
     STEPS_THEN,
     UNKNOWN,
@@ -152,11 +151,9 @@ def _cross(goal, enough, run):
         _note(t, run)
         _renew(left, run)
         if left:
+            counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
             switch_modes(t, run)
-            counters[EVENTS] += 1
-            if impatient(run):
-                counters[STEPPED_OVER] += 1
         elif run.work.constraints.force.size > 0:
             still(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)

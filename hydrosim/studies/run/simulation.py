@@ -23,7 +23,6 @@ from hydrosim.results.ledger import warn
 from hydrosim.results.netcdf import FORMAT, LATEST
 from hydrosim.results.output import to_dataset, unpack
 from hydrosim.scene import Scene
-from hydrosim.stepping.crossing import PATIENCE
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import PITCH, advance, spent
@@ -41,7 +40,6 @@ from hydrosim.stepping.state import (
     RUNNING,
     STATUS,
     STEP_TOO_SMALL,
-    STEPPED_OVER,
     STEPS,
     Record,
     Run,
@@ -174,7 +172,6 @@ def run_compiled(
     count = int(counters[RECORDS])
     history = run.state.history
     warnings = [*compiled.notes.warnings, *unresolved(compiled, record, count)]
-    warnings += _stepped_over(scene, run)
     attributes["warnings"] = "\n".join(warnings) or None
     layout = compiled.facts.layout
     dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
@@ -224,18 +221,6 @@ def _guarded(chunks: Iterator[float], compiled: Compiled, run: Run) -> Iterator[
             return
         seen = count
         yield time
-
-
-def _stepped_over(scene: Scene, run: Run) -> Iterator[str]:
-    """What to say of modes that have changed too often to locate each change."""
-    count = int(run.counters[STEPPED_OVER])
-    if count:
-        yield (
-            f"solver.step {scene.solver.step:g} s: contacts or springs have changed their mode more"
-            f" than {PATIENCE} times in a step; {count} changes were taken at the end of a step"
-            f" instead of when they happen, and motions may be wrong from then on."
-            f" {REMEDIES[CHATTERING]}"
-        )
 
 
 def _failure(compiled: Compiled, run: Run, time: float) -> str:
