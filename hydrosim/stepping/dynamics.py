@@ -145,6 +145,7 @@ class Work(NamedTuple):
     blend: Blend
     push: np.ndarray  # (6 nb,), impulse of flows that begin or end
     jump: np.ndarray  # (2, n), what it does
+    clearances: np.ndarray  # (2, nt, 3), of surfaces in tanks at both ends of a step
 
 
 def new_work(model: Model) -> Work:
@@ -169,6 +170,7 @@ def new_work(model: Model) -> Work:
         new_blend(model.family, model.bodies.each.size),
         np.zeros(m),
         np.zeros((2, n)),
+        np.zeros((2, len(model.liquids.solids.corners), 3)),
     )
 
 

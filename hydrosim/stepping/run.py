@@ -16,7 +16,7 @@ from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
 from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
-from hydrosim.stepping.dynamics import still
+from hydrosim.stepping.dynamics import look_inside, still
 from hydrosim.stepping.record import keep
 from hydrosim.stepping.state import (
     AFTER,
@@ -50,6 +50,7 @@ from hydrosim.stepping.state import (
 )
 from hydrosim.stepping.stepper import slope, step
 from hydrosim.tanks.pumping import share_of_step
+from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
 
 PITCH = 4  # among a body's six coordinates
@@ -198,6 +199,9 @@ def _try(t, stop, run):
     counters = run.counters
     note_headings(t, run)
     step(t, stop - t, run)
+    located = clock.events and not clock.control.adaptive
+    if located and run.model.liquids.each.size > 0 and counters[STATUS] == RUNNING:
+        stop = _cut_at_corner(t, stop, run)
     if clock.control.adaptive and not _accepted(t, stop - t, run):
         return False, t, False
     left = False
@@ -207,6 +211,32 @@ def _try(t, stop, run):
     if not accepted:
         _shorten(t, 0.5 * (stop - t), run)
     return accepted, stop, left
+
+
+@root
+def _cut_at_corner(t, stop, run):
+    """Cut the step where the surface in a tank passes a corner, since moments have few derivatives
+    there. The place is linear between the ends of the step: what it is off by is of its second
+    order, and what that does to the step of the fifth."""
+    clearances = run.work.clearances
+    _find_clearances(run.state.y, run, clearances[0])
+    _find_clearances(run.scratch.states[END], run, clearances[1])
+    part = first_passage(clearances[0], clearances[1])
+    if part < 1.0:
+        stop = t + part * (stop - t)
+        step(t, stop - t, run)
+    return stop
+
+
+@kernel
+def _find_clearances(y, run, out):
+    model = run.model
+    work = run.work
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    look_inside(y, model, work)
+    heights = work.contents.height
+    find_clearances(y, work.motion, model.bodies, model.tanks, model.liquids, heights, out)
 
 
 @kernel

@@ -11,7 +11,8 @@ s V - Phi is the Legendre transform of Phi:
 
 s is found by Newton's method on V(s), from the plane through the centroid of the level surface.
 That is the solution as long as the surface meets upright walls alone. S has two continuous
-derivatives where no edge of the tank is parallel to the surface as that passes it.
+derivatives where the surface passes a corner, one where it passes an edge that is parallel to it:
+steps end there (`find_clearances`).
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ from hydrosim.rigid.vectors import dot, scale, vector
 from hydrosim.tanks.pieces import FIRST, slope, value
 
 ROUNDING = 1e-14  # of a tank's volume
+FEW = 16  # triangles that are not upright: passing a corner of finer meshes changes little
+NEAR = 1e-9  # m: a surface that rests at a corner does not pass it
+PASSED = 1e-6  # of a step
 LOOKS = 100  # at planes, at most: bisection alone ends after 50
 LIQUID = np.dtype(
     [
@@ -66,6 +70,40 @@ def level_surfaces(y, motion, bodies, tanks, p, contents):
         contents.height[k] = s
         for i in range(3):
             contents.shift[b, i] += liquid.density * (moment[i] - value(piece, FIRST + i, x))
+
+
+@root
+def find_clearances(y, motion, bodies, tanks, p, heights, out):
+    """How far the surface is above every corner of tanks with few, into ``out`` (nt, 3) [m]: 1 for
+    others, and where a tank is empty or full."""
+    for k in range(p.each.size):
+        liquid = p.each[k]
+        volume = y[tanks.state + liquid.tank] if liquid.tank >= 0 else liquid.volume
+        n = upright(liquid.body, motion, bodies)
+        first = p.solids.begin[p.solids.first[k]]
+        last = p.solids.begin[p.solids.first[k + 1]]
+        within = ROUNDING * liquid.capacity < volume < (1.0 - ROUNDING) * liquid.capacity
+        for i in range(first, last):
+            for j in range(3):
+                corner = vector(p.solids.corners[i, j], 0)
+                looked_at = within and last - first <= FEW
+                out[i, j] = heights[k] - dot(n, corner) if looked_at else 1.0
+
+
+@kernel
+def first_passage(before, after):
+    """When, as a part of a step, the surface first passes a corner, by the clearances (nt, 3) at
+    both ends of the step; 1 where it does not."""
+    first = 1.0
+    for i in range(before.shape[0]):
+        for j in range(3):
+            a = before[i, j]
+            b = after[i, j]
+            if (a < 0.0) != (b < 0.0) and max(abs(a), abs(b)) > NEAR:
+                part = a / (a - b)
+                if PASSED < part < 1.0 - PASSED:
+                    first = min(first, part)
+    return first
 
 
 @kernel
