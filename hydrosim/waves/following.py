@@ -33,6 +33,7 @@ from hydrosim.waves.forms import (
     add_forms,
     body_forms,
     cell_at,
+    cells_of,
     forms_model,
     has_forms,
     look_from,
@@ -40,7 +41,6 @@ from hydrosim.waves.forms import (
     new_filtered,
 )
 from hydrosim.waves.loads import POINTS, rise
-from hydrosim.waves.splines import slopes
 from hydrosim.waves.synthesis import row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
@@ -185,17 +185,12 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
     known = Waves(sea[order], omega, heading - body.heading, ramp)
     forms = body_forms(body, known, elevation[order])
     elevation = np.where(first, elevation, 0.0)
-    inside = np.clip(omega, w[0], w[-1])
-    cell = np.clip(np.searchsorted(w, inside, side="right") - 1, 0, w.size - 2)
-    width = np.diff(w)[cell]
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
     mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
-    rows = np.stack([table, slopes(w, table)], axis=2)
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
-        *(cell.astype(np.int64), (inside - w[cell]) / width, width),
-        *(np.ascontiguousarray(rows), CUT * float(mean)),
-        forms,
+        *cells_of(w, omega),
+        *(table, CUT * float(mean), forms),
     )
 
 

@@ -27,7 +27,6 @@ from hydrosim.scene import Place, SecondOrder, WaveForces
 from hydrosim.waves.loads import lagrange, rise
 from hydrosim.waves.quadratic import qtf_all_round
 from hydrosim.waves.second_order import newman, newman_square_root
-from hydrosim.waves.splines import slopes
 from hydrosim.waves.transfer import drift_above, drift_table
 from hydrosim.waves.turned_qtf import turned_qtf
 
@@ -214,9 +213,9 @@ def no_drift(waves: int) -> Drift:
 
 def _drift(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave: at its own frequency, and at none besides."""
-    w, table = _drift_rows(database)
+    w, table = drift_table(database, NODES)
     factor = np.stack([drift_above(database, omega), np.zeros(omega.size)], axis=1)
-    return Drift(*_cells(w, np.stack([omega, omega], axis=1)), factor, table)
+    return Drift(*cells_of(w, np.stack([omega, omega], axis=1)), factor, table)
 
 
 def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
@@ -225,19 +224,14 @@ def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     ends = np.clip(omega, known[0], known[-1])
     if np.array_equal(ends, omega):
         return no_drift(omega.size)
-    w, table = _drift_rows(database)
+    w, table = drift_table(database, NODES)
     both = np.stack([omega, ends], axis=1)
     factor = np.stack([drift_above(database, omega), -drift_above(database, ends)], axis=1)
     factor[ends == omega] = 0.0
-    return Drift(*_cells(w, both), factor, table)
+    return Drift(*cells_of(w, both), factor, table)
 
 
-def _drift_rows(database: QuadraticFunctions) -> tuple[np.ndarray, np.ndarray]:
-    w, table = drift_table(database, NODES)
-    return w, np.ascontiguousarray(np.stack([table, slopes(w, table)], axis=2))
-
-
-def _cells(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def cells_of(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cells of rising frequencies ``w`` that hold ``omega``, the parts of them before it, and their
     widths."""
     inside = np.clip(omega, w[0], w[-1])

@@ -14,13 +14,14 @@ through zero and the phase jumps.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.waves.splines import interpolated
+from hydrosim.waves.splines import interpolated, slopes
 
 _TURN = 2.0 * np.pi
 _WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
@@ -28,6 +29,7 @@ _NODE = 1e-9  # [rad] closer than this to a heading of the database is that head
 _END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
 _FEWEST = 12  # headings round the circle that a table is made for
 _KEPT = 8  # weights of headings
+_TABLES = 4  # of tens of megabytes each
 NOISE = 1e-12
 """Of the largest force or moment: below it a transfer function is zero."""
 
@@ -76,22 +78,25 @@ def _excitation_at(database: TransferFunctions, of_heading: bytes, of_omega: byt
 
 
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
-    """First-order transfer functions (nf, nodes, n) at frequencies (nf,), four or more, and at
-    ``between`` nodes of heading to one of the database, from 0 evenly round the circle.
+    """First-order transfer functions and their slopes (nf, nodes, 2, n) at frequencies (nf,), four
+    or more, and at ``between`` nodes of heading to one of the database, from 0 evenly round the
+    circle. Runs of one study ask for the same: what is given is kept, and not to be written to.
 
     Raises InputError if its headings are not all round the circle.
     """
-    return _table(database, database.excitation, between)
+    return _table(database, _excitation_of, between)
 
 
 def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
     """The same of mean drift, of waves that are not below its frequencies, see `drift_above`."""
-    return _table(database, _drift_of(database), between)
+    return _table(database, _drift_of, between)
 
 
+@lru_cache(maxsize=_TABLES)
 def _table(
-    database: TransferFunctions, values: np.ndarray, between: int
+    database: TransferFunctions, of: Callable[[TransferFunctions], np.ndarray], between: int
 ) -> tuple[np.ndarray, np.ndarray]:
+    values = of(database)
     nodes = between * max(database.heading.size, _FEWEST)
     headings = _TURN / nodes * np.arange(nodes)
     weights = heading_weights(database.heading, headings)
@@ -104,10 +109,13 @@ def _table(
     table = np.einsum("mh,whj->wmj", weights, values)
     largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
     table = np.where(np.abs(table) > NOISE * np.repeat(largest, 3), table, 0.0)
-    if w.size >= 4:
-        return w, table
-    more = np.linspace(w[0], w[-1], 4)
-    return more, interpolated(w, table, more)
+    if w.size < 4:
+        more = np.linspace(w[0], w[-1], 4)
+        table = interpolated(w, table, more)
+        w = more
+    rows = np.stack([table, slopes(w, table)], axis=2)
+    rows.setflags(write=False)
+    return w, rows
 
 
 def all_round(database: TransferFunctions) -> bool:
@@ -133,6 +141,10 @@ def drift_above(database: TransferFunctions, omega: np.ndarray) -> np.ndarray:
     """Factors (nc,) of mean drift, less than 1 below the lowest frequency of the database."""
     low = database.frequency[0]
     return np.asarray(np.where(omega < low, omega / (low or 1.0), 1.0))
+
+
+def _excitation_of(database: TransferFunctions) -> np.ndarray:
+    return database.excitation
 
 
 def _drift_of(database: TransferFunctions) -> np.ndarray:
