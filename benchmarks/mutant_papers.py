@@ -28,6 +28,7 @@ import yaml
 from benchmarks.mutant_trials import said
 from benchmarks.mutants import CASES, CHANGES, RENAMES, change, places, written
 from benchmarks.random_trial import Outcome
+from hydrosim.commands.terminal import printable
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
@@ -182,7 +183,7 @@ def trial(paper: str, number: int, folder: Path) -> tuple[str, Outcome]:
             warnings.simplefilter("ignore")
             kind.read(path)
     except HydrosimError as error:
-        return what, said("refused", str(error))
+        return what, said("refused", printable(str(error)))
     except TimeoutError:
         return what, Outcome("hang", format_exc(limit=-6))
     except Exception:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from contextlib import suppress
 from pathlib import Path
 from shutil import disk_usage
@@ -12,10 +13,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+LONG_WORD = re.compile(r"(\S{300})\S{700,}")
+
+
 class HydrosimError(Exception):
-    """Base of all errors with a message meant for the user; ``exit_code`` is the command's."""
+    """Base of all errors with a message meant for the user; ``exit_code`` is the command's. Names
+    and paths of a thousand characters are cut."""
 
     exit_code = 2
+
+    def __init__(self, message: str) -> None:
+        super().__init__(LONG_WORD.sub(r"\1...", message))
 
 
 class InputError(HydrosimError):
