@@ -66,7 +66,7 @@ def tried(asked: Asked) -> Outcome:
             warnings.simplefilter("ignore")
             app([command, str(path), *more], standalone_mode=False)
     except HydrosimError as error:
-        return _said("failed" if error.exit_code == 3 else "refused", str(error))
+        return said("failed" if error.exit_code == 3 else "refused", str(error))
     except Exception:
         return Outcome("crash", format_exc(limit=-6))
     return _judged(result) if command == "run" else Outcome("complete")
@@ -96,7 +96,7 @@ class _quiet:
             each.__exit__(*error)  # type: ignore[arg-type]
 
 
-def _said(status: str, message: str) -> Outcome:
+def said(status: str, message: str) -> Outcome:
     """A message is for people."""
     if len(message) > WORDY or any(ord(c) < 32 and c not in "\n\t" for c in message):
         return Outcome("crash", f"a message of {len(message)} characters: {message[:500]!r}")

@@ -167,7 +167,7 @@ def mutants(count: int, seed: int, of_values: bool = False) -> list[Mutant]:
     every = [
         Mutant(name, keys, how)
         for name in shipped()
-        for keys in _places(whole(name))
+        for keys in places(whole(name))
         for how in (VALUES if of_values else (*CHANGES, *RENAMES))
         if (how not in RENAMES or isinstance(keys[-1], str))
         and (not of_values or _is_number(_at(whole(name), keys)))
@@ -191,19 +191,27 @@ def text_of(mutant: Mutant, duration: float | None = None) -> str:
     case = deepcopy(whole(mutant.case))
     if duration is not None:
         case["duration"] = duration
-    *above, last = mutant.keys
-    home: Any = case
-    for key in above:
-        home = home[key]
-    if mutant.how in RENAMES:
-        home[RENAMES[mutant.how](str(last))] = home.pop(last)
+    change(case, mutant.keys, mutant.how)
+    return written(case)
+
+
+def change(document: Any, keys: Keys, how: str) -> None:
+    """Change what is at ``keys`` of a document by the mutation ``how``."""
+    *above, last = keys
+    home = _at(document, tuple(above))
+    if how in RENAMES:
+        home[RENAMES[how](str(last))] = home.pop(last)
     else:
-        home[last] = CHANGES[mutant.how](home[last])
+        home[last] = CHANGES[how](home[last])
         if home[last] is GONE:
             del home[last]
+
+
+def written(document: Any) -> str:
+    """A document as YAML."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return str(yaml.dump(case, Dumper=yaml.SafeDumper, sort_keys=False))
+        return str(yaml.dump(document, Dumper=yaml.SafeDumper, sort_keys=False))
 
 
 def _over(under: Any, over: Any) -> Any:
@@ -215,7 +223,7 @@ def _over(under: Any, over: Any) -> Any:
     return over
 
 
-def _places(value: Any, above: Keys = ()) -> Iterator[Keys]:
+def places(value: Any, above: Keys = ()) -> Iterator[Keys]:
     """The keys to everything in a case."""
     items: Any = ()
     if isinstance(value, dict):
@@ -224,4 +232,4 @@ def _places(value: Any, above: Keys = ()) -> Iterator[Keys]:
         items = enumerate(value[:2])  # one is as the next
     for key, item in items:
         yield (*above, key)
-        yield from _places(item, (*above, key))
+        yield from places(item, (*above, key))

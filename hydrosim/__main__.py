@@ -102,6 +102,8 @@ def main() -> None:
             app(prog_name="hydrosim")
         finally:
             sys.stdout.flush()
+    except KeyboardInterrupt:  # before the command has begun
+        raise SystemExit(130) from None
     except HydrosimError as error:
         err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None

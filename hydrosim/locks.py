@@ -12,7 +12,7 @@ from pathlib import Path
 from platform import node
 from typing import TextIO
 
-from hydrosim.errors import InputError
+from hydrosim.errors import InputError, unwritable
 
 if sys.platform != "win32":
     from fcntl import LOCK_EX, LOCK_NB, flock
@@ -66,10 +66,20 @@ def _locked(path: Path, what: Path) -> Iterator[None]:
                     " until that has ended, or give another name."
                 )
             if _is_at(file, path):
-                file.truncate(0)
-                print(owner(), file=file, flush=True)
+                _sign(file, path, what)
                 yield
                 return
+
+
+def _sign(file: TextIO, path: Path, what: Path) -> None:
+    """Write who holds the lock; on a full disk WritingError is raised and the file goes again."""
+    try:
+        file.truncate(0)
+        os.lseek(file.fileno(), 0, os.SEEK_SET)
+        os.write(file.fileno(), f"{owner()}\n".encode())  # nothing stays in a buffer
+    except OSError as error:
+        path.unlink()
+        raise unwritable(what, error) from None
 
 
 def _opened(path: Path) -> TextIO:

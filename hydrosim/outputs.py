@@ -21,13 +21,13 @@ from dataclasses import dataclass, replace
 from glob import escape
 from itertools import count
 from pathlib import Path
-from shutil import disk_usage, rmtree
+from shutil import rmtree
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import quote
 from zlib import crc32
 
-from hydrosim.errors import InputError, WritingError
+from hydrosim.errors import InputError, unwritable
 from hydrosim.interrupts import undisturbed
 from hydrosim.locks import alone, is_gone, owner
 from hydrosim.program import program_version
@@ -286,14 +286,6 @@ def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
     with output.written() as path:
         figure.savefig(path, metadata={key: output.mark}, **options)
     return output.path
-
-
-def unwritable(path: Path, error: Exception) -> WritingError:
-    """Says why a file cannot be written, and how much room there is where it is to be."""
-    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    with suppress(OSError):
-        text += f"; {disk_usage(path.parent).free / 1e6:,.0f} MB are free there"
-    return WritingError(f"{path}: cannot be written ({text}). What was there before still stands.")
 
 
 def files_named(values: object, folder: Path) -> Iterator[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import hydrosim as hs
-from hydrosim.errors import WritingError
+from hydrosim.errors import WritingError, unwritable
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write
 
@@ -169,3 +170,29 @@ def test_what_a_killed_process_left_is_removed_by_the_next(folder: Path) -> None
     write_text(output("x.txt"), "again")
     assert {path.name for path in folder.iterdir()} == {"sub", "x.txt"}
     assert "again" in Path("x.txt").read_text()
+
+
+def test_a_lock_on_a_full_disk_is_told_and_does_not_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "write", full)
+    said = r"a\.nc: cannot be written \(No space left on device; .* MB are free there\)\. Make room"
+    with pytest.raises(WritingError, match=said), Output(tmp_path / "a.nc", "run", tmp_path).held():
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_permission_that_is_there_is_not_blamed(tmp_path: Path) -> None:
+    """netCDF says "Permission denied" of a file that it cannot make on a full disk."""
+    denied = PermissionError(errno.EACCES, "Permission denied")
+    said = str(unwritable(tmp_path / "a.nc", denied))
+    assert "Permission denied" not in said
+    assert "Make room, or write to another place" in said
+
+
+def test_names_of_a_thousand_characters_are_cut() -> None:
+    said = str(hs.InputError(f"case.yaml: found no file {'x' * 5000}; expected one"))
+    assert said == f"case.yaml: found no file {'x' * 300}...; expected one"

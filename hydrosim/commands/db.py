@@ -12,6 +12,7 @@ import typer
 from hydrosim.commands.changes import changes_of
 from hydrosim.commands.given import with_given
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
+from hydrosim.commands.running import resumable
 from hydrosim.commands.terminal import show
 from hydrosim.errors import InputError
 
@@ -181,7 +182,9 @@ def build(
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = placed(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
-    for path in build_database(made, jobs, picture, settings):
+    with resumable("the same command"):
+        files = build_database(made, jobs, picture, settings)
+    for path in files:
         show(f"result    {path}")
 
 

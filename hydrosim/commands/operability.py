@@ -11,6 +11,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
+from hydrosim.commands.running import resumable
 from hydrosim.commands.terminal import progress_console, show
 from hydrosim.errors import InputError
 
@@ -30,6 +31,9 @@ def operability(
     ] = None,
     workers: Workers = None,
     overwrite: Overwrite = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a search that was killed or interrupted.")
+    ] = False,
 ) -> None:
     """Find limiting significant heights over peak periods, headings and swells, with confidence.
 
@@ -37,6 +41,7 @@ def operability(
     """
     from hydrosim.plot.operability import draw_limits
     from hydrosim.results.netcdf import write
+    from hydrosim.studies.many.unfinished import kept
     from hydrosim.studies.operability.study import limits_of, load_limits
     from hydrosim.studies.operability.weather import assessed, read_weather, weather_lines
 
@@ -54,13 +59,20 @@ def operability(
     )
     page = result.at(result.path.with_suffix(".png"), "picture").checked()
     weather = read_weather(study_file.parent, study.wanted)
-    with result.held(), announced(err), err.status("limits") as status:
+    with (
+        resumable("--resume"),
+        kept(result, resume, study.identity) as journal,
+        announced(err),
+        err.status("limits") as status,
+    ):
 
         def report(sea: str, runs: int, done: int) -> None:
             status.update(f"{sea}: {done} seas done, {runs} runs")
 
-        found = assessed(limits_of(study, workers or os.cpu_count() or 1, report), weather)
+        limits = limits_of(study, workers or os.cpu_count() or 1, report, journal)
+        found = assessed(limits, weather)
         write(found, result)
+        journal.remove()
     draw_limits(found, page)
     show(*_lines(study, found), *weather_lines(found, weather))
     show(f"result    {result.path}, {page.path}")

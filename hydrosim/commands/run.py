@@ -90,7 +90,10 @@ def _require_room(case: Case, path: Path) -> None:
     free = disk_usage(path.parent).free
     if size > free:
         found = f"about {sizes.shown(size)}, and {sizes.shown(free)} are free"
-        raise InputError(f"--output: the result is {found}; record less often (output.step).")
+        raise InputError(
+            f"--output: the result is {found} in {path.parent}; make room there, give another"
+            " place, or record less often (output.step)."
+        )
 
 
 def _planned_pictures(result: Output) -> None:

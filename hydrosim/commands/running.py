@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.terminal import progress_console, say
@@ -15,6 +18,16 @@ if TYPE_CHECKING:
     from hydrosim.outputs import Output
 
 err = progress_console()
+
+
+@contextmanager
+def resumable(by: str) -> Iterator[None]:
+    """Says after an interrupt ``by`` what the command goes on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"interrupted: what is complete is kept; {by} goes on from there")
+        raise typer.Exit(130) from None
 
 
 def complete(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:

@@ -15,6 +15,7 @@ import typer
 
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
+from hydrosim.commands.running import resumable
 from hydrosim.commands.study import draw_runs, in_words, tables
 from hydrosim.commands.terminal import progress_console, say, show
 
@@ -117,7 +118,7 @@ def _until(
             raise KeyboardInterrupt
         return runs
 
-    with announced(err), err.status("runs"):
+    with resumable("--resume"), announced(err), err.status("runs"):
         said = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None

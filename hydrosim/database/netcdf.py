@@ -22,6 +22,7 @@ from hydrosim.database.database import HydroDatabase
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.interrupts import undisturbed
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 NAME = "hydrosim netCDF"
@@ -105,7 +106,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
         )
     try:
-        file = netCDF4.Dataset(path)
+        with undisturbed():  # netCDF4 drops an interrupt that comes as it opens a file
+            file = netCDF4.Dataset(path)
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error
     with file:

@@ -15,9 +15,11 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, suggestion, wrong
+from hydrosim.documents.units import shown
 from hydrosim.errors import InputError
 
 EXTENDS = "extends"
+LONG = 200  # characters of a setting that a message names
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
 KINDS = {"type", "law", "spectrum"}  # a mapping that says one of these is whole
@@ -42,6 +44,9 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     if EXTENDS not in over:
         return text, node
     _, named = over.pop(EXTENDS)
+    if not isinstance(named, ScalarNode):
+        text = f"{EXTENDS}: found {shown(plain(named))}; expected the name of a case file"
+        raise wrong(named.start_mark, text)
     base = path.parent / str(plain(named))
     chain = (*above, path.resolve())
     if not os.path.isfile(base):  # Path.is_file raises where a name is too long
@@ -57,7 +62,7 @@ def apply_setting(node: Node, setting: str) -> Node:
     """``node`` with ``KEY=VALUE`` laid over it: a dotted key, where a number is an entry of a list,
     and a value in YAML; null removes. InputError names what there is instead of an unknown key."""
     key, _, text = setting.partition("=")
-    name = SETTING + setting
+    name = SETTING + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
     value = compose(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")

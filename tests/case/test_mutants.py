@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import mutant_papers
 from benchmarks.mutant_trials import prepare, tried
 from benchmarks.mutants import CHANGES, RENAMES, Mutant, mutants, shipped, text_of, whole
 from hydrosim.case import load_case
@@ -45,3 +46,25 @@ def test_a_mutant_is_refused_or_checked(folder: Path, count: int) -> None:
         outcome = tried(("check", mutant, str(folder)))
         assert outcome.status in ENDS, (mutant, outcome.message)
         assert outcome.message or outcome.status == "complete"
+
+
+@pytest.mark.parametrize("paper", mutant_papers.papers())
+def test_a_paper_is_right_before_it_is_changed(paper: str, tmp_path: Path) -> None:
+    kind = mutant_papers.papers()[paper]
+    mutant_papers.prepare(tmp_path)
+    path = tmp_path / f"{paper}{kind.suffix}"
+    for name in ("hindcast", "scatter"):
+        (tmp_path / f"{name}.csv").write_text(mutant_papers.papers()[name].text)
+    path.write_text(kind.text)
+    kind.read(path)
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(30, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("paper", mutant_papers.papers())
+def test_a_mutant_of_another_file_is_refused_or_read(
+    paper: str, count: int, tmp_path: Path
+) -> None:
+    mutant_papers.prepare(tmp_path)
+    for number in range(count):
+        what, outcome = mutant_papers.trial(paper, SEED + number, tmp_path)
+        assert outcome.status in ENDS, (what, outcome.message)

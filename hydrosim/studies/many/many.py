@@ -25,7 +25,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.interrupts import undisturbed
-from hydrosim.outputs import Output, as_output, unwritable
+from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
@@ -34,7 +34,7 @@ from hydrosim.studies.many.outcome import Outcome, digested
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.together import check_together
-from hydrosim.studies.many.unfinished import alone_with, begun, identity, is_whole
+from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
 from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
@@ -118,22 +118,16 @@ def simulate_many(
     values = {name: known[name].values for name in along}
     asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     known_as = identity(scenes, shared.opened, values, asked)
-    with alone_with(result) as here:
-        ended = False
-        journal = begun(result, resume, known_as)
-        try:
-            file_at(here / f"{KNOWN}.partial").close()
-            journal.take_known(here / f"{KNOWN}.partial")
-            path = write(here / RESULT, journal)
-            ended = is_whole(path)
-            place = result.settled() if ended or not is_whole(result.path) else result.aside()
-            place.take(path)
-        except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
-            raise unwritable(result.path, error) from None
-        finally:
-            journal.close()
-            if ended or not len(journal):
-                journal.remove()
+    here = folder_of(result)
+    with kept(result, resume, known_as) as journal:
+        file_at(here / f"{KNOWN}.partial").close()
+        journal.take_known(here / f"{KNOWN}.partial")
+        path = write(here / RESULT, journal)
+        ended = is_whole(path)
+        place = result.settled() if ended or not is_whole(result.path) else result.aside()
+        place.take(path)
+        if ended:
+            journal.remove()
     return xr.open_dataset(place.path, engine="netcdf4")
 
 

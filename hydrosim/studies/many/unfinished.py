@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import netCDF4
 
-from hydrosim.errors import HydrosimError, InputError
+from hydrosim.errors import HydrosimError, InputError, unwritable
 from hydrosim.leftovers import check_folder
 from hydrosim.results.journal import Journal, forget, identity_of, is_earlier, is_empty, is_part
 from hydrosim.results.runs_file import NOT_RUN
@@ -35,6 +35,23 @@ def alone_with(result: Output) -> Iterator[Path]:
     with result.held():
         check_folder(folder, is_part)
         yield folder
+
+
+@contextmanager
+def kept(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
+    """The journal of the set with this ``identity``, of this process alone, see `begun`. Nothing
+    stays of a set without a run. Raises WritingError where it cannot be written."""
+    with alone_with(result):
+        try:
+            journal = begun(result, resume, identity)
+            try:
+                yield journal
+            finally:
+                journal.close()
+                if not len(journal):
+                    journal.remove()
+        except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
+            raise unwritable(result.path, error) from None
 
 
 def begun(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:

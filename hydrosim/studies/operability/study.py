@@ -14,6 +14,8 @@ import xarray as xr
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
 from hydrosim.program import program_version, versions
+from hydrosim.studies.many.shared import Shared
+from hydrosim.studies.many.unfinished import identity
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
@@ -23,6 +25,7 @@ from hydrosim.studies.sweep.study import read_study, settings_with
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
 if TYPE_CHECKING:
+    from hydrosim.results.journal import Journal
     from hydrosim.scene import Scene
     from hydrosim.statistics.figures import Figure
     from hydrosim.studies.operability_file import Operability
@@ -64,6 +67,14 @@ class Limits:
     def headings(self) -> tuple[float, ...]:
         """Headings [rad]: those of the study, or that of the case."""
         return self.wanted.headings or (wind_sea(self.scene).heading,)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What must be the same for the search to go on, see `unfinished.identity`."""
+        heights = self.wanted.heights.values()
+        varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
+        asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
+        return identity([self.scene], Shared().opened, varied, asked)
 
     def stages(self) -> dict[str, list[int]]:
         """The numbers of the criteria of all stages together and of each."""
@@ -111,15 +122,20 @@ def load_limits(path: Path) -> Limits:
     return Limits(path, scene, data, data.operability, figures, limits, units, inputs, made_with)
 
 
-def limits_of(study: Limits, workers: int, progress: Progress = lambda *_: None) -> xr.Dataset:
+def limits_of(
+    study: Limits,
+    workers: int,
+    progress: Progress = lambda *_: None,
+    journal: Journal | None = None,
+) -> xr.Dataset:
     """Limiting heights ``limit`` [m] by stage, swell, heading and peak period, with their intervals
     and the criterion that governs; 0 where the smallest height fails, and the largest
-    height, its interval without an upper end, where that holds."""
+    height, its interval without an upper end, where that holds. A ``journal`` keeps the runs."""
     about = spectral(study.scene, study.figures, bool(study.wanted.swells))
     known = isinstance(about, Spectral)
     if not known:
         allowed(len(study.seeds), study.wanted.probability)
-    trials = Trials(study.figures, workers)
+    trials = Trials(study.figures, workers, journal=journal)
     table = _Table(study)
     for done, (at, sea) in enumerate(_seas(study)):
         progress(_named(sea), trials.count, done)

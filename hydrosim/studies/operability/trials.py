@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Event
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
+from hydrosim.interrupts import undisturbed
+from hydrosim.results.journal import Journal, Kept
+from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.studies.many.garbage import collected_here
+from hydrosim.studies.many.outcome import Outcome
 from hydrosim.studies.many.pools import outcome_of
 from hydrosim.studies.many.shared import Shared
 
@@ -21,28 +25,35 @@ if TYPE_CHECKING:
 
 class Trials:
     """Runs scenes by so many ``workers`` for their ``figures``; counts them and those that failed,
-    of which ``message`` is the first."""
+    of which ``message`` is the first. Runs are numbered in the order in which they are asked for:
+    those that a ``journal`` keeps are taken from there, others are added to it."""
 
     def __init__(
         self,
         figures: Sequence[Figure],
         workers: int,
         progress: Callable[[int], None] = lambda _: None,
+        journal: Journal | None = None,
     ) -> None:
         self.figures, self.workers, self.progress = tuple(figures), workers, progress
         self.count, self.failed, self.message = 0, 0, ""
         self._shared = Shared()
+        self._journal = journal
 
     def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
         """The figures (n, nf) of each scene, and whether its run came to its end (n,)."""
+        runs = range(self.count, self.count + len(scenes))
         stop = Event()
         with collected_here(), ThreadPoolExecutor(self.workers) as pool:
             try:
                 futures = [
-                    pool.submit(outcome_of, self._shared.prepared(scene), self._figures, stop)
-                    for scene in scenes
+                    self._begun(run, scene, pool, stop)
+                    for run, scene in zip(runs, scenes, strict=True)
                 ]
-                outcomes = [future.result() for future in futures]
+                outcomes = [
+                    self._kept(run, future.result())
+                    for run, future in zip(runs, futures, strict=True)
+                ]
             finally:
                 stop.set()
         if any(outcome.status == "interrupted" for outcome in outcomes):
@@ -57,6 +68,24 @@ class Trials:
                 self.message = self.message or outcome.message
         self.progress(self.count)
         return found, np.array([outcome.found is not None for outcome in outcomes])
+
+    def _begun(
+        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
+    ) -> Future[Outcome]:
+        """A run that is in the journal, or is being made."""
+        if self._journal is None or run not in self._journal:
+            return pool.submit(outcome_of, self._shared.prepared(scene), self._figures, stop)
+        known: Future[Outcome] = Future()
+        known.set_result(Outcome(COMPLETE, found=self._journal.read(run).found))
+        return known
+
+    def _kept(self, run: int, outcome: Outcome) -> Outcome:
+        """The outcome of a run, which is in the journal if it is complete."""
+        journal = self._journal
+        if journal is not None and run not in journal and outcome.found is not None:
+            with undisturbed():
+                journal.add(run, Kept(outcome.found, {}, ""))
+        return outcome
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
         return xr.Dataset({figure.name: figure_of(run, figure) for figure in self.figures})

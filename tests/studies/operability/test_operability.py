@@ -13,8 +13,11 @@ import xarray as xr
 from command_line import command
 from moored_barge import CASES
 
+from hydrosim.compare.exact import differences
 from hydrosim.scene import Scene
 from hydrosim.studies.linear.seakeeping import Wanted, linear_analysis
+from hydrosim.studies.many import pools
+from hydrosim.studies.many.outcome import Outcome
 from hydrosim.studies.operability.study import limits_of, load_limits
 from hydrosim.studies.operability.trials import Trials
 
@@ -226,3 +229,38 @@ def test_studies_of_limits_that_are_refused(
     result = command(monkeypatch, capsys, "operability")(path)
     assert result.code == 2
     assert all(word in result.err for word in words), result.err
+
+
+def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Told how to go on, and not begun anew unless that is asked for; runs that are there stay."""
+    monkeypatch.chdir(tmp_path)
+    study(tmp_path, STAGED)
+    operability = command(monkeypatch, capsys, "operability", "limits.yaml", "--workers", "2")
+    operability("-o", "whole.nc")
+    once = Trials._kept
+    runs: list[int] = []
+
+    def interrupted(self: Trials, run: int, outcome: Outcome) -> Outcome:
+        kept = once(self, run, outcome)
+        runs.append(run)
+        if len(runs) == 11:
+            raise KeyboardInterrupt
+        return kept
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Trials, "_kept", interrupted)
+        ended = operability("-o", "part.nc")
+    assert ended.code == 130
+    assert "what is complete is kept; --resume goes on from there" in ended.err
+    assert not Path("part.nc").exists()
+    assert "--resume goes on" in operability("-o", "part.nc").err
+    made: list[object] = []
+    run_once = pools.run_compiled
+    monkeypatch.setattr(pools, "run_compiled", lambda *a: made.append(1) or run_once(*a))
+    operability("-o", "part.nc", "--resume")
+    found, whole = (xr.load_dataset(name) for name in ("part.nc", "whole.nc"))
+    assert differences(found, whole) == []
+    assert len(made) == found.attrs["runs"] - 11
+    assert not Path("part.nc.partial").exists()

@@ -1,0 +1,249 @@
+"""Mutants of all that is read besides cases: studies, criteria, hindcasts, scatter diagrams,
+recipes of databases, maps of recordings.
+
+    python -m benchmarks.mutant_papers --count 1500 --seed 1
+
+Each is read in this process, as far as a command reads it before it computes; a hindcast and a
+scatter diagram are also held against limits. It ends with a message or without, within 20 s.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from traceback import format_exc
+from types import FrameType
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+import yaml
+
+from benchmarks.mutant_trials import said
+from benchmarks.mutants import CASES, CHANGES, RENAMES, change, places, written
+from benchmarks.random_trial import Outcome
+from hydrosim.commands.terminal import printable
+from hydrosim.compare.mapping import read_mapping
+from hydrosim.database.build.recipe import load_recipe
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.validate import validated
+from hydrosim.errors import HydrosimError
+from hydrosim.studies.operability.study import load_limits
+from hydrosim.studies.operability.weather import assessed, read_weather, weather_lines
+from hydrosim.studies.study_file import StudyFile
+from hydrosim.studies.sweep.study import load_study
+
+BASE = CASES / "reverse_float_over" / "base.yaml"
+RECIPES = CASES.parent / "hydro_db"
+HINDCAST = "time [h],hs [m],tp [s],direction [deg]\n" + "".join(
+    f"{3 * k},{1 + 0.2 * (k % 5)},{7 + k % 4},{(40 * k) % 360}\n" for k in range(24)
+)
+SCATTER = "hs [m],6,8,10,12\n0.5,10,20,10,2\n1.5,5,10,8,3\n2.5,0,3,4,2\n"
+LIMITS = f"""
+case: {BASE}
+seeds: 1-40
+duration: 60 s
+output: {{step: 0.5 s, start: 10 s}}
+criteria:
+  crawl: {{channel: position.barge.surge, statistic: end_absolute, limit: 1 m}}
+  heave: {{channel: position.barge.heave, statistic: largest, limit: 2 m, phase: compressed}}
+operability:
+  heights: {{from: 0.4 m, to: 1.6 m, apart: 0.4 m}}
+  peak_periods: [6 s, 8 s]
+  headings: [0 deg, 45 deg]
+  swells: [{{significant_height: 1 m, peak_period: 14 s, heading: 90 deg}}]
+  probability: 90 %
+  scatter: scatter.csv
+  hindcast: hindcast.csv
+  bearing: 240 deg
+  operation:
+    planned: 24 hour
+    contingency: 12 hour
+    alpha:
+      source: table
+      planned: [12 hour, 48 hour]
+      heights: [1 m, 3 m]
+      factors: [[0.7, 0.8], [0.6, 0.7]]
+"""
+STUDY = f"""
+case: {BASE}
+seeds: [1, 4]
+duration: 60 s
+output: {{step: 0.5 s, start: 10 s, variables: [position], impulses: true}}
+figures:
+  crawl: {{channel: position.barge.surge, statistic: end}}
+until: {{figure: crawl, wide: 0.1 m, most: 50}}
+parameters:
+  forces.interface.friction.slip_damping: [0, 1e6]
+  K_vert:
+    keys: {{forces.interface.normal.stiffness: [20000 tonne_force/m, 40000 tonne_force/m]}}
+    called: [soft, hard]
+"""
+RANGES = f"""
+case: {BASE}
+duration: 60 s
+figures:
+  crawl: {{channel: position.barge.surge, statistic: end}}
+design: sobol_indices
+samples: 8
+parameters:
+  sea: {{keys: {{environment.waves.seed: {{from: 1, to: 1000000}}}}}}
+  C3:
+    keys:
+      forces.interface.friction.slip_damping: {{from: 10000, to: 1e10, scale: logarithmic}}
+"""
+MAP = """
+time: {column: 1, unit: s, offset: 0 s, shift: false}
+channels:
+  position.barge.heave: Heave (m)
+  position.barge.pitch: {column: 6, unit: deg, sign: -1}
+  position.barge.surge: {column: Xbow, unit: m, offset: 2 m, point: [80, 0, 7.5]}
+"""
+FIELDS = (
+    *("", "nan", "inf", "-1", "0", "1e300", "-1e300", "1e-300", "1e15", "abc", "1,5", "3;4", '"'),
+    *("\0", "\x1b[2J", "漢字", "\ud800", "2020-01-31T12:00", "99999-01-01", "\n", "\t", "x" * 5000),
+    *("time [h]", "hs [ft]", "tp [parsec]", "0" * 400, "[", "%s", "#", "-", "1_000", "٣"),
+)
+"""What may stand in a table in place of a number or a name."""
+
+LONGEST = 20  # s
+FOUND = xr.Dataset(
+    {"limit": (("stage", "swell", "heading", "peak_period"), np.full((1, 1, 2, 2), 1.2))},
+    {"stage": ["all"], "swell": ["none"], "heading": [0.0, 0.785], "peak_period": [7.0, 9.0]},
+)
+"""Limits, as a search finds them."""
+
+Read = Callable[[Path], object]
+
+
+class Paper(NamedTuple):
+    """A kind of file: how it is read, and one that is right."""
+
+    read: Read
+    text: str
+    suffix: str = ".yaml"
+
+
+def _limits(path: Path) -> None:
+    study = load_limits(path)
+    read_weather(path.parent, study.wanted)
+
+
+def _weather(path: Path) -> None:
+    """Held against limits of the study that is right."""
+    wanted = validated(read_case(path.with_name("right.yaml"))[1], StudyFile).operability
+    assert wanted is not None
+    other = "scatter" if path.stem == "hindcast" else "hindcast"
+    weather = read_weather(path.parent, wanted.model_copy(update={other: None}))
+    for _ in weather_lines(assessed(FOUND, weather), weather):
+        pass
+
+
+def papers() -> dict[str, Paper]:
+    """One of each kind, by name; that of a table is its file's."""
+    recipes = {
+        f"recipe_{path.stem}": Paper(load_recipe, path.read_text())
+        for path in sorted(RECIPES.glob("*.yaml"))
+    }
+    return {
+        "limits": Paper(_limits, LIMITS),
+        "study": Paper(load_study, STUDY),
+        "ranges": Paper(load_study, RANGES),
+        "map": Paper(read_mapping, MAP),
+        "hindcast": Paper(_weather, HINDCAST, ".csv"),
+        "scatter": Paper(_weather, SCATTER, ".csv"),
+        **recipes,
+    }
+
+
+def prepare(folder: Path) -> None:
+    """Put what papers read into a folder."""
+    (folder / "right.yaml").write_text(LIMITS)
+
+
+def trial(paper: str, number: int, folder: Path) -> tuple[str, Outcome]:
+    """The mutant of a ``paper`` with this number: which change it is, and what comes of it."""
+    kind = papers()[paper]
+    random = Random(f"{paper} {number}")
+    for table, text in (("hindcast", HINDCAST), ("scatter", SCATTER)):
+        (folder / f"{table}.csv").write_text(text)
+    what, text = (_table if kind.suffix == ".csv" else _document)(kind.text, random)
+    path = folder / f"{paper}{kind.suffix}"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    signal.signal(signal.SIGALRM, _too_long)
+    signal.alarm(LONGEST)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            kind.read(path)
+    except HydrosimError as error:
+        return what, said("refused", printable(str(error)))
+    except TimeoutError:
+        return what, Outcome("hang", format_exc(limit=-6))
+    except Exception:
+        return what, Outcome("crash", format_exc(limit=-6))
+    finally:
+        signal.alarm(0)
+    return what, Outcome("complete")
+
+
+def _too_long(number: int, frame: FrameType | None) -> None:
+    raise TimeoutError
+
+
+def _document(text: str, random: Random) -> tuple[str, str]:
+    """A document of YAML with one key changed."""
+    document = yaml.safe_load(text)
+    keys = random.choice([*places(document)])
+    ways = [*CHANGES, *RENAMES] if isinstance(keys[-1], str) else [*CHANGES]
+    how = random.choice(ways)
+    change(document, keys, how)
+    return f"{keys} {how}", written(document)
+
+
+def _table(text: str, random: Random) -> tuple[str, str]:
+    """A table with one field changed, or one line lost, doubled or moved."""
+    lines = text.splitlines()
+    at = random.randrange(len(lines))
+    match random.randrange(6):
+        case 0:
+            del lines[at]
+            return f"line {at} lost", "\n".join(lines)
+        case 1:
+            lines.insert(random.randrange(len(lines)), lines[at])
+            return f"line {at} again", "\n".join(lines)
+    fields = lines[at].split(",")
+    place = random.randrange(len(fields))
+    fields[place] = random.choice(FIELDS)
+    lines[at] = ",".join(fields)
+    return f"line {at} field {place}: {fields[place][:20]!r}", "\n".join(lines)
+
+
+def main() -> int:
+    """Answer what the command line asks."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
+    parser.add_argument("--count", type=int, default=1500, help="how many to try")
+    parser.add_argument("--seed", type=int, default=1, help="of all mutants")
+    given = parser.parse_args()
+    ends: Counter[str] = Counter()
+    with TemporaryDirectory() as name:
+        prepare(Path(name))
+        names = [*papers()]
+        for k in range(given.count):
+            paper = names[k % len(names)]
+            what, outcome = trial(paper, given.seed * 1_000_000 + k, Path(name))
+            ends[outcome.status] += 1
+            if outcome.status in ("hang", "crash"):
+                print(f"\n{k} {paper} {what}: {outcome.status}\n{outcome.message}", flush=True)
+    print(f"{given.count} mutants of seed {given.seed}, {dict(ends)}")
+    return int(bool(ends["crash"] + ends["hang"]))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
