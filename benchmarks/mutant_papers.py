@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
+from shutil import copy
 from tempfile import TemporaryDirectory
 from traceback import format_exc
 from types import FrameType
@@ -165,6 +166,8 @@ def papers() -> dict[str, Paper]:
 def prepare(folder: Path) -> None:
     """Put what papers read into a folder."""
     (folder / "right.yaml").write_text(LIMITS)
+    for recipe in RECIPES.glob("*.yaml"):
+        copy(recipe, folder)
 
 
 def trial(paper: str, number: int, folder: Path) -> tuple[str, Outcome]:

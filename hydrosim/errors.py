@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LONG_WORD = re.compile(r"(\S{300})\S{700,}")
+LONG_WORD = re.compile(r"([^\s;:,]{300})[^\s;:,]{700,}")
 
 
 class HydrosimError(Exception):

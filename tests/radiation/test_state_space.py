@@ -167,7 +167,7 @@ def test_h851_within_tolerance_stable_and_passive():
     groups = coupled_groups(memory.kernel)
     assert [list(g) for g in groups] == [[0, 2, 4], [1, 3, 5]]
     for dofs in groups:
-        model = fit_group(memory, dofs, w[-1], 1e-3)
+        model = fit_group(memory, dofs, w[-1], 8e-4)
         assert model.report.frequency_error <= 1e-3
         assert model.report.time_error < 0.01
         assert model.report.passivity_margin >= -1e-7

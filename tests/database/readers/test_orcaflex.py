@@ -322,9 +322,8 @@ def test_damaged_files_are_refused(model, tmp_path):
 def test_lists_too_deep_in_each_other_are_refused(tmp_path, text):
     path = tmp_path / "barge.yml"
     path.write_text(f"General:\n  UnitsSystem: SI\nVesselTypes: {text}\n")
-    with pytest.raises(
-        InputError, match=r"line [34]: (found more than 40 lists|exceeded maximum nesting)"
-    ):
+    said = r"line [34]: (found more than 40 lists|exceeded maximum nesting)"  # ours or PyYAML's
+    with pytest.raises(InputError, match=said):
         read(path)
 
 
