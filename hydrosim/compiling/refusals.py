@@ -89,6 +89,8 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     held = state.modes.copy()
     held[fenders.mode :][: rigid.size, MODE] = np.where(rigid, STICK, OPEN)
     rows = find_constraint_rows(model, state.y, held)
+    if not rows.size:  # no point can move along its plane
+        return
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(ROWS))

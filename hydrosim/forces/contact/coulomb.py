@@ -76,14 +76,18 @@ def margin(mode, load, v, heading, reaction, p):
     """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
     [m/s]; negative past the end of the ``mode``."""
     if mode == STICK:
-        return p.static * load.N - length(reaction)
+        size = length(reaction)
+        # what nothing pushes, or cannot move, holds by any load: its contact ends by opening
+        return p.static * load.N - size if size > 0.0 else 1.0
     return v[0] * heading[0] + v[1] * heading[1]
 
 
 @kernel
 def break_away(reaction):
-    """Slip begins against the reaction that it took to hold."""
+    """Slip begins against the reaction that it took to hold, if there was one."""
     size = length(reaction)
+    if size == 0.0:
+        return (0.0, 0.0), 0.0, 0.0
     return (-reaction[0] / size, -reaction[1] / size), 0.0, 0.0
 
 

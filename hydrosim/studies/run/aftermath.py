@@ -97,29 +97,35 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     for name, landing in landings.items():
         own = run.sel(fender=list(landing.unit_names(name)))
         below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
-        if below.any():
-            at, point = np.argwhere(below)[0]
-            off = _off_seat(compiled, run.isel(time=[at]), landing, point)
+        for point in np.flatnonzero(below.any(axis=0)):
+            late = np.flatnonzero(below[:, point])
+            off = _off_seat(compiled, run.isel(time=late), landing, point)
+            beside = np.flatnonzero(off > landing.reach())
+            if not beside.size:  # it only begins to touch
+                continue
+            at = late[beside[0]]
             yield (
                 f"forces.{name}: at {run.time.values[at]:.4g} s point {point + 1} was below its"
-                f" seat and {off:.3g} m beside it, where nothing carries it; a seat carries"
-                f" {landing.reach():.3g} m far (on.extent)."
+                f" seat and {off[beside[0]]:.3g} m beside it, where nothing carries it; a seat"
+                f" carries {landing.reach():.3g} m far (on.extent)."
             )
+            break
 
 
-def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> float:
-    """How far a point of a landing is from the axis of its seat [m], at the one time of ``run``."""
+def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> np.ndarray:
+    """How far a point of a landing is from the axis of its seat [m] at the times (nt,) of ``run``."""
     index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
-    places, rotations = frames_of(compiled.model, run.position.values.reshape(1, -1))
+    places, rotations = frames_of(compiled.model, run.position.values.reshape(run.time.size, -1))
     b = index[landing.body]
-    place = places[0, b] + rotations[0, b] @ landing.points[point]
+    place = places[:, b] + rotations[:, b] @ landing.points[point]
     seat = landing.seats[point]
     axis = np.array(landing.axis, float)
     if landing.on is not None:
         a = index[landing.on]
-        seat = places[0, a] + rotations[0, a] @ seat
-        axis = rotations[0, a] @ axis
-    return float(np.linalg.norm(np.cross(place - seat, axis)) / np.linalg.norm(axis))
+        seat = places[:, a] + rotations[:, a] @ seat
+        axis = rotations[:, a] @ axis
+    across = np.cross(place - seat, axis)
+    return np.asarray(np.linalg.norm(across, axis=-1) / np.linalg.norm(axis, axis=-1))
 
 
 def _met_elsewhere(compiled: Compiled, run: xr.Dataset, sea: Sample) -> Iterator[str]:

@@ -32,6 +32,7 @@ from hydrosim.forces import (
     AppliedForce,
     Coulomb,
     Fender,
+    Frictionless,
     Harmonic,
     LinearMooring,
     Plane,
@@ -363,6 +364,18 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
 
 def _weaker(fender: Fender) -> Fender:
     return replace(fender, friction=Coulomb(0.12, 0.08))
+
+
+def test_friction_on_what_cannot_slide_does_nothing() -> None:
+    """A block that bounces straight up and down: as without friction, and it opens as often."""
+    body = block(1.0, ("heave",), position=moving(heave=0.1))
+    ends = []
+    for law in (Coulomb(0.4, 0.3), Frictionless()):
+        forces = {"weight": steady(heave=-9.81), "fender": on_floor(1e3, law)}
+        run = hs.simulate(scene(body, forces, 3.0, 0.01, step=0.005))
+        ends.append(heave(run))
+        assert np.count_nonzero(np.diff(run.fender_mode.values[:, 0] != 0)) > 10
+    assert ends[0] == pytest.approx(ends[1], abs=1e-10)
 
 
 def test_what_does_not_fit_is_refused() -> None:

@@ -484,6 +484,14 @@ def test_a_seat_carries_as_far_as_it_reaches(
     assert carried or float(run.fender_compression.sel(fender="leg 1").max()) == 0.0
 
 
+def test_a_block_that_begins_to_touch_its_seat_is_not_beside_it() -> None:
+    """It starts at the very place of contact."""
+    body = block(MASS, ("heave",), velocity=moving(heave=1.0))
+    run = hs.simulate(scene(body, {"leg": leg(), "weight": steady(heave=-WEIGHT)}, 2.0, 0.02))
+    assert float(run.fender_normal_force.max()) > WEIGHT
+    assert "beside it" not in str(run.attrs.get("warnings", ""))
+
+
 def test_a_block_beside_a_seat_falls_as_if_there_were_none() -> None:
     """0.3 + 0.6 m of free fall."""
     run = hs.simulate(beside(3.0))
