@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -67,7 +68,10 @@ def ballast(
     at = quantity("--time", time, "time", "s", "1 hour")
     angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
     if angle is not None and not 0.0 < abs(angle) < STEEPEST:
-        raise InputError(f"--heel: found {heel}; expected more than 0 and less than 85 deg.")
+        raise InputError(
+            f"--heel: found {degrees(angle):.4g} deg; expected more than 0 and less than 85 deg."
+            " A number without a unit is in rad."
+        )
     scene = case.scene()
     having = [each.name for each in scene.bodies if each.tanks]
     if not having:
@@ -86,6 +90,7 @@ def ballast(
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     if waiting:
         lines.append(f"taken as not begun, since events decide: {', '.join(waiting)}")
+    lines += [] if angle is None else _upright(found, angle)
     draw_loading(found, at, page)
     show(*lines, f"picture   {page.path}")
 
@@ -143,9 +148,21 @@ def tables(found: Condition, time: float, angle: float | None = None) -> Iterato
     )
 
 
-def _planned(plan: Plan) -> Table:
-    from math import degrees
+def _upright(found: Sequence[Condition], angle: float) -> Iterator[str]:
+    """Remarks on tables, whose walls are upright also where the surface meets bottom or top."""
+    from hydrosim.scene import TankTable
 
+    for each in found:
+        for t in each.tanks:
+            if isinstance(t.tank.shape, TankTable) and abs(angle) > t.reach[0]:
+                yield (
+                    f"bodies.{each.body.name}.tanks.{t.tank.name}: a table has upright walls at"
+                    f" every heel, but its surface meets bottom or top at {degrees(t.reach[0]):.3g}"
+                    " deg: it takes less than is printed. Give it as a box or a mesh."
+                )
+
+
+def _planned(plan: Plan) -> Table:
     runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
     rows = [[name, f"{3.6 * rate:.1f}", f"{mass / 1e3:.1f}"] for name, rate, mass in runs]
     heave, heel, trim = plan.position[0, 2:5]

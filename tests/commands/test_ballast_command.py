@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,37 @@ def test_pumps_that_wait_for_events_are_told_and_meshes_drawn(ballast: Command) 
     assert code == 0, error
     assert "taken as not begun, since events decide: bodies.barge.pumps.fore" in said
     assert Path("case_ballast.png").stat().st_size > 10_000
+
+
+TABLE = (
+    "{level: 0.5 m, table: {level: [0 m, 14 m], volume: [0 m^3, 47040 m^3],"
+    " centroid: [[40 m, 0 m, -12 m], [40 m, 0 m, -5 m]],"
+    " longitudinal: [1.008e6 m^4, 1.008e6 m^4], transverse: [878080 m^4, 878080 m^4]}}"
+)
+
+
+def test_what_surfaces_take_at_a_heel_does_not_depend_on_the_heading(ballast: Command) -> None:
+    found = []
+    for heading in ("0 deg", "25 deg", "90 deg"):
+        done = ballast(
+            *("--heel", "5 deg", "--set", "bodies.barge.tanks.fore.level=0.5 m"),
+            *("--set", f"bodies.barge.heading={heading}"),
+        )
+        assert done.code == 0, done.err
+        row = re.search(r"│ heel │ [\d.]+ │ [\d.]+ │ ([\d.]+) │", done.out)
+        assert row is not None
+        found.append(float(row[1]))
+    assert found[1:] == [found[0]] * 2
+    assert found[0] > 1.0
+
+
+def test_a_table_that_meets_bottom_or_top_at_the_heel_is_told(ballast: Command) -> None:
+    for heel, told in (("0.5 deg", False), ("-5 deg", True)):
+        done = ballast("--heel", heel, "--set", f"bodies.barge.tanks.fore={TABLE}")
+        assert done.code == 0, done.err
+        assert ("tanks.fore: a table has upright walls" in done.out) == told
+
+
+def test_a_heel_without_a_unit_is_said_in_degrees(ballast: Command) -> None:
+    done = ballast("--heel", "5")
+    assert (done.code, "--heel: found 286.5 deg" in done.err) == (2, True)

@@ -71,7 +71,11 @@ class FreeSurfaces:
         look_inside(self.y, self.model, self.work)
 
     def _moment(self, b: int) -> float:
+        """Moment of weights [N m] about the level axis that body ``b`` heads along."""
         model = self.model
+        motion = self.work.motion
         wrench = np.zeros((model.rows, 6 * model.bodies.each.size))
-        add_weight(self.work.motion, model.bodies, model.weights, self.work.contents, wrench)
-        return float(wrench[model.weights.row, 6 * b + 3])
+        add_weight(motion, model.bodies, model.weights, self.work.contents, wrench)
+        ahead = motion.rotation[b, :2, 0]
+        moment = wrench[model.weights.row, 6 * b + 3 : 6 * b + 5]
+        return float(moment @ ahead / np.linalg.norm(ahead))
