@@ -1,4 +1,4 @@
-"""`validated`: a YAML file as a pydantic model, or all that is wrong with it in one message."""
+"""`validated`: a YAML file as a pydantic model, or a message that says what is wrong with it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ from hydrosim.errors import InputError
 M = TypeVar("M", bound=BaseModel)
 Further = Callable[[M], Iterable[Problem]]
 
+MOST_TOLD = 15  # problems: nobody reads more, and a list may have thousands
+
 
 def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
     """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
 
-    Raises InputError with a line for each problem.
+    Raises InputError with a line for each problem, and with the number of those after the
+    first `MOST_TOLD`.
     """
     raw = plain(document)
     readers: dict[int, Any] = {}
@@ -44,4 +47,11 @@ def _report(problems: Sequence[Problem], document: Node) -> None:
         key, mark = locate(document, problem.keys)
         lines.setdefault(key, ": ".join(part for part in (where(mark), key, problem.text) if part))
     if lines:
-        raise InputError("\n".join(lines.values()))
+        raise InputError("\n".join(_first([*lines.values()])))
+
+
+def _first(lines: list[str]) -> list[str]:
+    more = len(lines) - MOST_TOLD
+    if more <= 0:
+        return lines
+    return [*lines[:MOST_TOLD], f"{more} more problems are not shown. Correct these first."]

@@ -9,6 +9,7 @@ import pytest
 
 from hydrosim.case import load_case
 from hydrosim.documents.limits import DEEPEST, LONGEST, MOST_TEXT
+from hydrosim.documents.validate import MOST_TOLD
 from hydrosim.errors import InputError
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
@@ -58,3 +59,13 @@ def test_aliases_in_measure_are_read(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text("title: x\nbodies: {a: &a {mass: 1, dofs: [surge]}, b: *a}\nduration: 1\n")
     assert load_case(path).data.bodies["b"].mass == 1.0
+
+
+def test_a_list_of_thousands_is_not_answered_with_thousands_of_lines(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(f"title: x\nbodies: {{a: {{mass: 1, dofs: [{'true,' * 3000}]}}}}\nduration: 1\n")
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    *lines, last = str(caught.value).splitlines()
+    assert len(lines) == MOST_TOLD
+    assert last == f"{3000 - MOST_TOLD} more problems are not shown. Correct these first."
