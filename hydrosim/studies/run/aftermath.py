@@ -113,7 +113,7 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
 
 
 def _off_seat(compiled: Compiled, run: xr.Dataset, landing: Landing, point: int) -> np.ndarray:
-    """How far a point of a landing is from the axis of its seat [m], at each time (nt,) of a run."""
+    """How far a point of a landing is from the axis of its seat [m], at each time (nt,)."""
     index = {body.name: i for i, body in enumerate(compiled.scene.bodies)}
     places, rotations = frames_of(compiled.model, run.position.values.reshape(run.time.size, -1))
     b = index[landing.body]
