@@ -99,7 +99,7 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
         for point in np.flatnonzero(below.any(axis=0)):
             late = np.flatnonzero(below[:, point])
-            off = _off_seat(compiled, run.isel(time=late), landing, point)
+            off = _off_seat(compiled, run.isel(time=late), landing, int(point))
             beside = np.flatnonzero(off > landing.reach())
             if not beside.size:  # it only begins to touch
                 continue
