@@ -28,7 +28,6 @@ from hydrosim.stepping.state import (
     EVERY,
     FULL,
     KNOWN,
-    LAST_SWITCH,
     LATE,
     LOOKS,
     NOW,
@@ -46,11 +45,7 @@ from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-# tries to land by the cubic, then by chords of the method's own steps; after these by halves
-CUBICS = 20
-CHORDS = 60
-SHORTEST_BRACKET = 1e-13  # of a step: within it the step jumps over the zero
-EARLIEST = 3  # places in the first 64th of a step, each 64 times earlier than the next
+CHORDS = 1000  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -139,8 +134,7 @@ def _land(t, h, run):
 
     The zero is sought on the cubic through both ends, and the difference between the method's own
     step and the cubic at that place is then taken off (a contraction of order h^3), within a
-    bracket that always shrinks. A mode that ends as soon as it begins is cut at once. Returns the
-    length of the cut step.
+    bracket that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
     end = scratch.states[END]
@@ -154,13 +148,11 @@ def _land(t, h, run):
     _find_before(t, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
-    begun = phi(before, before, after)
     lo = 0.0
-    f_lo = max(begun, 0.0)
+    f_lo = phi(before, before, after)
     hi = 1.0
     f_hi = phi(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
-    at_once = x == 0.0 and begun < 0.0
     tries = 0
     while True:  # halves the bracket in the end, so that it does end
         tries += 1
@@ -169,69 +161,42 @@ def _land(t, h, run):
             return x * h
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
-        if at_once or abs(value) <= LANDED:
+        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
-        if hi - lo < SHORTEST_BRACKET:
-            return x * h if value < 0.0 else _go_beyond(t, hi * h, run)
         if value >= 0.0:
             lo = x
             f_lo = value
         else:  # or a step that is no longer finite
             hi = x
             f_hi = value
+        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
         if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
-        elif tries > CUBICS:
-            x = _between_by_turns(tries, lo, f_lo, hi, f_hi)
-        else:
-            x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
-            if not lo < x < hi:
-                x = between(lo, f_lo, hi, f_hi)
-                on_cubic = _phi_on_cubic(x, t, h, run)
-
-
-@kernel
-def _between_by_turns(tries, lo, f_lo, hi, f_hi):
-    """Next guess for a zero in [lo, hi]: by the chord, or every third time in the middle, since
-    chords alone may keep one end for ever."""
-    if tries % 3 == 0:
-        return 0.5 * (lo + hi)
-    return between(lo, f_lo, hi, f_hi)
-
-
-@root
-def _go_beyond(t, h, run):
-    """Cut the step at ``h``, where its mode has surely ended: one that is switched before it ends
-    would switch back at once."""
-    scratch = run.scratch
-    step(t, h, run)
-    _measure(t + h, scratch.states[END], run, scratch.watched[EVERY], scratch.margins[NOW])
-    return h
+            on_cubic = _phi_on_cubic(x, t, h, run)
+        elif not lo < x < hi:
+            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
 
 
 @root
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
-    zero if it never does."""
+    zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
-    begun = phi(before, before, after)
     lo = 0.0
-    f_lo = begun + defect
-    if f_lo < 0.0 <= begun:  # a step of no length has no defect
-        f_lo = begun
+    f_lo = phi(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
-    first = 1 if begun >= 0.0 else 1 - EARLIEST
-    for j in range(first, 9):
-        hi = _place_to_look(j)
+    for j in range(1, 9):
+        hi = (j / 8) ** 2  # closer together where a mode has just begun
         f_hi = _phi_on_cubic(hi, t, h, run) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo = hi
         f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
-        return 0.0, 0.0
+        return 0.0, f_lo - defect
     x = hi
     f = f_hi
     for _ in range(60):
@@ -246,15 +211,6 @@ def _zero_on_cubic(defect, t, h, run):
             hi = x
             f_hi = f
     return x, f - defect
-
-
-@kernel
-def _place_to_look(j):
-    """Places in a step, closer together where a mode has just begun; below j = 1 very close, for
-    one that begins below zero by rounding."""
-    if j < 1:
-        return (1 / 64) ** (2 - j)
-    return (j / 8) ** 2
 
 
 @kernel
@@ -448,7 +404,6 @@ def _switch(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` was of this ``size``."""
     state = run.state
     model = run.model
-    run.counters[LAST_SWITCH] = i
     step = run.clock.step if run.clock.events else 0.0
     _book_stored(i, 1.0, t, run)
     y = state.y

@@ -17,9 +17,9 @@ from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, ra
 
 RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
-EVENTS_THEN, STEPS_THEN, LAST_SWITCH, COUNTERS = range(8, 12)
+EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
 """Of `Run.counters`: ``LOOKS`` are those at margins, ``POINT`` the grid point reached; two belong
-to `SINCE`; the row of modes that was switched last. Their number."""
+to `SINCE`. Their number."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a stage,
 and one to spare."""

@@ -16,7 +16,6 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
-from hydrosim.forces import kinds_of
 from hydrosim.jit.refs import Held
 from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
@@ -33,7 +32,6 @@ from hydrosim.stepping.state import (
     CHATTERING,
     EVALUATIONS,
     EVENTS,
-    LAST_SWITCH,
     NO_SOLUTION,
     NOT_FINITE,
     POINT,
@@ -68,8 +66,7 @@ MESSAGES = {
     NOT_FINITE: "{where} is no longer finite",
     CAPSIZED: "the pitch of body {where} is beyond 85 deg, or the heel of its hull or tanks, where"
     " angles lose their meaning",
-    CHATTERING: "{where} changes its mode endlessly (all contacts and springs together more than"
-    " 200 times for each of them in one step)",
+    CHATTERING: "a contact or spring changes its mode endlessly (more than 200 times in one step)",
     STEP_TOO_SMALL: "no step is small enough to go on (200,000 were taken in the time"
     " of one solver.step, or the last was 1e-12 of the time)",
     NO_SOLUTION: "the implicit method finds no solution for a step",
@@ -234,8 +231,6 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
     count = int(counters[RECORDS])
     if counters[STATUS] == BLOWN_UP:
         where = holder(scene, model, run.record, count)
-    elif counters[STATUS] == CHATTERING:
-        where = _switched_last(scene, model, int(counters[LAST_SWITCH]))
     else:
         where = _where(compiled, run.state)
     what = MESSAGES[int(counters[STATUS])].format(where=where)
@@ -245,15 +240,6 @@ def _failure(compiled: Compiled, run: Run, time: float) -> str:
         f" {size:.3g} N. {REMEDIES.get(int(counters[STATUS]), REMEDY)}"
     )
     return "\n".join([message, *(f"Warned of: {text}" for text in compiled.notes.warnings)])
-
-
-def _switched_last(scene: Scene, model: Model, row: int) -> str:
-    """The unit that a row of modes is of."""
-    for kind, p in kinds_of(model):
-        own = row - getattr(p, "mode", 0)
-        if 0 <= own < kind.modes(p).size:
-            return f"{kind.unit} {kind.unit_names(scene)[own]}"
-    return "a contact or spring"
 
 
 def _where(compiled: Compiled, state: State) -> str:
