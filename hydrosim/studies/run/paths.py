@@ -118,6 +118,8 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
         path.follow(granted / (len(places) - 1), following)
         spent += path.evaluations
         gaps = path.gaps()[1:]
+        if not len(gaps):  # it has failed before the next record
+            continue
         distances = np.abs(gaps[:, : size.size] / size).max(axis=1)
         calm = len(gaps) // 2 + int(distances[len(gaps) // 2 :].argmin())  # between two impacts
         if path.failed or not 0.0 < distances[calm] < np.inf:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Frictionless, StickSlip
 from hydrosim.scene import Method, Scene, Tolerance
+from hydrosim.studies.run import paths
 from hydrosim.studies.run.twin import FIRST, SHARE, WRONG
 
 CASES = Path(hs.__file__).parents[1] / "cases"
@@ -133,6 +134,15 @@ def test_what_rattles_late_is_told() -> None:
     assert gap > 10.0 * WRONG * np.ptp(angles, axis=0).max()
     (said,) = warnings(run)
     assert "the motion of late may be wrong" in said
+
+
+def test_a_nearby_path_that_fails_at_once_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the first record after its own."""
+    gaps = paths.Path.gaps
+    monkeypatch.setattr(paths.Path, "gaps", lambda path: gaps(path)[:1])
+    monkeypatch.setattr("hydrosim.studies.run.twin.FIRST", 20_000)
+    run = hs.simulate(with_a_late_fall())
+    assert run.attrs["status"] == "complete"
 
 
 def test_a_look_at_late_changes_costs_its_share() -> None:
