@@ -43,7 +43,7 @@ def suited(
     if db.source == SOURCE:
         return db
     findings = refused(db, _use(db, bodies, free, seas))
-    faults = [*_other_water(db, water), *_gaps(db, bodies)]
+    faults = [*_other_water(db, water), *_gaps(db, bodies, water)]
     if findings:
         faults.append(_unproven([finding.name for finding in findings], findings))
     if faults:
@@ -141,8 +141,10 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
             yield Fault(f"{found}. Use one made for this water, or change the case.")
 
 
-def _gaps(db: HydroDatabase, bodies: Sequence[Body]) -> Iterator[Fault]:
+def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iterator[Fault]:
     """What the bodies need and the database lacks."""
+    assumed = db.attributes.get("assumed", "")
+    density = water.water_density if "water density" in assumed else db.water_density
     by_matrix = [body for body in bodies if body.hydrostatics is None]
     stiff = any({"heave", "roll", "pitch"} & {*body.dofs} for body in by_matrix)
     tilting = any({"roll", "pitch"} & {*body.dofs} for body in by_matrix)
@@ -153,7 +155,7 @@ def _gaps(db: HydroDatabase, bodies: Sequence[Body]) -> Iterator[Fault]:
             "It has no hydrostatic stiffness, and its bodies heave, roll or pitch. Write it into"
             " the file, or give them a closed hull: `hydrostatics: {mesh: FILE}`."
         )
-    if turning and POINTS_UNKNOWN in db.attributes.get("assumed", ""):
+    if turning and POINTS_UNKNOWN in assumed:
         points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
         yield Fault(
             "It does not say the points that moments and rotations refer to (Capytaine's"
@@ -168,7 +170,7 @@ def _gaps(db: HydroDatabase, bodies: Sequence[Body]) -> Iterator[Fault]:
             (f"centre_of_gravity: {_example(points)}",),
         )
     if (tilting or weighed) and db.volume is None:
-        volumes = [float(f"{body.mass / db.water_density:.6g}") for body in bodies]
+        volumes = [float(f"{body.mass / density:.6g}") for body in bodies]
         yield Fault(
             "It does not say the displaced volumes, and its bodies roll or pitch, have tanks or"
             " carry their weight.",

@@ -145,6 +145,12 @@ def test_one_message_has_one_remedy_for_all_gaps(capytaine_set) -> None:
         )
 
 
+def test_volumes_that_are_proposed_are_of_the_water_that_is_proposed(wamit_set) -> None:
+    """1200 t in water of 1000 kg/m^3, and not in that of 1025 kg/m^3 which was assumed."""
+    with pytest.raises(InputError, match=r"density: 1000,.* volume: \[1200\.0, 1200\.0\]"):
+        compile_scene(scene_of("file: two.1", wamit_set.parent, "roll"))
+
+
 def test_points_that_nobody_says_are_warned_of_where_a_body_turns(wamit_set) -> None:
     known = "file: two.1, density: 1000, gravity: 9.81, symmetrise: true, volume: [1200, 1200]"
     points = "[[0, 7, 0], [0, -7, 0]]"
