@@ -11,10 +11,18 @@ import gc
 import os
 import sys
 import warnings
+from typing import Annotated, Any
+
+if sys.excepthook is sys.__excepthook__:
+
+    def _end_silently(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+        """Ctrl-C while modules are loaded is no error: nothing has begun."""
+        if not issubclass(kind, KeyboardInterrupt):
+            sys.__excepthook__(kind, error, trace)
+
+    sys.excepthook = _end_silently
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
-
-from typing import Annotated
 
 import typer
 from rich.console import Console

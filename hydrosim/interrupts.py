@@ -12,21 +12,34 @@ from types import FrameType
 ENDING = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
+HANG_UP = getattr(signal, "SIGHUP", None)
+
+_received: list[int] = []
+"""Signals of this process that were raised as KeyboardInterrupt."""
 
 
 def taken_as_interrupts() -> None:
     """From now on SIGTERM and SIGHUP raise KeyboardInterrupt, as Ctrl-C does, unless somebody has
-    said otherwise, as `nohup` does."""
+    said otherwise, as `nohup` does. All three are remembered for `raise_if_interrupted`."""
     terminals = [stream for stream in (0, 1, 2) if os.isatty(stream)]
+    _received.clear()
 
     def interrupt(number: int, _: FrameType | None) -> None:
-        if number != signal.SIGTERM:
+        _received.append(number)
+        if number == HANG_UP:
             _leave(terminals)
         raise KeyboardInterrupt
 
     for number in ENDING:
-        if signal.getsignal(number) == signal.SIG_DFL:
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
+
+
+def raise_if_interrupted() -> None:
+    """Raise KeyboardInterrupt if a signal came before. To be asked between parts of long work: the
+    first exception may have ended one part only, or was lost in a library's code."""
+    if _received:
+        raise KeyboardInterrupt
 
 
 def _leave(terminals: list[int]) -> None:

@@ -6,6 +6,7 @@ import errno
 import os
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 
 import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
+from hydrosim.interrupts import ENDING, raise_if_interrupted, taken_as_interrupts
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write
 
@@ -150,6 +152,23 @@ def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None
     finally:
         signal.signal(number, before)
     assert Path("x.txt").read_text() == "whole"
+
+
+def test_an_interrupt_that_was_lost_is_remembered() -> None:
+    """Libraries swallow exceptions: the next part of the work is not begun all the same."""
+    before = {number: signal.getsignal(number) for number in ENDING}
+    try:
+        taken_as_interrupts()
+        raise_if_interrupted()
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            raise_if_interrupted()
+        taken_as_interrupts()
+        raise_if_interrupted()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_what_a_killed_process_left_is_removed_by_the_next(folder: Path) -> None:

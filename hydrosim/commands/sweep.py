@@ -107,6 +107,7 @@ def _until(
     plot_too: bool,
 ) -> None:
     """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
+    from hydrosim.interrupts import raise_if_interrupted
     from hydrosim.results.runs_file import open_runs
     from hydrosim.studies.sweep.precise import run_until
     from hydrosim.studies.sweep.sweep import run_study
@@ -114,6 +115,7 @@ def _until(
     def run(part: Study, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
         runs = run_study(part, path, by[0], resume=True, pool=pool)
+        raise_if_interrupted()
         if {"interrupted", "not run"} & {*runs.status.values.tolist()}:
             raise KeyboardInterrupt
         return runs

@@ -84,6 +84,15 @@ def test_a_run_ended_by_every_signal(folder: Path) -> None:
     assert sorted(os.listdir()) == ["slow.nc", "slow.yaml"]
 
 
+def test_an_interrupt_while_modules_are_loaded(folder: Path) -> None:
+    """No traceback: the module is one of the first that the command loads."""
+    Path("typer.py").write_text("import signal; signal.raise_signal(signal.SIGINT)")
+    ended = started("run", "slow.yaml")
+    _, told = ended.communicate(timeout=LONGEST)
+    assert ended.returncode == -signal.SIGINT
+    assert told == ""
+
+
 STUDY = """\
 case: short.yaml
 parameters:

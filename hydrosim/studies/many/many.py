@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.interrupts import undisturbed
+from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
@@ -228,10 +228,12 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
     pool.begin(len(work.scenes))
     try:
         for run, scene in enumerate(work.scenes):
+            raise_if_interrupted()
             pending.append((run, work.begun(run, scene, pool)))
             while len(pending) > pool.ahead:
                 take()
         while pending:
+            raise_if_interrupted()
             take()
     except KeyboardInterrupt:
         pool.stop()

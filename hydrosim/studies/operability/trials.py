@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from hydrosim.interrupts import undisturbed
+from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.results.journal import Journal, Kept
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.figures import Figure, figure_of
@@ -42,6 +42,7 @@ class Trials:
 
     def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
         """The figures (n, nf) of each scene, and whether its run came to its end (n,)."""
+        raise_if_interrupted()
         runs = range(self.count, self.count + len(scenes))
         stop = Event()
         with collected_here(), ThreadPoolExecutor(self.workers) as pool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from command_line import Command, command
 from moored_barge import CASES
 
 import hydrosim as hs
+from hydrosim.compare.exact import differences
+from hydrosim.interrupts import ENDING
+from hydrosim.studies.many import many
 from hydrosim.studies.sweep.study import load_study
 
 HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
@@ -191,6 +195,28 @@ def test_a_study_until_of_which_no_run_ends_is_said_and_not_gone_on_with(
     assert result.code == 3
     assert "2 seeds: some combination has fewer than two values of a" in result.out
     assert "2 runs: 2 failed" in result.out
+
+
+def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
+    tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All runs of the round are complete, and nothing in its result shows the interrupt."""
+    monkeypatch.chdir(tmp_path)
+    asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
+    path = study(tmp_path, f"seeds: 1\nuntil: {{figure: a, wide: 1e-9 m, most: 4}}\n{asked}")
+    before = {number: signal.getsignal(number) for number in ENDING}
+    with monkeypatch.context() as patch:
+        patch.setattr(many, "_collected", lambda: signal.raise_signal(signal.SIGINT))
+        ended = sweep(path, "-o", tmp_path / "runs.nc")
+    for number, handler in before.items():
+        signal.signal(number, handler)
+    assert ended.code == 130
+    assert "--resume goes on from there" in ended.err
+    assert len([*(tmp_path / "runs.nc.rounds").glob("*.nc")]) == 1
+    assert sweep(path, "-o", tmp_path / "runs.nc", "--resume").code == 0
+    assert sweep(path, "-o", tmp_path / "whole.nc").code == 0
+    found, whole = (xr.load_dataset(tmp_path / name) for name in ("runs.nc", "whole.nc"))
+    assert differences(found, whole) == []
 
 
 LINKED = """
