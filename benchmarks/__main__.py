@@ -28,6 +28,7 @@ LONG = (
     "largest",
     "short_runs",
     "cluster",
+    "simulated_extremes",
 )  # if named
 
 
