@@ -158,6 +158,7 @@ def test_an_interrupt_that_was_lost_is_remembered() -> None:
     """Libraries swallow exceptions: the next part of the work is not begun all the same."""
     before = {number: signal.getsignal(number) for number in ENDING}
     try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
         taken_as_interrupts()
         raise_if_interrupted()
         with suppress(KeyboardInterrupt):

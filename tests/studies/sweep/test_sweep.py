@@ -205,6 +205,7 @@ def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
     path = study(tmp_path, f"seeds: 1\nuntil: {{figure: a, wide: 1e-9 m, most: 4}}\n{asked}")
     before = {number: signal.getsignal(number) for number in ENDING}
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
     with monkeypatch.context() as patch:
         patch.setattr(many, "_collected", lambda: signal.raise_signal(signal.SIGINT))
         ended = sweep(path, "-o", tmp_path / "runs.nc")
