@@ -76,9 +76,7 @@ def margin(mode, load, v, heading, reaction, p):
     """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
     [m/s]; negative past the end of the ``mode``."""
     if mode == STICK:
-        size = length(reaction)
-        # what nothing pushes, or cannot move, holds by any load: its contact ends by opening
-        return p.static * load.N - size if size > 0.0 else 1.0
+        return p.static * load.N - length(reaction)
     return v[0] * heading[0] + v[1] * heading[1]
 
 
