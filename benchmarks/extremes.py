@@ -15,10 +15,12 @@ records, whose quantiles are the true ones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from benchmarks.report import Answer, Row
-from hydrosim.statistics.extremes import LAWS, Basis, extremes
+from hydrosim.statistics.extremes import LAWS, Basis, Extremes, extremes
 from hydrosim.statistics.gumbel import exceeding, fit_maxima
 from tests.random_records import DURATION, HARD, KINDS, MOST_PROBABLE, Kind, of_draw
 
@@ -55,24 +57,53 @@ def _of_kind(name: str, kind: Kind, hours: int) -> Row:
     largest = np.array(drawn)
     known = np.isfinite(kind.quantiles).all() and count * kind.step >= DURATION
     true = kind.quantiles if known else np.quantile(largest, QUANTILES)
-    low, high, least, most = np.array([each[1:5] for each in found]).T
-    given = np.array([each.basis in LAWS for each in found])
-    confident = (low <= true[1]) & (true[1] <= high)
-    other = np.roll(largest, 1)
-    predicted = (least <= other) & (other <= most)
     oracle = 2.0 * NORMAL * np.std(guessed)
-    bases = [each.basis for each in found]
+    hold = Holding(found, largest, true[1])
     return {
         "record": name,
-        "intervals": given.mean(),
-        "confidence": confident[given].mean() if given.any() else np.nan,
-        "wrong": np.mean(given & ~confident),
-        "width": np.median((high - low)[given]) / oracle if given.any() else np.nan,
-        "prediction": predicted[given].mean() if given.any() else np.nan,
-        "wrong ": np.mean(given & ~predicted),
-        "width ": np.median((most - least)[given]) / (true[2] - true[0]) if given.any() else np.nan,
-        "mostly": max(Basis, key=bases.count).name.lower().replace("_", " "),
+        "intervals": hold.given.mean(),
+        "confidence": hold.confidence(),
+        "wrong": np.mean(hold.given & ~hold.confident),
+        "width": hold.width("mpm_lower", "mpm_upper") / oracle,
+        "prediction": hold.prediction(),
+        "wrong ": np.mean(hold.given & ~hold.predicted),
+        "width ": hold.width("predicted_lower", "predicted_upper") / (true[2] - true[0]),
+        "mostly": hold.mostly(),
     }
+
+
+class Holding:
+    """Which intervals of extremes that are ``found`` of records are ``given`` at all, which hold
+    the ``true`` most probable maximum, and which the ``largest`` value of another record."""
+
+    def __init__(self, found: Sequence[Extremes], largest: np.ndarray, true: float) -> None:
+        self._found = found
+        other = np.roll(largest, 1)
+        self.given = np.array([each.basis in LAWS for each in found])
+        self.confident = (self._all("mpm_lower") <= true) & (true <= self._all("mpm_upper"))
+        above = self._all("predicted_lower") <= other
+        self.predicted = above & (other <= self._all("predicted_upper"))
+
+    def confidence(self) -> float:
+        """The share of those given whose confidence interval holds."""
+        return float(self.confident[self.given].mean()) if self.given.any() else np.nan
+
+    def prediction(self) -> float:
+        """The share of those given whose prediction interval holds."""
+        return float(self.predicted[self.given].mean()) if self.given.any() else np.nan
+
+    def width(self, low: str, high: str) -> float:
+        """The median width of those given, between two figures of `Extremes`."""
+        widths = (self._all(high) - self._all(low))[self.given]
+        return float(np.median(widths)) if widths.size else np.nan
+
+    def mostly(self) -> str:
+        """The most frequent basis, in words."""
+        bases = [each.basis for each in self._found]
+        return max(Basis, key=bases.count).name.lower().replace("_", " ")
+
+    def _all(self, figure: str) -> np.ndarray:
+        return np.array([getattr(each, figure) for each in self._found])
 
 
 def _largest(kind: Kind) -> np.ndarray:

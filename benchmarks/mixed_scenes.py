@@ -29,7 +29,7 @@ import numpy as np
 import hydrosim as hs
 from benchmarks.mixed_cases import MESH, mesh_of, mixed_case
 from benchmarks.random_cases import Case, text_of
-from benchmarks.random_trial import LEAST, WITHIN
+from benchmarks.random_trial import WITHIN, distance
 from benchmarks.worker import Question, Worker
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.studies.run import simulation
@@ -137,21 +137,11 @@ def findings(first: int, count: int) -> Iterator[Finding]:
                     break
                 references.append(reference.position)
             if len(references) == len(REFERENCES):
-                references_apart = _apart(*references)
+                references_apart = distance(*references)
                 if outcome.status == "complete":
-                    apart = _apart(outcome.position, references[-1])
+                    apart = distance(outcome.position, references[-1])
         method = mixed_case(number)["solver"]["method"]
         yield Finding(number, method, outcome, apart, references_apart)
-
-
-def _apart(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Largest difference of places over the range of a body's places, and of angles alike."""
-    worst = 0.0
-    for part in (slice(0, 3), slice(3, 6)):
-        ranges = np.ptp(theirs[..., part], axis=0).max(axis=1)
-        differences = np.abs(ours - theirs)[..., part].max(axis=(0, 2))
-        worst = max(worst, float((differences / np.maximum(ranges, LEAST)).max()))
-    return worst
 
 
 def report(found: list[Finding]) -> None:

@@ -65,7 +65,7 @@ def compared(case: Case) -> Convergence:
         run, finer = _run(case), _run(_finer(case))
     except HydrosimError as error:
         return Convergence(float("inf"), remark=f"finer step: {error}")
-    apart = _apart(run, finer)
+    apart = distance(run.position.values, finer.position.values)
     if apart <= WITHIN:
         return Convergence(apart)
     near = _run(_moved(_finer(case)))
@@ -113,9 +113,9 @@ def _moved(case: Case) -> Case:
     return moved
 
 
-def _apart(run: xr.Dataset, finer: xr.Dataset) -> float:
-    """Largest difference of places over the range of a body's places, and of angles alike."""
-    ours, theirs = run.position.values, finer.position.values
+def distance(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Largest difference of places (nt, nb, 6) over the range of a body's places in ``theirs``, and
+    of angles alike."""
     worst = 0.0
     for part in (slice(0, 3), slice(3, 6)):
         ranges = np.ptp(theirs[..., part], axis=0).max(axis=1)

@@ -12,12 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.extremes import Holding
 from benchmarks.report import ROOT, Answer, Row
 from hydrosim import load_case, simulate
 from hydrosim.results.channels import series
 from hydrosim.scene import Scene
-from hydrosim.statistics.extremes import LAWS, Basis, extremes
+from hydrosim.statistics.extremes import extremes
 from hydrosim.statistics.series import lowest_frequency
+from tests.random_records import MOST_PROBABLE
 
 RUNS = 400
 HOURS = (1, 3)
@@ -67,18 +69,13 @@ def _row(channel: str, hours: int, records: np.ndarray, waves: np.ndarray, step:
     pairs = zip(records, waves, strict=True)
     found = [extremes(x, step, None, lowest_frequency(wave, step))[1] for x, wave in pairs]
     largest = records.max(axis=1)
-    true = np.quantile(largest, np.exp(-1.0))
-    low, high, least, most = np.array([each[1:5] for each in found]).T
-    given = np.array([each.basis in LAWS for each in found])
-    confident = (low <= true) & (true <= high)
-    other = np.roll(largest, 1)
-    predicted = (least <= other) & (other <= most)
-    bases = [each.basis for each in found]
+    true = float(np.quantile(largest, MOST_PROBABLE))
+    hold = Holding(found, largest, true)
     return {
         "channel": channel,
         "hours": hours,
-        "intervals": given.mean(),
-        "confidence": confident[given].mean() if given.any() else np.nan,
-        "prediction": predicted[given].mean() if given.any() else np.nan,
-        "mostly": max(Basis, key=bases.count).name.lower().replace("_", " "),
+        "intervals": hold.given.mean(),
+        "confidence": hold.confidence(),
+        "prediction": hold.prediction(),
+        "mostly": hold.mostly(),
     }
