@@ -53,13 +53,13 @@ def placed(
     suffix: str | None = ".nc",
     settings: str = "",
 ) -> Output:
-    """Where ``what`` is made of ``origin`` goes: to the path that is ``given``, or else into this
-    folder under the ``default`` name, or another if that is read. Raises InputError before anything
-    is computed if it cannot go there. ``settings`` are what it is made with."""
+    """Where ``what`` is made of ``origin`` goes: to the path that is ``given``, or else to the
+    ``default`` one, from this folder on, or another if that is read. Raises InputError before
+    anything is computed if it cannot go there. ``settings`` are what it is made with."""
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
-        made = made.at(path.with_stem(f"{default}_{what}"))
+        made = made.at(path.with_stem(f"{path.stem}_{what}"))
         said = f"{path} is read here: the result goes to {made.path}"
         Console(stderr=True).print(said, markup=False, highlight=False, soft_wrap=True)
     if os.path.isdir(path):  # Path.is_dir raises where a name is too long

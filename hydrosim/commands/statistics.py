@@ -40,7 +40,7 @@ def statistics(
     overwrite: Overwrite = False,
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
-    from hydrosim.commands.study import so_far, tables
+    from hydrosim.commands.study import place_table, so_far, tables
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
@@ -50,7 +50,8 @@ def statistics(
     from hydrosim.statistics.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
-        show(*so_far(runs), *tables(runs, run_file, output, overwrite))
+        table = place_table(run_file, output, overwrite=overwrite)
+        show(*so_far(runs), *tables(runs, table))
         return
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)

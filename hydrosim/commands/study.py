@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,10 @@ from hydrosim.commands.terminal import show
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hydrosim.outputs import Output
+
+HERE = Path()  # the folder in which the command was given
 
 
 def stem_of(file: Path) -> str:
@@ -38,13 +42,23 @@ def in_words(ends: Sequence[str]) -> str:
     return f"{len(ends)} runs: {', '.join(f'{n} {name}' for name, n in counts.items())}"
 
 
-def tables(
-    runs: xr.Dataset, file: Path, output: Path | None, overwrite: bool = False
-) -> Iterator[str]:
-    """The tables of a study in lines; they go to a file of comma-separated values too."""
+def place_table(
+    file: Path,
+    output: Path | None,
+    folder: Path = HERE,
+    inputs: Iterable[Path] = (),
+    overwrite: bool = False,
+) -> Output:
+    """Where the tables of a ``file`` of runs go: to ``output``, or else into ``folder`` under the
+    name of the file. Raises InputError if they cannot go there; ``inputs`` stay."""
+    default = str(folder / stem_of(file))
+    return placed(output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv")
+
+
+def tables(runs: xr.Dataset, table: Output) -> Iterator[str]:
+    """The tables of a study in lines; they are written as comma-separated values too."""
     from hydrosim.statistics.effect_lines import as_csv, study_lines
 
-    table = placed(output, stem_of(file), "table", file, overwrite=overwrite, suffix=".csv")
     yield from study_lines(runs)
     with table.written() as path:
         path.write_text(f"# {table.mark}\n{as_csv(runs)}")

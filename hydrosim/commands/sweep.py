@@ -16,7 +16,7 @@ import typer
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
 from hydrosim.commands.running import resumable
-from hydrosim.commands.study import draw_runs, in_words, tables
+from hydrosim.commands.study import draw_runs, in_words, place_table, tables
 from hydrosim.commands.terminal import progress_console, say, show
 
 if TYPE_CHECKING:
@@ -72,20 +72,37 @@ def sweep(
         overwrite=overwrite,
         settings=study.settings,
     )
+    table = _table_beside(result.path, study, overwrite) if study.figures else None
     if study.until is not None:
-        _until(study, study.until, result, (workers, scheduler), resume, plot_too)
+        _until(study, study.until, result, (workers, scheduler), resume, table, plot_too)
         return
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
-        _told(runs, study, Path(runs.encoding["source"]), overwrite, plot_too)
+        path = Path(runs.encoding["source"])
+        if table is not None and path.name != result.path.name:  # what stands there is better
+            table = _table_beside(path, study, overwrite)
+        _told(runs, study, path, table, overwrite, plot_too)
 
 
-def _told(runs: xr.Dataset, study: Study, path: Path, overwrite: bool, plot_too: bool) -> None:
-    """Say and draw what came of the runs; the exit code is that of the worst of them."""
+def _table_beside(path: Path, study: Study, overwrite: bool) -> Output:
+    """Where the tables of the runs at ``path`` go. Raises InputError if they cannot go there."""
+    return place_table(path, None, path.parent, study.inputs, overwrite)
+
+
+def _told(
+    runs: xr.Dataset,
+    study: Study,
+    path: Path,
+    table: Output | None,
+    overwrite: bool,
+    plot_too: bool,
+) -> None:
+    """Say and draw what came of the runs, with a ``table`` of figures; the exit code is that of the
+    worst of them."""
     status = runs.status.values.tolist()
     show(*_lines(runs, study), f"result    {path}")
-    if study.figures and "complete" in status:
-        show(*tables(runs, path, None, overwrite))
+    if table is not None and "complete" in status:
+        show(*tables(runs, table))
         if plot_too:
             draw_runs(runs, path.parent, path, overwrite)
     elif plot_too:
@@ -104,6 +121,7 @@ def _until(
     result: Output,
     by: tuple[int | None, str | None],
     resume: bool,
+    table: Output | None,
     plot_too: bool,
 ) -> None:
     """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
@@ -125,7 +143,7 @@ def _until(
     runs = open_runs(result.path)
     assert runs is not None
     show(said)
-    _told(runs, study, result.path, result.overwrite, plot_too)
+    _told(runs, study, result.path, table, result.overwrite, plot_too)
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Pool | None:

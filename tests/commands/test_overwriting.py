@@ -275,3 +275,35 @@ def test_a_name_that_is_too_long(
     Path("staged.yaml").write_text(STAGED.replace("FILE", f"{LONG}/first.nc"))
     Path("long.yaml").write_text(f"extends: {LONG}.yaml\n")
     assert words in refused(hydrosim, folder, *arguments)
+
+
+COUNTED = """\
+case: block.yaml
+parameters: {forces.spring.stiffness.surge: [1, 2]}
+figures: {far: {channel: position.block.surge, statistic: largest}}
+"""
+
+
+def test_the_table_of_a_sweep_lies_beside_its_result(hydrosim: Command, folder: Path) -> None:
+    Path("study.yaml").write_text(COUNTED)
+    Path("results").mkdir()
+    result = hydrosim("sweep", "study.yaml", "-o", "results/a.nc")
+    assert result.code == 0
+    assert "table results/a.csv" in result.out
+    assert {path.name for path in Path("results").iterdir()} == {"a.nc", "a.csv"}
+    assert not Path("a.csv").exists()
+    assert content(Path("results/a.csv")) == "table of [a.nc]"
+
+
+@pytest.mark.parametrize("more", ["", "seeds: 1-2\nuntil: {figure: far, wide: 1 m, most: 4}\n"])
+def test_a_table_that_is_in_the_way_is_told_before_the_first_run(
+    hydrosim: Command, folder: Path, more: str
+) -> None:
+    waves = "environment: {waves: {spectrum: regular, amplitude: 1 m, period: 8 s, heading: 0}}\n"
+    Path("block.yaml").write_text(BLOCK + waves)
+    Path("study.yaml").write_text(COUNTED + more)
+    Path("results").mkdir()
+    Path("results/a.csv").write_text("a letter")
+    said = refused(hydrosim, folder, "sweep", "study.yaml", "-o", "results/a.nc")
+    assert "results/a.csv exists and is no result of this program" in said
+    assert hydrosim("sweep", "study.yaml", "-o", "results/b.nc").code == 0
