@@ -103,6 +103,14 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
     return _named(squares, shapes, decays, linear)
 
 
+def natural_periods(linear: Linear) -> dict[int, float]:
+    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
+    6 nb) that each mode is named after."""
+    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
+    modes = _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
+    return {mode.coordinate: mode.natural_period for mode in modes}
+
+
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
     """The same from D(w) alone, of a radiation that is known at frequencies only: free decays are
     those with added mass and damping of the frequency that they oscillate with."""
@@ -201,7 +209,7 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    from scipy.optimize import linear_sum_assignment  # slow to load, and no run needs it
+    from scipy.optimize import linear_sum_assignment  # slow to load, few runs need it
 
     rows, columns = linear_sum_assignment(share, maximize=True)
     return rows, columns

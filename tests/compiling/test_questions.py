@@ -52,6 +52,7 @@ from hydrosim.scene import (
     TankTable,
     Weight,
 )
+from hydrosim.studies.linear.response import responder
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted((ROOT / "cases").glob("*/*.yaml"))
@@ -411,6 +412,17 @@ def test_hulls_of_one_database_are_not_asked_about() -> None:
 )
 def test_sloshing_is_asked_about_near_resonance_only(scene: Scene, asked: int) -> None:
     assert len(asked_of(scene, Question.SLOSHING)) == asked
+
+
+def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
+    """Free surfaces make it slower: 12 s of the hull by itself, 16 s with them."""
+    scene = filled(5.0, np.pi / 2)
+    waves = (replace(scene.environment.waves[0], spectrum=RegularWave(1.0, 15.0)),)
+    scene = replace(scene, environment=replace(scene.environment, waves=waves))
+    (text,) = asked_of(scene, Question.SLOSHING)
+    (roll,) = (mode for mode in responder(scene).modes() if mode.dof == "roll")
+    assert roll.natural_period > 14.0
+    assert f"a roll of about {roll.natural_period:.3g} s" in text
 
 
 def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:

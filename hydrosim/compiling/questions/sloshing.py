@@ -14,15 +14,22 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.compiling.questions.periods import natural_periods
+from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
+from hydrosim.linear import modes
+from hydrosim.linear.linearise import linearise
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
 from hydrosim.tanks.contents import changing, level_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
 from hydrosim.tanks.timeline import follow
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.following import following_model
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hydrosim.database.database import HydroDatabase
     from hydrosim.waves.components import Components
 
 NEAR = 0.1  # of the period: waves that make the fluid slosh
@@ -55,12 +62,26 @@ def sloshing(about: About) -> Iterator[Doubt]:
         for axis, driven in enumerate(DRIVEN if levels else ()):
             if not set(driven) & set(body.dofs):
                 continue
-            own = natural_periods(about, b, body, db) if axis == 1 else {}
-            roll = own.get("roll", np.inf)
+            roll = _roll_period(about, b, body, db) if axis == 1 else np.inf
             each = (_resonance(about, body, *item, axis, roll) for item in levels.items())
             found = [hit for hit in each if hit is not None]
             if sum(map(_fluid, found)) > MATTERS * body.mass:
                 yield _doubt(body, found, axis, roll)
+
+
+def _roll_period(about: About, i: int, body: Body, db: HydroDatabase) -> float:
+    """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` finds it: with
+    the free surfaces of its tanks and all else that holds it. Infinite if it does not roll."""
+    scene = about.scene
+    calm = about.model._replace(
+        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
+        following=following_model((), ()),
+    )
+    try:
+        periods = modes.natural_periods(linearise(calm, about.state))
+    except InputError:  # forces of constraints are not defined, or there is no inertia
+        return natural_periods(about, i, body, db).get("roll", np.inf)
+    return periods.get(6 * i + DOFS.index("roll"), np.inf)
 
 
 def _fluid(hit: Resonance) -> float:
