@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 err = progress_console()
 STEEPEST = 1.48  # rad (85 deg)
+SMALL = 2e-3  # rad (0.1 deg): a heel that any body has
 ROWS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -90,6 +91,7 @@ def ballast(
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     if waiting:
         lines.append(f"taken as not begun, since events decide: {', '.join(waiting)}")
+    lines += _shallow(found)
     lines += [] if angle is None else _upright(found, angle)
     draw_loading(found, at, page)
     show(*lines, f"picture   {page.path}")
@@ -135,7 +137,7 @@ def tables(found: Condition, time: float, angle: float | None = None) -> Iterato
                 f"{t.level:.3f}",
                 f"{t.mass / 1e3:.1f}",
                 f"{t.filled:.1%}",
-                *("" if np.isnan(x) else f"{np.degrees(x):.2f}" for x in t.reach),
+                *("" if np.isnan(x) else _angle(x) for x in t.reach),
             ]
             for t in found.tanks
         ],
@@ -169,6 +171,24 @@ def _planned(plan: Plan) -> Table:
     at = f"heave {heave:.4f} m, heel {degrees(heel):.1e} deg, trim {degrees(trim):.1e} deg"
     title = f"Plan of {plan.within:g} s; at rest then: {at}"
     return _table(title, ["pump", "rate [t/hour]", "mass [t]"], rows)
+
+
+def _shallow(found: Sequence[Condition]) -> Iterator[str]:
+    """Remarks on free surfaces that meet bottom or top at once: GM is another beyond."""
+    for each in found:
+        for t in each.tanks:
+            if 0.0 < t.reach[0] < SMALL:
+                yield (
+                    f"bodies.{each.body.name}.tanks.{t.tank.name}: its surface meets bottom or top"
+                    f" at {_angle(t.reach[0])} deg of heel. GM is the slope at rest; at a larger"
+                    " heel its free surface takes less: see --heel."
+                )
+
+
+def _angle(value: float) -> str:
+    """An angle [rad] in degrees, to a hundredth or to two digits."""
+    angle = degrees(value)
+    return f"{angle:.2f}" if angle >= 0.1 or angle == 0.0 else f"{angle:.2g}"
 
 
 def _short(value: float) -> str:

@@ -217,17 +217,17 @@ def equilibrium(
     return Rest(model, state._replace(y=_at(q, state, model)), time, residual, drift, now)
 
 
-def stiffness_of(rest: Rest, rows: Sequence[int]) -> np.ndarray:
+def stiffness_of(rest: Rest, rows: Sequence[int], step: float = WIDE) -> np.ndarray:
     """-dQ/dq (n, n) of some ``rows`` of forces alone, where the bodies are at rest, by differences
-    of fourth order: of trigonometric functions to 1e-12."""
+    of fourth order with a ``step`` [m, rad]: of trigonometric functions to 1e-12."""
     state = rest.state._replace(modes=rest.state.modes.copy())
     loads = _Loads(rest.model, state, rest.time, rows)
     q = state.y[: rest.drift.size]
     behind, ahead, far_behind, far_ahead = (
-        np.array([loads.at(q + step * WIDE) for step in steps * np.eye(q.size)])
-        for steps in (-1.0, 1.0, -2.0, 2.0)
+        np.array([loads.at(q + shift) for shift in size * step * np.eye(q.size)])
+        for size in (-1.0, 1.0, -2.0, 2.0)
     )
-    return (8.0 * (behind - ahead) - (far_behind - far_ahead)).T / (12.0 * WIDE)
+    return (8.0 * (behind - ahead) - (far_behind - far_ahead)).T / (12.0 * step)
 
 
 def _at(q: np.ndarray, state: State, model: Model) -> np.ndarray:

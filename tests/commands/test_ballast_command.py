@@ -107,3 +107,10 @@ def test_a_table_that_meets_bottom_or_top_at_the_heel_is_told(ballast: Command) 
 def test_a_heel_without_a_unit_is_said_in_degrees(ballast: Command) -> None:
     done = ballast("--heel", "5")
     assert (done.code, "--heel: found 286.5 deg" in done.err) == (2, True)
+
+
+def test_a_film_of_fluid_is_remarked(ballast: Command) -> None:
+    """With 1 mm between walls 56 m apart: tan(heel) = 0.001 / 28."""
+    done = ballast("--set", "bodies.barge.tanks.fore.level=1 mm")
+    assert "tanks.fore: its surface meets bottom or top at 0.002 deg of heel" in done.out
+    assert "tanks.aft: its surface" not in done.out

@@ -3,8 +3,9 @@
 At rest without waves, weight and buoyancy balance with all else that holds the bodies. Metacentric
 heights are those of weight and buoyancy alone, K / (m g) with their stiffness K there in heel or
 trim at a constant displacement; free surfaces have lowered them by J / m (`forces.weight`), with
-the second moments J of the surfaces as they lie at rest. Where a surface meets bottom or top, less
-is lost at a heel phi: its moment by m g sin(phi), a secant. With the stiffness of lines and
+the second moments J of the surfaces as they lie at rest. All are slopes at rest, however soon a
+surface meets bottom or top. Where it does, less is lost at a heel phi: its moment by m g sin(phi),
+a secant. With the stiffness of lines and
 contacts, too, they say how stable the body is as it is held.
 """
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,7 +22,8 @@ from hydrosim.compiling.facts import facts_of
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
-from hydrosim.linear.equilibrium import equilibrium, stiffness_of
+from hydrosim.linear.coordinates import STEP
+from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
 from hydrosim.scene import FreeSurface
@@ -35,9 +38,12 @@ from hydrosim.waves.following import following_model
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.scene import Body, Tank
+    from hydrosim.scene import Body, Scene, Tank
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
+
+
+FINEST = 1e-8  # m, rad: finer differences are lost in rounding
 
 
 class TankState(NamedTuple):
@@ -120,9 +126,11 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
     return replace(compiled, facts=facts, state=state._replace(y=y))
 
 
-def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
-    """The bodies at rest with so much in their tanks. Raises InputError if they are at rest
-    nowhere."""
+def afloat(
+    compiled: Compiled, volume: np.ndarray, time: float = 0.0, within: float = np.inf
+) -> Afloat:
+    """The bodies at rest with so much in their tanks, and their stiffness there by differences that
+    stay ``within`` an angle [rad]. Raises InputError if they are at rest nowhere."""
     model = _still(compiled.model)
     state = compiled.first_state()
     scene = compiled.scene
@@ -132,9 +140,13 @@ def afloat(compiled: Compiled, volume: np.ndarray, time: float = 0.0) -> Afloat:
     state.y[n : 2 * n] = 0.0
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
     rest = equilibrium(model, state, time, weight)
-    linear = linearise(rest.model, rest.state, time=time)
+    step = max(0.25 * within, FINEST)
+    linear = linearise(rest.model, rest.state, time=time, step=min(step, STEP))
     rows = [k for k, row in enumerate(row_names(scene)) if k == HYDROSTATIC or row == WEIGHT]
-    each = linear.dynamic_stiffness(np.array([STATIC]))[0].real, stiffness_of(rest, rows)
+    each = (
+        linear.dynamic_stiffness(np.array([STATIC]))[0].real,
+        stiffness_of(rest, rows, min(step, WIDE)),
+    )
     whole = [np.zeros((6 * len(scene.bodies),) * 2) for _ in each]
     for K, own in zip(whole, each, strict=True):
         K[np.ix_(linear.active, linear.active)] = own
@@ -154,21 +166,39 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
     Raises InputError where there is no rest."""
     volume = volumes_at(compiled, time)
     scene = compiled.scene
-    found = afloat(compiled, volume, time)
+    contents = _contents(scene, volume)
+    tanks = [[_tank_state(*item) for item in held] for held in contents]
+    found = afloat(compiled, volume, time, _least_reach([*chain(*tanks)]))
     surfaces = FreeSurfaces(compiled, volume, found.position)
-    moved = iter(volume)
     each = []
-    for b, body in enumerate(scene.bodies):
-        own = {tank.name: float(next(moved)) for tank in changing(body)}
-        held = [(t, own.get(t.name, v)) for t, v in at_start(body.tanks)]
+    for b, (body, held) in enumerate(zip(scene.bodies, contents, strict=True)):
         if held:
             g = scene.environment.gravity
             k = 6 * b + np.array([2, 3, 4])
             righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
             lost = surfaces.slopes(b)
             lever = np.nan if heel is None else surfaces.lever(b, heel) / np.sin(heel)
-            each.append(_condition(body, held, found.position[b], righting, lost, lever))
+            own = found.position[b]
+            each.append(_condition(body, held, tanks[b], own, righting, lost, lever))
     return each
+
+
+def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]]:
+    """The tanks of each body with the volumes [m^3] in them; ``volume`` (nt,) of those that
+    change."""
+    moved = iter(volume)
+    each = []
+    for body in scene.bodies:
+        own = {tank.name: float(next(moved)) for tank in changing(body)}
+        each.append([(tank, own.get(tank.name, v)) for tank, v in at_start(body.tanks)])
+    return each
+
+
+def _least_reach(tanks: Sequence[TankState]) -> float:
+    """The smallest angle [rad] at which a free surface meets bottom or top, infinite if none
+    does; tanks that are empty or full have none."""
+    angles = np.array([tank.reach for tank in tanks])
+    return float(angles[angles > 0.0].min(initial=np.inf))
 
 
 def _righting(K: np.ndarray) -> np.ndarray:
@@ -181,6 +211,7 @@ def _righting(K: np.ndarray) -> np.ndarray:
 def _condition(
     body: Body,
     contents: Sequence[tuple[Tank, float]],
+    tanks: Sequence[TankState],
     position: np.ndarray,
     righting: Sequence[np.ndarray],
     lost: np.ndarray,
@@ -193,7 +224,7 @@ def _condition(
         body,
         full,
         empty,
-        tuple(_tank_state(tank, volume) for tank, volume in contents),
+        tuple(tanks),
         position,
         np.where(free, righting[0] / full.mass, np.nan),
         lost / full.mass,

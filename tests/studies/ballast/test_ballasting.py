@@ -16,6 +16,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import compile_in_calm
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.errors import InputError
+from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
 from hydrosim.studies.ballast.ballasting import plan
 from hydrosim.studies.ballast.loading import conditions
@@ -103,8 +104,6 @@ def test_free_surfaces_take_their_moments_from_the_metacentric_heights() -> None
 
 def test_metacentric_heights_are_those_of_weight_and_buoyancy_whatever_holds_the_barge() -> None:
     """K / (m g) of the database's stiffness with the free surfaces' loss; lines come on top."""
-    from hydrosim.forces import LinearMooring
-
     roll, pitch = 2e9, 7e9
     line = LinearMooring("barge", np.diag([0.0, 0.0, 0.0, roll, pitch, 0.0]))
     scene = barge()
@@ -193,6 +192,24 @@ def shallow(level: float = 0.5) -> hs.Scene:
     """H-851 with a tank 100 x 54 x 14 m, full up to a level."""
     tank = Tank("mid", Box((-50.0, -27.0, LOW), (50.0, 27.0, HIGH)), level, DENSITY)
     return with_body(barge(), tanks=(tank,))
+
+
+@pytest.mark.parametrize("level", [1e-3, 1e-5])
+def test_all_heights_are_slopes_at_rest_however_soon_a_surface_meets_the_bottom(
+    level: float,
+) -> None:
+    """At 0.002 deg of heel, with 1 mm: what is told to be taken is what is taken of both."""
+    line = LinearMooring("barge", np.diag([0.0, 0.0, 0.0, 2e9, 7e9, 0.0]))
+    scene = shallow(level)
+    (tank,) = scene.bodies[0].tanks
+    frozen = with_body(scene, tanks=(replace(tank, surface=FreeSurface.FROZEN),))
+    (free,), (solid,) = (
+        conditions(compile_in_calm(replace(each, forces={**each.forces, "line": line})))
+        for each in (scene, frozen)
+    )
+    assert free.loss[0] > 8.0
+    assert_allclose(solid.metacentric - free.metacentric, free.loss, rtol=1e-6)
+    assert_allclose(solid.held - free.held, free.loss, rtol=1e-4)
 
 
 @pytest.mark.parametrize("heel", np.radians([0.5, 5.0, 12.0]))
