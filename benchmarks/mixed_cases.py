@@ -56,7 +56,7 @@ def mixed_case(seed: int) -> Case:
         bodies["barge"]["initial"] = {"position": [*offsets, *angles, 0.0]}
         place = [offsets[0], offsets[1], rounded(-sunk), 0.0, 0.0, 0.0]
         topside.body["initial"] = {"position": place}
-    environment = _surroundings(draw, barge, forces)
+    environment = _surroundings(draw, barge, forces, family)
     _hold(draw, barge, forces)
     duration = draw.between(10.0, 30.0)
     _lift(draw, topside.body["mass"], duration, forces)
@@ -261,7 +261,9 @@ def _friction(d: Draw, mass: float, stiffness: float) -> Case:
     return keys
 
 
-def _surroundings(d: Draw, barge: Barge, forces: Case) -> Case:
+def _surroundings(d: Draw, barge: Barge, forces: Case, family: bool) -> Case:
+    """Streams and their loads. A family lies in still water, since the program refuses a current
+    there; it is drawn all the same, so that what follows is what it would be with it."""
     environment: Case = {"water_depth": "infinite", "water_density": WATER}
     for stream, chance, density, low, high, height in (
         ("current", 0.7, WATER, 0.2, 1.8, barge.draught),
@@ -269,8 +271,11 @@ def _surroundings(d: Draw, barge: Barge, forces: Case) -> Case:
     ):
         if not d.chance(chance):
             continue
-        environment[stream] = {"speed": d.between(low, high), "heading": d.between(-3.1, 3.1)}
+        blows = {"speed": d.between(low, high), "heading": d.between(-3.1, 3.1)}
         along = rounded(0.5 * density * d.between(0.4, 1.1) * barge.beam * height)
+        if family and stream == "current":
+            continue
+        environment[stream] = blows
         across = rounded(along * barge.length / barge.beam)
         yaw = rounded(0.05 * across * barge.length)
         forces[stream] = {

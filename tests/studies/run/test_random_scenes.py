@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from markers import few
 
+from benchmarks.mixed_cases import mixed_case
 from benchmarks.random_cases import ASTRAY, random_case, text_of
 from benchmarks.random_scenes import Finding, offences
 from benchmarks.random_trial import OPEN, Convergence, Outcome, tried
@@ -19,6 +20,17 @@ def test_a_random_case_is_one_that_a_case_file_may_hold(number: int, tmp_path: P
     path.write_text(text_of(random_case(number)))
     assert 1 <= len(load_case(path).scene().bodies) <= 4
     assert text_of(random_case(number)) == path.read_text()
+
+
+def test_a_family_of_draughts_lies_in_still_water() -> None:
+    """As the program asks for; wind and the currents of other hulls are drawn as ever."""
+    cases = [mixed_case(number) for number in range(60)]
+    families = [isinstance(case["bodies"]["barge"]["hydrodynamics"], list) for case in cases]
+    currents = ["current" in case["environment"] for case in cases]
+    assert any(families)
+    assert not any(a and b for a, b in zip(families, currents, strict=True))
+    assert all(("current" in case["forces"]) == b for case, b in zip(cases, currents, strict=True))
+    assert sum(currents) > 20
 
 
 @pytest.mark.parametrize("number", few(range(2_000_000, 2_000_020), 8))
