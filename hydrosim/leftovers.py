@@ -67,15 +67,18 @@ def is_marked(path: Path, what: str) -> bool:
 
 
 def _says_nothing(path: Path) -> bool:
-    """Whether a file is netCDF that cannot be opened, or has not been begun."""
-    import netCDF4
+    """Whether a file is netCDF that cannot be read, or has not been begun. netCDF's library, asked
+    for a file that it failed to write, prints all that it has open."""
+    import h5py
 
     with path.open("rb") as file:
         begins = file.read(len(HDF5))
     if begins not in (HDF5, b"") and begins.strip(b"\0"):
         return False
     try:
-        netCDF4.Dataset(path).close()
-    except (OSError, RuntimeError):
+        with h5py.File(path) as file:
+            dict(file.attrs)
+            file.visititems(lambda _, item: dict(item.attrs) and None)
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError):
         return True
     return False

@@ -309,14 +309,19 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _attribute(path: Path, name: str) -> str:
-    """An attribute of a netCDF or HDF5 file; nothing if it cannot be read."""
-    import netCDF4
+    """A text among the attributes of a netCDF or HDF5 file; nothing if it cannot be read. netCDF's
+    library, asked for a file that it failed to write, prints all that it has open."""
+    import h5py
 
     try:
-        with netCDF4.Dataset(path) as file:
-            return str(getattr(file, name, ""))
-    except (OSError, RuntimeError, AttributeError):
+        with h5py.File(path) as file:
+            value = file.attrs.get(name, "")
+            value = value.item() if getattr(value, "size", None) == 1 else value
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError):
         return ""
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    return value if isinstance(value, str) else ""
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import resource
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
@@ -290,6 +293,17 @@ def test_no_file_is_refused(db: Command, command: str, name: str) -> None:
     result = db(command, name)
     assert (result.code, result.out) == (2, "")
     assert result.err.startswith(f"error {name}: ")
+
+
+def test_a_full_disk_below_a_bemio_file(folder: Path) -> None:
+    """Files can have 20 kB. HDF5's library brought the process down, with lines of its own."""
+    command = [sys.executable, "-m", "hydrosim", "db", "convert", "h851.nc", "h851.h5"]
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))  # noqa: E731
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit, check=False)
+    assert (done.returncode, done.stdout) == (3, "")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("error h851.h5: cannot be written (File too large; ")
+    assert {path.name for path in folder.iterdir()} == {"h851.nc"}
 
 
 def test_help_names_the_commands(db: Command) -> None:

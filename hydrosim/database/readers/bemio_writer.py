@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from io import BytesIO
 from pathlib import Path
 
 import h5py
@@ -36,7 +37,8 @@ def write(db: HydroDatabase, path: Path) -> None:
             f" {pairs} are left out.",
             stacklevel=2,
         )
-    with h5py.File(path, "w") as file:
+    image = BytesIO()  # HDF5 brings the process down where it cannot write to the disk
+    with h5py.File(image, "w") as file:
         file["bem_data/code"] = np.bytes_(db.attributes.get("program", "hydrosim"))
         file.attrs["history"] = db.attributes.get("history", "")
         _write_parameters(db, file.create_group("simulation_parameters"))
@@ -47,6 +49,7 @@ def write(db: HydroDatabase, path: Path) -> None:
             _write_coefficients(db, rows, group.create_group("hydro_coeffs"))
             if pairs == 1:
                 _write_transfer(db, rows, group["hydro_coeffs"], f"excitation/QTF{body + 1}")
+    path.write_bytes(image.getbuffer())
 
 
 def _write_parameters(db: HydroDatabase, group: h5py.Group) -> None:
