@@ -23,6 +23,7 @@ from hydrosim.database.build import green
 from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
+from hydrosim.database.build.workers import compute_all
 from hydrosim.dofs import DOFS
 from hydrosim.program import digest_of_sources
 
@@ -108,7 +109,7 @@ def solve_all(
     _ = hull.body  # goes to the processes with the hull, since making it takes a second
     calls = (joblib.delayed(_stored)(hull, water, float(w), headings) for w in frequencies)
     done = []
-    for solution in joblib.Parallel(n_jobs=jobs, return_as="generator")(calls):
+    for solution in compute_all(calls, jobs):
         done.append(solution)
         progress(len(done), len(frequencies))
     return done

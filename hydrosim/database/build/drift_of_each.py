@@ -20,6 +20,7 @@ from hydrosim.database.build.near_field import first_order_of_each, parts_of, we
 from hydrosim.database.build.qtf import mean_load
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
+from hydrosim.database.build.workers import compute_all
 
 
 def drift_of_each(
@@ -41,7 +42,7 @@ def drift_of_each(
         one = joblib.delayed(_stored)
         calls = (one(hull, floating, water, s.frequency, headings) for s in solutions)
         near = []
-        for drift in joblib.Parallel(n_jobs=jobs, return_as="generator")(calls):
+        for drift in compute_all(calls, jobs):
             near.append(drift)
             progress(len(near), len(solutions))
         far = np.array([_far(body, kind, s, headings, water) for s in solutions])

@@ -21,6 +21,7 @@ from hydrosim.database.build.bem import Hull, Progress, loads_of, solution_key, 
 from hydrosim.database.build.drift import Complex, Real
 from hydrosim.database.build.store import key_of, remembered
 from hydrosim.database.build.water import Water
+from hydrosim.database.build.workers import compute_all
 from hydrosim.program import digest_of_sources
 
 ROWS = 400  # points at a time, of 64 bytes for each panel of hull and lid
@@ -154,7 +155,7 @@ def first_order_all(
     one = joblib.delayed(_stored)
     calls = (one(hull, floating, water, float(w), headings) for w in frequencies)
     done = []
-    for flow in joblib.Parallel(n_jobs=jobs, return_as="generator")(calls):
+    for flow in compute_all(calls, jobs):
         done.append(flow)
         progress(len(done), len(frequencies))
     return done
