@@ -32,12 +32,13 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
+from hydrosim.scene.radiation import LENGTH
 
 FOLDER = ROOT / "hydro_db"
 DURATION, STEP, HEADING = 2000.0, 0.05, np.radians(30.0)
 DEFAULT = AutomaticRadiation()
-FINE = ConvolutionRadiation(DEFAULT.length, DEFAULT.step / 4.0)
-LONGER = ConvolutionRadiation(1.5 * DEFAULT.length, DEFAULT.step)
+FINE = ConvolutionRadiation(step=DEFAULT.step / 4.0)
+LONGER = ConvolutionRadiation(1.5 * LENGTH, DEFAULT.step)
 SMALL = 0.02  # of the largest motion of its kind: what moves less is compared with that
 
 

@@ -42,6 +42,7 @@ from hydrosim.scene import (
     Unstable,
     Weight,
 )
+from hydrosim.scene.radiation import LENGTH
 
 TURNS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
@@ -94,13 +95,14 @@ class WaveForces(Strict):
 class Tabulated(Strict):
     """What all retardation functions have: how long they are, and the step of their tables."""
 
-    length: of.Period = 100.0
+    length: of.Period | None = None
     step: of.Period = 0.1
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        if self.length < 2.0 * self.step:
-            found = f"length {self.length:g} s, step {self.step:g} s"
+        length = LENGTH if self.length is None else self.length
+        if length < 2.0 * self.step:
+            found = f"length {length:g} s, step {self.step:g} s"
             raise problem(found, "a length of two steps or more")
         return self
 

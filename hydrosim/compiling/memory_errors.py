@@ -12,6 +12,7 @@ from scipy.linalg import block_diag
 
 from hydrosim.dofs import about_z
 from hydrosim.linear.impedance import Change, at_frequencies, impedance, largest_change
+from hydrosim.radiation.retardation import resolved_length
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import ConstantRadiation, Scene
@@ -24,23 +25,31 @@ if TYPE_CHECKING:
 
 BETWEEN = 3  # places for each frequency of the spectra: resonances are narrower than these
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
+ALL = 0.98  # of what frequencies resolve: a memory as long is all of it, but for whole steps
 
 
 @dataclass(frozen=True)
 class MemoryErrors:
     """Of the databases ``names`` in a scene: by how much their fits change motions, nothing where
     all memory is convolved, and by how much a memory of ``longer`` instead of ``length`` [s] does.
+
+    ``resolved`` [s] is what the frequencies of the database tell. Of a memory that ends there, a
+    longer one has an echo: later parts are the mirror image of earlier ones, which are larger if
+    the memory decays.
     """
 
     names: str
     length: float
     longer: float
+    resolved: float
     fit: tuple[Change, str] | None
     cut: tuple[Change, str]
 
     def __str__(self) -> str:
         told = f"{self.names}: a memory of {self.longer:g} s instead of {self.length:g} s would"
         cut = f"{told} change motions by at most {_size(self.cut)}"
+        if self._is_all:
+            cut += f" ({self._limit})"
         return f"{cut}; the fits do so by at most {_size(self.fit)}" if self.fit else cut
 
     def warnings(self) -> Iterator[str]:
@@ -53,9 +62,24 @@ class MemoryErrors:
         if self.cut[0].size > CUT_WARNED:
             yield (
                 f"radiation of {self.names}: what is cut off its memory at {self.length:g} s may"
-                f" change motions by {_size(self.cut)}; give it more `length`, as far as the steps"
-                " of the database's frequencies resolve it."
+                f" change motions by {_size(self.cut)}; {self._remedy}."
             )
+
+    @property
+    def _is_all(self) -> bool:
+        """Whether no longer memory is resolved."""
+        return self.length > ALL * self.resolved
+
+    @property
+    def _limit(self) -> str:
+        step = np.pi / self.resolved
+        return f"frequencies {step:.3g} rad/s apart resolve {self.resolved:.3g} s"
+
+    @property
+    def _remedy(self) -> str:
+        if self._is_all:
+            return f"{self._limit}: compute frequencies in between"
+        return f"give it more `length`: its frequencies resolve {self.resolved:.3g} s"
 
 
 @one_thread
@@ -86,6 +110,7 @@ def memory_errors(
             ", ".join(group.names),
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
+            resolved_length(group.database.frequency),
             change(group, _missed(group, w, of, duration)) if group.fits else None,
             change(group, at_frequencies(w, of.w, of.cut)),
         )

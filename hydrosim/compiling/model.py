@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from hydrosim.forces.kind import Parts
     from hydrosim.radiation.state_space import StateSpace
 
+SAME_STEP = 1e-9  # steps of tables may differ by this part: rounding
+
 
 def model_of(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = None) -> Model:
     """The model of a scene in calm water; its elements and tanks are compiled unless they are
@@ -170,17 +172,24 @@ def _convolution(
     size: int, groups: Sequence[WetGroup], free: np.ndarray
 ) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if wet.convolved]
-    tables = list({wet.memory.time[[1, -1]].tobytes(): wet.memory.time for wet in chosen}.values())
-    if not tables:
+    if not chosen:
         return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
-    if len(tables) > 1:
+    times = [wet.memory.time for wet in chosen]
+    steps = [time[1] for time in times]
+    if max(steps) - min(steps) > SAME_STEP * min(steps):
         names = ", ".join(name for wet in chosen for name in wet.names)
         raise InputError(
-            f"bodies.{names}.radiation: found convolutions with different tables, among them those"
-            " that automatic takes where no fit holds; expected one length and step for all."
+            f"bodies.{names}.radiation: found convolutions with tables of different steps, among"
+            " them those that automatic takes where no fit holds; expected one step for all."
         )
-    kernels = _whole(size, [(wet.dofs, _kernel(wet, free)) for wet in chosen])
-    return radiation.convolution_model(tables[0][1], kernels)
+    rows = max(time.size for time in times)
+    kernels = _whole(size, [(wet.dofs, _padded(_kernel(wet, free), rows)) for wet in chosen])
+    return radiation.convolution_model(steps[0], kernels)
+
+
+def _padded(kernel: np.ndarray, rows: int) -> np.ndarray:
+    """The kernel with zeros after its end: a memory may be shorter than another's."""
+    return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
 
 
 def _kernel(wet: WetGroup, free: np.ndarray) -> np.ndarray:

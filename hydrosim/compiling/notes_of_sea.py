@@ -40,7 +40,8 @@ def notes_of_sea(
 ) -> Notes:
     """The ``notes`` of a scene in calm water, and what there is to say of it in its ``seas``."""
     alone = facts.databases
-    warnings = [*_fit_warnings(wet)]
+    warnings = [text for group in wet for text in group.cut_lengths]
+    warnings.extend(_fit_warnings(wet))
     warnings.extend(text for group in wet for text in group.doubts(seas))
     for body in scene.bodies:
         if body.name in alone and body.dofs:

@@ -18,6 +18,7 @@ from hydrosim.scene import (
     Scene,
     StateSpaceRadiation,
 )
+from hydrosim.scene.radiation import LENGTH
 from hydrosim.waves.spectra import cut_off
 
 NUMBER = 8  # bytes
@@ -121,7 +122,8 @@ def _rows(body: Body) -> float:
         table, AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
     ):
         return 0.0
-    return table.length / table.step
+    length = LENGTH if table.length is None else table.length
+    return length / table.step
 
 
 def _waves(scene: Scene) -> Iterator[float]:

@@ -132,6 +132,22 @@ class WetGroup:
         }
 
     @property
+    def cut_lengths(self) -> tuple[str, ...]:
+        """Messages about lengths of memory that were given and that frequencies do not resolve."""
+        if self.members:
+            return tuple(text for member in self.members for text in member.cut_lengths)
+        found = self.radiation.length if isinstance(self.radiation, Memory) else None
+        known = radiation.resolved_length(self.read.frequency)
+        if self.given or found is None or found <= known:
+            return ()
+        keys = ", ".join(f"bodies.{name}.radiation.length" for name in self.names)
+        return (
+            f"{keys}: found {found:g} s, but the frequencies of {self.read.source} are"
+            f" {np.pi / known:.3g} rad/s apart and resolve {known:.3g} s. The memory ends at"
+            f" {self.memory.time[-1]:g} s. Remove `length`, or compute frequencies in between.",
+        )
+
+    @property
     def given(self) -> bool:
         """Whether it is made of numbers of the case, not of a database."""
         return self.read.source == SOURCE
@@ -207,7 +223,7 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
         db.frequency,
         db.added_mass,
         db.radiation_damping,
-        length=table.length,
+        length=radiation.memory_length(db.frequency, table.length, table.step),
         step=table.step,
         checksum=db.checksum,
     )

@@ -9,7 +9,12 @@ import numpy as np
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.database.netcdf import dof_names
 from hydrosim.outputs import Output
-from hydrosim.radiation.retardation import diagonal_scale, retardation, retardation_function
+from hydrosim.radiation.retardation import (
+    diagonal_scale,
+    resolved_length,
+    retardation,
+    retardation_function,
+)
 
 SEEN = 1e-6  # of the diagonal functions: pairs below have none but rounding
 UNITS = ("N/m", "N/rad", "N m/rad")  # of K, by the number of rotations among the two
@@ -42,7 +47,11 @@ def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[K
         )
         for i, j in np.argwhere(np.triu(seen))
     ]
-    return found.time, functions, str(found.report)
+    report = str(found.report)
+    if length > (known := resolved_length(db.frequency)):
+        apart = f"{np.pi / known:.3g} rad/s apart"
+        report += f"\nfrequencies {apart} resolve {known:.3g} s: what comes later is an echo"
+    return found.time, functions, report
 
 
 def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: Output) -> None:

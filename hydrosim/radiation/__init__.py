@@ -5,5 +5,11 @@ from hydrosim.radiation.convolution import ConvolutionKernel, convolution_model,
 from hydrosim.radiation.fits import check, fit, free_groups, is_tolerable, is_within_tolerance
 from hydrosim.radiation.history import VelocityHistory, velocity_history
 from hydrosim.radiation.memory import ConstantDamping, RadiationStates
-from hydrosim.radiation.retardation import KernelReport, Retardation, retardation
+from hydrosim.radiation.retardation import (
+    KernelReport,
+    Retardation,
+    memory_length,
+    resolved_length,
+    retardation,
+)
 from hydrosim.radiation.state_space import TOLERANCE, FitReport, StateSpace

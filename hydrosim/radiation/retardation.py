@@ -16,6 +16,7 @@ from scipy.special import spherical_jn
 from hydrosim.errors import InputError
 from hydrosim.radiation.kept import Arrays, kept
 from hydrosim.radiation.threads import one_thread
+from hydrosim.scene.radiation import LENGTH
 
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
 TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
@@ -62,11 +63,14 @@ def retardation(
     added_mass: np.ndarray,
     damping: np.ndarray,
     *,
-    length: float = 100.0,
+    length: float | None = None,
     step: float = 0.1,
     checksum: str | None = None,
 ) -> Retardation:
     """K up to ``length`` [s] and A_inf, from added mass and damping (nw, n, n) at ``frequency``.
+
+    Without a length it is that of `memory_length`. A longer one is taken as it is given: K then has
+    echoes of the steps between the frequencies.
 
     Radiation is reciprocal, so only the symmetric parts are used; what else there is are errors of
     the panels, which a database's checks report.
@@ -79,12 +83,36 @@ def retardation(
     _check(frequency, damping)
     _check(frequency, added_mass)
     added_mass, damping = (0.5 * (M + np.swapaxes(M, 1, 2)) for M in (added_mass, damping))
+    if length is None:
+        length = memory_length(frequency, None, step)
     time = np.linspace(0.0, length, round(length / step) + 1)
     make = partial(_retardation, frequency, added_mass, damping, time)
     if checksum is None:
         return make()
     settings = (checksum, time.size, float(length))
     return kept("memories", settings, make, _to_arrays, partial(_of_arrays, time))
+
+
+def memory_length(frequency: np.ndarray, length: float | None, step: float) -> float:
+    """Length [s] of a table of K: what is asked for, or `LENGTH`, but no more whole steps than the
+    ``frequency`` (nw,) resolves, see `resolved_length`."""
+    asked = LENGTH if length is None else length
+    known = resolved_length(frequency)
+    if asked <= known:
+        return asked
+    steps = int(known / step * (1.0 + 1e-9))
+    return max(steps, 2) * step
+
+
+def resolved_length(frequency: np.ndarray) -> float:
+    """Lag pi / dw [s] up to which values of B at ``frequency`` (nw,) tell K.
+
+    From values that are dw apart K is periodic: after pi / dw comes the mirror image of what was
+    before, and a memory that has some of it need not be passive. Where steps differ there is no
+    period, and dw is the smallest: close frequencies are where the memory is long.
+    """
+    steps = np.diff(frequency)
+    return float(np.pi / steps.min()) if steps.size else np.inf
 
 
 @one_thread

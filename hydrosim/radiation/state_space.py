@@ -25,6 +25,7 @@ from hydrosim.radiation.threads import one_thread
 
 TOLERANCE = 3e-4
 ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # poles in vector fitting
+FEWEST = 160  # intervals of the band: with fewer, fits of many poles have peaks in between
 BEYOND = 3.0  # the fit is made up to this multiple of the band
 HELD_DOWN = 10.0  # what errors count beyond the band, so that damping is not negative there
 # of the gain of what is not passive: how near it is fitted, and is good
@@ -219,8 +220,8 @@ def fit_group(
 
 def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
     """Where a fit is made [rad/s], and how many of these are in the band: twice as dense as a
-    memory of this length needs (pi / T), coarse above it."""
-    inside = int(np.ceil(2.0 * band * length / np.pi)) + 1
+    memory of this length needs (pi / T), coarse above it. Short memories have `FEWEST`."""
+    inside = max(int(np.ceil(2.0 * band * length / np.pi)), FEWEST) + 1
     above = np.geomspace(band, BEYOND * band, inside // 3 + 2)[1:]
     return np.append(np.linspace(0.0, band, inside), above), inside
 

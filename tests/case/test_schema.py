@@ -101,12 +101,12 @@ class TestBody:
             ("automatic", scene.AutomaticRadiation()),
             (
                 "{model: automatic, tolerance: 1e-4, step: 0.1 s}",
-                scene.AutomaticRadiation(1e-4, 100.0, 0.1),
+                scene.AutomaticRadiation(1e-4, None, 0.1),
             ),
             ("none", scene.RadiationModel.NONE),
             ("{model: none, period: 10 s}", scene.RadiationModel.NONE),
             ("{model: constant, period: 10 s}", scene.ConstantRadiation(10.0)),
-            ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(100.0, 0.2)),
+            ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(None, 0.2)),
             (
                 "{model: state_space, tolerance: 0.1 %, length: 2 min}",
                 scene.StateSpaceRadiation(1e-3, 120.0),

@@ -17,6 +17,7 @@ from hydrosim.errors import InputError
 from hydrosim.radiation.retardation import (
     fourier_integral,
     infinite_added_mass,
+    memory_length,
     radiating,
     relative_size,
     retardation,
@@ -44,6 +45,22 @@ def test_fourier_integral_is_exact_for_piecewise_linear_functions():
                 for a, b in pairwise(x)
             )
             assert part == pytest.approx(exact, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"), [(None, 78.5), (40.0, 40.0), (78.5, 78.5), (100.0, 78.5)]
+)
+def test_no_memory_is_longer_than_even_frequencies_resolve(
+    asked: float | None, found: float
+) -> None:
+    assert memory_length(band(0.04, 2.48), asked, 0.1) == pytest.approx(found)
+
+
+def test_close_frequencies_resolve_a_long_memory() -> None:
+    fine = np.union1d(band(0.05, 2.6), 1.2 + band(0.01, 0.2))
+    assert memory_length(fine, 160.0, 0.1) == 160.0
+    assert memory_length(fine, None, 0.1) == 100.0
+    assert memory_length(band(0.1, 0.1), None, 0.1) == 100.0
 
 
 def test_retardation_function_converges_with_the_square_of_the_spacing():

@@ -78,6 +78,7 @@ def linear_analysis(scene: Scene, wanted: Wanted) -> xr.Dataset:
         ]
     )
     remarks = [
+        *(text for group in compiled.wet for text in group.cut_lengths),
         *_rough_memory(compiled),
         *_unloaded(compiled),
         *_drifting(scene, drifted),
