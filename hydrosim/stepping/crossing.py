@@ -47,8 +47,6 @@ LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 CHORDS = 1000  # tries to land by chords; then by halves
 SHORTEST_BRACKET = 1e-13  # of a step: within it a margin jumps
-FIRST_LOOK = 1 / 64  # of a step: the first place where its cubic is looked at
-CLOSER = 14  # looks before that, each 4 times closer to the start, the last at LANDED
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -213,17 +211,11 @@ def _go_beyond(t, h, run):
 @root
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
-    zero if phi is never positive (a mode that ends as soon as it begins).
-
-    The event before is located to a tolerance only. So the margin of a mode that begins may start
-    below zero, and rise: phi is then positive from close to the start on, and may be so for less
-    than the first of the places looked at.
-    """
+    zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
-    begun = phi(before, before, after)
     lo = 0.0
-    f_lo = begun + defect
+    f_lo = phi(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
@@ -233,16 +225,6 @@ def _zero_on_cubic(defect, t, h, run):
             break
         lo = hi
         f_lo = f_hi
-    if not f_hi < 0.0 <= f_lo and begun < 0.0:
-        lo = FIRST_LOOK
-        f_lo = _phi_on_cubic(lo, t, h, run) + defect
-        for _ in range(CLOSER):
-            hi = lo
-            f_hi = f_lo
-            lo = 0.25 * hi
-            f_lo = _phi_on_cubic(lo, t, h, run) + defect
-            if f_hi < 0.0 <= f_lo:
-                break
     if not f_hi < 0.0 <= f_lo:
         return 0.0, f_lo - defect
     x = hi
