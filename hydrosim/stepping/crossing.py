@@ -46,6 +46,7 @@ from hydrosim.tanks.flows import add_momentum
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 CHORDS = 1000  # tries to land by chords; then by halves
+SHORTEST_BRACKET = 1e-13  # of a step: within it a margin jumps
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -69,6 +70,8 @@ def cut(t, stop, located, run):
             assign(scratch.margins[NOW], after)
         part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
+            if left:
+                _look_midway(t, stop - t, run)
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, run)
@@ -76,6 +79,7 @@ def cut(t, stop, located, run):
         left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, run)
+        assign(scratch.margins[LATE], scratch.margins[BEFORE])
     scratch.known[END_SLOPE] = 0
     return stop, left
 
@@ -161,8 +165,10 @@ def _land(t, h, run):
             return x * h
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
-        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
+        if x == 0.0 or (abs(value) <= LANDED and _has_fallen_to(value, x, t, h, run)):
             return x * h
+        if hi - lo < SHORTEST_BRACKET:
+            return x * h if value < 0.0 else _go_beyond(t, hi * h, run)
         if value >= 0.0:
             lo = x
             f_lo = value
@@ -176,6 +182,30 @@ def _land(t, h, run):
         elif not lo < x < hi:
             x = between(lo, max(f_lo, 0.0), hi, f_hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
+
+
+@root
+def _has_fallen_to(value, x, t, h, run):
+    """Whether phi has fallen to a ``value`` near zero: one that has only risen since the start of
+    the step is where the mode has begun, not where it ends."""
+    before = run.scratch.margins[BEFORE]
+    begun = phi(before, before, run.scratch.margins[AFTER])
+    if value < max(begun, 0.0):
+        return True
+    midway = _phi_on_cubic(0.5 * x, t, h, run)
+    watched = run.scratch.watched[EVERY]
+    _measure(t + x * h, run.scratch.states[END], run, watched, run.scratch.margins[NOW])
+    return value < midway
+
+
+@root
+def _go_beyond(t, h, run):
+    """Cut the step at ``h``, where a margin is below zero that jumps: its mode has not ended before
+    the jump, and another one would be switched in its place."""
+    scratch = run.scratch
+    step(t, h, run)
+    _measure(t + h, scratch.states[END], run, scratch.watched[EVERY], scratch.margins[NOW])
+    return h
 
 
 @root
@@ -363,23 +393,76 @@ def switch_modes(t, run):
     location all whose margin is negative. One switch per row of modes."""
     state = run.state
     scratch = run.scratch
-    located = run.clock.events
     before = scratch.margins[BEFORE]
     after = scratch.margins[AFTER]
-    now = scratch.margins[NOW]
-    near = max(phi(now, before, after), 0.0) + SWITCHED
+    first = phi(scratch.margins[NOW], before, after)
     _place(state.y, run)
     _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
-            if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
-                continue
-            _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
-            break
+            if _has_ended(m, first, run):
+                _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
     make_consistent(t, run)
+
+
+@kernel
+def _has_ended(m, first, run):
+    """Whether the mode of margin ``m`` ends here, where the ``first`` event is.
+
+    A margin that was zero at the start of the step too, and has not fallen since, is that of a mode
+    that has just begun. It does not end with another: modes of two rows that have begun in turn
+    would end each other for ever. If it does end here, it is the first in the next step.
+    """
+    margins = run.scratch.margins
+    if not _is_near(m, first, run):
+        return False
+    if not run.clock.events or not _was_zero(m, run):
+        return True
+    if scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= first:
+        return True
+    return margins[NOW, m] < max(margins[BEFORE, m], margins[LATE, m])
+
+
+@kernel
+def _is_near(m, first, run):
+    """Whether margin ``m`` is negative at the end of the uncut step, and zero now; without location
+    the first is enough."""
+    margins = run.scratch.margins
+    if margins[AFTER, m] >= 0.0:
+        return False
+    if not run.clock.events:
+        return True
+    near = max(first, 0.0) + SWITCHED
+    return scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= near
+
+
+@kernel
+def _was_zero(m, run):
+    """Whether margin ``m`` was zero at the start of the step."""
+    margins = run.scratch.margins
+    return abs(scaled(m, margins[BEFORE], margins[BEFORE], margins[AFTER])) <= SWITCHED
+
+
+@kernel
+def _look_midway(t, h, run):
+    """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`: on its
+    cubic if it matters, else those at its start."""
+    scratch = run.scratch
+    margins = scratch.margins
+    assign(margins[LATE], margins[BEFORE])
+    first = phi(margins[NOW], margins[BEFORE], margins[AFTER])
+    count = 0
+    begun = False
+    for m in range(margins.shape[1]):
+        if _is_near(m, first, run):
+            count += 1
+            begun = begun or _was_zero(m, run)
+    if begun and count > 1 and h > 0.0:
+        _on_cubic(0.5, t, h, run, scratch.watched[EVERY], margins[LATE])
 
 
 @kernel

@@ -88,14 +88,21 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
 def _contact_margin(t, mode, point, segment, contact, p):
     """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact; of a
     closed point also k times its distance from the edge."""
+    held = _pressed_margin(t, mode, point, segment, contact, p)
+    if mode != OPEN and not point.prescribed and edges.ends_somewhere(point):
+        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
+    return held
+
+
+@kernel
+def _pressed_margin(t, mode, point, segment, contact, p):
+    """The margin of contact without the edge."""
     held = point.steepest * contact.compression
     if point.line == loop.NONE:  # on a loop N is not negative
         N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
         if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
             return N - (REGAINED * point.least if mode == OPEN else point.least)
         held = min(held, N)
-    if mode != OPEN and edges.ends_somewhere(point):
-        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
     return held
 
 
@@ -249,9 +256,23 @@ def _open(i, t, y, modes, contact, p):
         y[memory(point, p) + loop.LOSS] += loop.lost_on(
             mode[SEGMENT], contact.compression, point, p.segments
         )
+    passed = _goes_over_edge(t, mode, point, contact, p)
     mode[MODE], mode[SEGMENT] = OPEN, point.first
-    mode[RISING] = PASSED if edges.inside(point, contact, p.edges) <= 0.0 else 0
+    mode[RISING] = PASSED if passed else 0
     group.opened(t, y, modes, point, p)
+
+
+@kernel
+def _goes_over_edge(t, mode, point, contact, p):
+    """Whether contact ends since the plane does. The end is located to a tolerance, so the point
+    may still be inside by that; it is pressed then, and would close again at once."""
+    inside = edges.inside(point, contact, p.edges)
+    if inside <= 0.0:
+        return True
+    if point.prescribed or not edges.ends_somewhere(point):
+        return False
+    pressed_by = _pressed_margin(t, mode[MODE], point, mode[SEGMENT], contact, p)
+    return point.steepest * inside < pressed_by
 
 
 @kernel
