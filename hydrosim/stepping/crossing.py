@@ -46,7 +46,6 @@ from hydrosim.tanks.flows import add_momentum
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
 CHORDS = 1000  # tries to land by chords; then by halves
-SHORTEST_BRACKET = 1e-13  # of a step: within it a margin jumps
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -165,10 +164,8 @@ def _land(t, h, run):
             return x * h
         _measure(t + x * h, end, run, every, now)
         value = phi(now, before, after)
-        if x == 0.0 or (abs(value) <= LANDED and _has_fallen_to(value, x, t, h, run)):
+        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
-        if hi - lo < SHORTEST_BRACKET:
-            return x * h if value < 0.0 else _go_beyond(t, hi * h, run)
         if value >= 0.0:
             lo = x
             f_lo = value
@@ -182,30 +179,6 @@ def _land(t, h, run):
         elif not lo < x < hi:
             x = between(lo, max(f_lo, 0.0), hi, f_hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
-
-
-@root
-def _has_fallen_to(value, x, t, h, run):
-    """Whether phi has fallen to a ``value`` near zero: one that has only risen since the start of
-    the step is where the mode has begun, not where it ends."""
-    before = run.scratch.margins[BEFORE]
-    begun = phi(before, before, run.scratch.margins[AFTER])
-    if value < max(begun, 0.0):
-        return True
-    midway = _phi_on_cubic(0.5 * x, t, h, run)
-    watched = run.scratch.watched[EVERY]
-    _measure(t + x * h, run.scratch.states[END], run, watched, run.scratch.margins[NOW])
-    return value < midway
-
-
-@root
-def _go_beyond(t, h, run):
-    """Cut the step at ``h``, where a margin is below zero that jumps: its mode has not ended before
-    the jump, and another one would be switched in its place."""
-    scratch = run.scratch
-    step(t, h, run)
-    _measure(t + h, scratch.states[END], run, scratch.watched[EVERY], scratch.margins[NOW])
-    return h
 
 
 @root
