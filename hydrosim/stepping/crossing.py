@@ -14,7 +14,7 @@ from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root
+from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import kick, still
@@ -50,7 +50,7 @@ DIPS = 10  # times that a step is shortened in search of a mode that ends inside
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
-@root
+@root_giving(float, bool)
 def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
@@ -128,7 +128,7 @@ def _find_before(t, run):
     known[START_MARGINS] = KNOWN
 
 
-@root
+@root_giving(float)
 def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
@@ -178,7 +178,7 @@ def _land(t, h, run):
             on_cubic = _phi_on_cubic(x, t, h, run)
 
 
-@root
+@root_giving(float, float)
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
@@ -260,7 +260,7 @@ def _interpolate(x, h, i, j, run):
     hermite(x, h, y[i:j], k[i:j], full[i:j], end[i:j], out[i:j])
 
 
-@root
+@root_giving(float)
 def _dip(t, h, run):
     """Where in a step, as a part of it, a margin that falls at first and rises at last is below
     zero on the cubic through both ends; 1 where none is.
@@ -305,7 +305,7 @@ def _may_dip(margin):
     return False
 
 
-@root
+@root_giving(float)
 def _deepest(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
@@ -334,7 +334,7 @@ def _deepest(i, floor, t, h, run):
     return 1.0
 
 
-@root
+@root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
     one = run.scratch.watched[SOME]
     out = run.scratch.margins[TRIAL]

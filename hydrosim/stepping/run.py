@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
-from hydrosim.jit.kernels import assign, kernel, root, summing
+from hydrosim.jit.kernels import assign, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
@@ -61,7 +61,7 @@ PIECES = 200  # events in one step, per contact point or spring, after which it 
 CRAWL = 200_000  # steps in the time of one, after which none is small enough
 
 
-@root
+@root_giving(float)
 def advance(evaluations, run):
     """Go on until so many times more the right hand side has been evaluated or margins were looked
     at, and the step is taken; ends early with the run, or where ``counters[STATUS]`` says why.
@@ -191,7 +191,7 @@ def _watch(t, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@root
+@root_giving(bool, float, bool)
 def _try(t, stop, run):
     """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
     one, and whether a mode has ended there."""
@@ -213,7 +213,7 @@ def _try(t, stop, run):
     return accepted, stop, left
 
 
-@root
+@root_giving(float)
 def _cut_at_corner(t, stop, run):
     """Cut the step where the surface in a tank passes a corner, since moments have few derivatives
     there. The place is linear between the ends of the step: what it is off by is of its second
