@@ -58,9 +58,11 @@ def cut(t, stop, located, run):
     end = scratch.states[END]
     after = scratch.margins[AFTER]
     every = scratch.watched[EVERY]
+    if after.size == 0:
+        return stop, False
     _measure(stop, end, run, every, after)
     left = any_negative(after)
-    if after.size == 0 or not located:
+    if not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
         if left:
@@ -350,11 +352,10 @@ def note_headings(t, run):
     headings = run.scratch.headings
     state = run.state
     model = run.model
-    if headings.size > 0:
-        _place(state.y, run)
-        motion = run.work.motion
-        bodies = model.bodies
-        events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
+    _place(state.y, run)
+    motion = run.work.motion
+    bodies = model.bodies
+    events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
 @root
@@ -405,7 +406,9 @@ def _switch(i, which, size, t, run):
     state = run.state
     model = run.model
     step = run.clock.step if run.clock.events else 0.0
-    _book_stored(i, 1.0, t, run)
+    triggered = events.is_trigger(i, model.elements)
+    if triggered:
+        _book_stored(i, 1.0, t, run)
     y = state.y
     modes = state.modes
     motion = run.work.motion
@@ -414,27 +417,33 @@ def _switch(i, which, size, t, run):
     tanks = model.tanks
     reactions = run.work.holds.reaction
     events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
-    _book_stored(i, -1.0, t, run)
+    if triggered:
+        _book_stored(i, -1.0, t, run)
 
 
-@kernel
+@root
 def _book_stored(i, sign, t, run):
     """Before and after a trigger: what is stored in its element then is lost, or comes from
     outside."""
     state = run.state
     model = run.model
     stored = run.work.rate
-    if events.is_trigger(i, model.elements):
-        clear(stored)
-        motion = run.work.motion
-        elements = model.elements
-        add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
-        events.book(i, sign, state.y, stored, elements)
+    clear(stored)
+    motion = run.work.motion
+    elements = model.elements
+    add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
+    events.book(i, sign, state.y, stored, elements)
+
+
+@kernel
+def make_consistent(t, run):
+    """Bring what is held to rest, and let break loose what cannot be held."""
+    if run.work.constraints.force.size > 0:
+        _make_consistent(t, run)
 
 
 @root
-def make_consistent(t, run):
-    """Bring what is held to rest, and let break loose what cannot be held."""
+def _make_consistent(t, run):
     state = run.state
     model = run.model
     work = run.work

@@ -75,7 +75,8 @@ def advance(evaluations, run):
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
         pace[REACHED] = pace[SINCE] = t
-        _take_up_block(t, run)
+        if clock.block > 0:
+            _take_up_block(t, run)
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
@@ -117,11 +118,10 @@ def _take_up_block(t, run):
     """Keep the paths that a run starts with if the next ones are taken before these end."""
     clock = run.clock
     p = run.model.following
-    if clock.block > 0:
-        missing = clock.block - clock.first % clock.block
-        begun = run.state.y[run.model.slow + BEGIN]
-        if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
-            _next_block(t, run)
+    missing = clock.block - clock.first % clock.block
+    begun = run.state.y[run.model.slow + BEGIN]
+    if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
+        _next_block(t, run)
 
 
 @kernel
@@ -149,7 +149,8 @@ def _cross(goal, enough, run):
         t = reached
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
-        _note(t, run)
+        if events.remembers(run.model.elements):
+            _note(t, run)
         _renew(left, run)
         if left:
             counters[EVENTS] += 1
@@ -169,10 +170,9 @@ def _note(t, run):
     y = run.state.y
     model = run.model
     motion = run.work.motion
-    if events.remembers(model.elements):
-        n = model.bodies.active.size
-        place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-        events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
 
 
 @kernel
@@ -197,7 +197,8 @@ def _try(t, stop, run):
     one, and whether a mode has ended there."""
     clock = run.clock
     counters = run.counters
-    note_headings(t, run)
+    if run.scratch.headings.size > 0:
+        note_headings(t, run)
     step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
     if located and run.model.liquids.each.size > 0 and counters[STATUS] == RUNNING:
@@ -260,7 +261,7 @@ def _pace(t, h, run):
     return h
 
 
-@kernel
+@root_giving(bool)
 def _accepted(t, h, run):
     """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
     is stopped. Stages that have no solution are an error without bound."""
@@ -296,15 +297,19 @@ def _shorten(t, h, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@root
+@kernel
 def remember(t, run):
-    """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
-    needs them; the slope found for that begins the next step."""
+    """Add velocities and accelerations at ``t`` to the history, if a convolution needs them."""
+    if run.state.history.grid.shape[1] > 0:
+        _remember(t, run)
+
+
+@root
+def _remember(t, run):
+    """The same, in heading axes; the slope found for that begins the next step."""
     history = run.state.history
     bodies = run.model.bodies
     work = run.work
-    if history.grid.shape[1] == 0:
-        return
     rates = run.scratch.k[0]
     n = bodies.active.size
     slope(t, run.state.y, run, rates)
@@ -319,9 +324,17 @@ def remember(t, run):
 
 @kernel
 def _breakpoint_after(t, goal, clock):
-    k = np.searchsorted(clock.breakpoints, t, side="right")
-    if k < clock.breakpoints.size and clock.breakpoints[k] < goal:
-        return clock.breakpoints[k]
+    """The first breakpoint after ``t``, if it is before the ``goal``, else that."""
+    first = 0
+    behind = clock.breakpoints.size
+    while first < behind:
+        middle = (first + behind) // 2
+        if clock.breakpoints[middle] > t:
+            behind = middle
+        else:
+            first = middle + 1
+    if first < clock.breakpoints.size and clock.breakpoints[first] < goal:
+        return clock.breakpoints[first]
     return goal
 
 
