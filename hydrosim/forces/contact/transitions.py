@@ -175,7 +175,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
         y[p.state + STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
 
 
-@kernel
+@root
 def _turn_back(i, t, y, modes, contact, p):
     """The motion turns on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
@@ -186,7 +186,7 @@ def _turn_back(i, t, y, modes, contact, p):
     mode[SEGMENT] = point.line
 
 
-@kernel
+@root
 def _leave_line(i, y, modes, contact, p):
     """A branch of a loop begins; what it has lost is counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
@@ -195,7 +195,7 @@ def _leave_line(i, y, modes, contact, p):
     y[k + loop.LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
 
 
-@kernel
+@root
 def _turn_over(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction stays."""
     k, mode = p.state + STATES * i, modes[p.mode + i]
@@ -225,7 +225,7 @@ def _grip(i, size, t, y, modes, contact, p):
     modes[p.mode + i, MODE] = mode
 
 
-@kernel
+@root
 def _close(i, t, y, modes, contact, p):
     """Contact begins."""
     k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
@@ -343,7 +343,7 @@ def go(i, t, y, modes, motion, bodies, p):
     modes[p.mode + i, RISING] = ABSENT
 
 
-@kernel
+@root
 def note(t, y, modes, motion, bodies, p):
     """Keep the largest normal force of every point in contact that remembers, and of every group
     that of a point and of all together."""
