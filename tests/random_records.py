@@ -111,6 +111,12 @@ def resonant(omega: np.ndarray) -> np.ndarray:
     return jonswap(10.0)(omega) / np.abs(1.0 - ratio**2 + 0.06j * ratio) ** 2
 
 
+def moored(omega: np.ndarray) -> np.ndarray:
+    """A motion of 100 s and damping ratio 0.2 in white noise."""
+    ratio = omega * 100.0 / (2 * np.pi)
+    return np.asarray(1.0 / np.abs(1.0 - ratio**2 + 0.4j * ratio) ** 2)
+
+
 def accelerations(omega: np.ndarray) -> np.ndarray:
     """Of what follows the waves."""
     return omega**4 * jonswap(8.0, 1.0)(omega)
@@ -128,6 +134,7 @@ def slow_motion(slowest: float, fastest: float) -> Spectrum:
 
 
 SEA = Process(jonswap(10.0), 0.5)
+MOORED = Process(moored, 0.5)
 CREEP = Process(slow_motion(1e-3, 1e-2), 0.5)
 WEATHER = Process(slow_motion(1e-3, 2.0 * np.pi / 1800.0), 0.5)
 GAUSSIAN, TOP = (0.0, 1.0), np.array([3.458, 3.762, 4.477])
@@ -182,6 +189,17 @@ def with_swell(random: np.random.Generator) -> np.ndarray:
     x = SEA(random)
     phase = 2.0 * np.pi * random.random()
     return x + np.sqrt(2.0) * np.cos(2.0 * np.pi / 14.0 * 0.5 * np.arange(x.size) + phase)
+
+
+def leaning_back(random: np.random.Generator) -> np.ndarray:
+    """A sea, and a slow motion that comes up against a stiffening spring."""
+    return 0.3 * SEA(random) + (1.0 - np.exp(-0.15 * MOORED(random))) / 0.15
+
+
+def with_free_play(random: np.random.Generator) -> np.ndarray:
+    """What a sea moves only beyond a standard deviation, either way, and a little of another."""
+    x = SEA(random)
+    return np.asarray(np.sign(x) * np.maximum(np.abs(x) - 1.0, 0.0) + 0.1 * SEA(random))
 
 
 def switching(random: np.random.Generator) -> np.ndarray:
@@ -264,6 +282,8 @@ HARD = {
     "gusts": gusting,
     "transient": beginning,
     "slamming of crests": slamming,
+    "slow, leaning back": leaning_back,
+    "free play": with_free_play,
     "sea and regular swell": with_swell,
     "two places": switching,
 }

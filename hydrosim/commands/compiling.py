@@ -16,8 +16,9 @@ def announced(err: Console) -> Iterator[None]:
     from hydrosim.jit.linking import at_first_compile
 
     def say() -> None:
-        what = "compiling the kernels, once for this version (half a minute), into"
-        err.print(f"{what} {cache_folder(kernel_folder())}", highlight=False, soft_wrap=True)
+        folder = cache_folder(kernel_folder())
+        what = "compiling the kernels that are needed, once for this version (up to half a minute)"
+        err.print(f"{what}, into {folder}", highlight=False, soft_wrap=True)
 
     with at_first_compile(say):
         yield

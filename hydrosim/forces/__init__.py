@@ -91,7 +91,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     """Forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the elements."""
     e = elements
     linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
-    applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
+    if e.applied_forces.each.size > 0:
+        applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
     fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
     if e.springs.lines.size > 0:  # arguments alone would cost a few percent
         spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
@@ -123,8 +124,10 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     """Stored energies of all elements that store any, each into its row of ``stored`` (rows,)."""
     e = elements
     linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
-    fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
-    spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
+    if e.fenders.points.size > 0:
+        fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
+    if e.springs.lines.size > 0:
+        spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
     if e.guides.pins.size > 0:
         guide.add_energy(modes, motion, bodies, e, stored)
     if e.triggers.each.size > 0:

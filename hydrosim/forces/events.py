@@ -37,9 +37,11 @@ def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
     ``out``, flat: see `observed`."""
     fenders = elements.fenders
     springs = elements.springs
-    fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
+    if fenders.points.size > 0:
+        fender.observe(t, y, modes, motion, bodies, fenders, reactions, out)
     behind = fenders.points.size * fender.OBSERVED
-    spring.observe(modes, motion, bodies, springs, out[behind:])
+    if springs.lines.size > 0:
+        spring.observe(modes, motion, bodies, springs, out[behind:])
     if elements.guides.pins.size > 0:
         behind += springs.lines.size * spring.OBSERVED
         guide.observe(modes, motion, bodies, elements, out[behind:])
@@ -48,8 +50,10 @@ def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
 @root
 def settle(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
-    transitions.settle(t, y, modes, motion, bodies, elements.fenders)
-    spring.settle(modes, motion, bodies, elements.springs)
+    if elements.fenders.points.size > 0:
+        transitions.settle(t, y, modes, motion, bodies, elements.fenders)
+    if elements.springs.lines.size > 0:
+        spring.settle(modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
     if elements.guides.pins.size > 0:

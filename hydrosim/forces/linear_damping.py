@@ -27,7 +27,7 @@ from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
 from hydrosim.forces.relative import add_resistance, relative_velocity
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
 
@@ -112,7 +112,7 @@ def _damping(
     return np.diag(element.damping_ratio * critical)
 
 
-@kernel
+@root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
     for e in p:

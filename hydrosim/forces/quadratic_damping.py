@@ -22,7 +22,7 @@ import numpy as np
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.relative import add_resistance, relative_velocity
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import root
 from hydrosim.scene import ForceElement
 
 
@@ -62,7 +62,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
     return np.array(rows, dtype=DAMPING)
 
 
-@kernel
+@root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
     for e in p:

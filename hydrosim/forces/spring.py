@@ -168,7 +168,7 @@ def tension(line, mode, s, p):
     return (f + line.damping * s.rate if mode[MODE] == TAUT else 0.0), f
 
 
-@kernel
+@root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
     for i in range(p.lines.size):
@@ -192,7 +192,7 @@ def pull(line, s, T, wrench):
         add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
 
 
-@kernel
+@root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy stored in every spring, into its row of ``stored``."""
     for i in range(p.lines.size):
@@ -202,7 +202,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
 
-@kernel
+@root
 def observe(modes, motion, bodies, p, out):
     """Rows of `OBSERVED` of all lines one after the other in ``out``: tension and length."""
     for i in range(p.lines.size):
@@ -212,7 +212,7 @@ def observe(modes, motion, bodies, p, out):
         row[LENGTH] = s.length
 
 
-@kernel
+@root
 def margins(modes, motion, bodies, p, out):
     """Margins of all springs into ``out`` (4 to a row of modes): of contact T, its opposite where
     it is cut; of the segment the distance to its nearer corner."""

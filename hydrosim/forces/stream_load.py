@@ -29,7 +29,7 @@ import numpy as np
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.mirroring import turned
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, vector
@@ -135,7 +135,7 @@ def _splines(load: StreamLoad) -> np.ndarray:
     return pieces
 
 
-@kernel
+@root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Every load into its row of ``wrench``, its power into ``rate``."""
     for e in p.each:

@@ -114,7 +114,7 @@ def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
     return condition.sign * (found - condition.value)
 
 
-@kernel
+@root
 def margins(t, y, modes, motion, bodies, elements, tanks, out):
     """Margins of all triggers into ``out``: how far they are from what they wait for, or, if they
     are there, from leaving it, and the time that it has to last."""
@@ -219,7 +219,7 @@ def is_on(j, modes, p):
     return modes[p.mode + j, MODE] == DURING
 
 
-@kernel
+@root
 def silence(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of elements that do not act."""
     for j in range(p.each.size):
@@ -228,7 +228,7 @@ def silence(modes, p, wrench, rate):
             rate[p.each[j].row] = 0.0
 
 
-@kernel
+@root
 def forget_stored(modes, p, stored):
     """Clear what is stored in elements that do not act and have no modes of their own."""
     for j in range(p.each.size):

@@ -30,7 +30,7 @@ Name = tuple[str, str, Any]
 
 class Disk(_Cache):
     """The files of one kernel; ``folder`` names that of all, ``calls`` says of compiled code which
-    wholes it calls by name: those are loaded first."""
+    wholes it calls: their doors are made first."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Disk(_Cache):
             return None
         needed, code = pickle.loads(content)
         for module, name, args in needed:
-            getattr(import_module(module), name).compile(args)
+            getattr(import_module(module), name).door(args)
         return CompileResult._rebuild(target_context, *code)
 
     def save_overload(self, sig: Any, data: Any) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -63,8 +64,14 @@ def summing(function: Callable[..., Any]) -> Any:
 
 
 def root(function: Callable[..., Any]) -> Any:
-    """A `kernel` that is large and called from several places: its machine code is in one place."""
+    """A `kernel` whose machine code is in one place, and is compiled when it is first called: one
+    that is large and called from several places, or that few scenes need. It returns nothing."""
     return _compiled(Whole, function)
+
+
+def root_giving(*types: type) -> Callable[[Callable[..., Any]], Any]:
+    """A `root` that returns numbers of these types: float, bool or int."""
+    return partial(_compiled, partial(Whole, returns=types))
 
 
 def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:

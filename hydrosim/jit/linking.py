@@ -1,36 +1,48 @@
-"""How kernels become machine code: every piece of them is compiled once.
+"""How kernels become machine code: what is called, when it is first called, once.
 
 numba optimises and translates a kernel together with all kernels below it, once more for each
 kernel above: for a tree of calls that is most of the time to compile. Here a kernel is one of two
-things to the kernels that call it. A `Part` is kept as numba wrote it, until one that is run takes
-it in; so it is optimised there, once. A `Whole` is machine code of its own, and others know no more
-of it than its name and its types.
+things to the kernels that call it.
 
-Names of machine code hold in one process. So what is cached on disk of a whole says also which
-others it calls by name, and those are loaded first.
+A `Part` is kept as numba wrote it, until a kernel that is run takes it in. So it is optimised
+there, once.
+
+A `Whole` (`@root`) is machine code of its own. Its callers know its name and its types, no more:
+they are compiled without it. They call it through a `_Door`: eight bytes that hold the address of
+its machine code, and nothing at first. Code that finds nothing there calls `_open`, which loads the
+whole from the disk or compiles it, and stores the address. So a scene without tanks never compiles
+a root of tanks, nobody has to say which scene needs which root, and none is called before it is
+there. If a root cannot be compiled, all kernels above it return at once with the status `CLOSED`,
+and the call from Python raises the error.
+
+Addresses hold in one process. So machine code on disk has names of doors, which are made again
+before it is loaded.
 """
 
 from __future__ import annotations
 
-import copy
+import ctypes
 import hashlib
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from llvmlite import binding
-from numba.core import compiler, event, typing
+from llvmlite import binding, ir
+from numba.core import cgutils, compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary, JitEngine
+from numba.core.funcdesc import ExternalFunctionDescriptor
 from numba.core.registry import CPUDispatcher
 
-from hydrosim.interrupts import undisturbed
+from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.jit.refs import hold
 
 if TYPE_CHECKING:
     from hydrosim.jit.disk import Disk, Name
 
     Keep = Callable[[Any, Callable[[Any], list[Name]]], Disk]
-    """Gives the files of a kernel; it is told how to ask which wholes code calls by name."""
+    """Gives the files of a kernel; it is told how to ask which wholes code calls."""
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
@@ -39,6 +51,9 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
+
+NUMBERS = {float: types.float64, bool: types.boolean, int: types.int64}
+CLOSED = -9  # none of numba's own
 
 # LLVM hands over machine code, and asks for it, in callbacks. An exception there is lost, and with
 # it the code; so the one that a signal raises comes after them.
@@ -91,13 +106,79 @@ class _WholeCompiler(compiler.Compiler):
         return super().compile_extra(func)
 
 
-_named: dict[str, Name] = {}
-"""Wholes by the names of their machine code."""
+_doors: dict[str, _Door] = {}
+"""By their names in machine code."""
+
+_doors_at: dict[int, _Door] = {}
+"""By their addresses."""
+
+
+class _Door:
+    """The place in memory where machine code finds a ``whole`` for arguments of types ``args``."""
+
+    def __init__(self, whole: Whole, args: tuple[Any, ...]) -> None:
+        function = whole.py_func
+        self.whole = whole
+        self.args = args
+        types_digest = hashlib.sha256(str(args).encode()).hexdigest()[:16]
+        self.name = f"{function.__module__}.{function.__qualname__}.{types_digest}"
+        self.code = ctypes.c_void_p(None)
+        address = ctypes.addressof(self.code)
+        binding.add_symbol(self.name, address)
+        _doors[self.name] = _doors_at[address] = self
+
+    def open(self) -> None:
+        """Let machine code through from now on."""
+        self.whole.compile(self.args)
+        result: Any = self.whole.overloads[self.args]
+        name = result.fndesc.llvm_func_name
+        self.code.value = result.library.get_pointer_to_function(name)
 
 
 def _called(library: Any) -> list[Name]:
-    """The wholes that code calls by name."""
-    return [_named[f.name] for f in library._final_module.functions if f.name in _named]
+    """The wholes that code has doors of."""
+    names = [variable.name for variable in library._final_module.global_variables]
+    doors = [_doors[name] for name in names if name in _doors]
+    return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
+
+
+class _Thread(threading.local):
+    """What this thread has met at doors: the ``error`` that kept one closed; ``seconds`` until all
+    others were open."""
+
+    error: BaseException | None = None
+    seconds: float = 0.0
+
+
+_thread = _Thread()
+
+
+def _open(address: int) -> None:
+    """Called by machine code that finds nothing behind the door at an address."""
+    begin = perf_counter()
+    door = _doors_at[address]
+    try:
+        door.open()
+    except BaseException as error:  # an interrupt, too: machine code knows no exceptions
+        door.code.value = None
+        _thread.error = error
+    _thread.seconds += perf_counter() - begin
+
+
+_OPEN = "hydrosim.open"
+_open_for_code = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(_open)
+binding.add_symbol(_OPEN, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
+
+
+class Torn(KeyboardInterrupt):
+    """An interrupt, or a signal, while a kernel was compiled that others waited for: they have left
+    their work half done, and what they write to is not to be used."""
+
+
+def running_time() -> float:
+    """Seconds on a clock that stands still while kernels of this thread wait for others to be
+    compiled or loaded."""
+    return perf_counter() - _thread.seconds
 
 
 class _Flags(compiler.Flags):
@@ -129,7 +210,10 @@ class _Kernel(CPUDispatcher):
         self._cache = keep(function, _called)
 
     def __call__(self, *args: Any) -> Any:
-        return super().__call__(*map(hold, args))
+        try:
+            return super().__call__(*map(hold, args))
+        except SystemError as error:  # as numba has it for a status that it does not know
+            raise _reason() or error from None
 
     def __reduce__(self) -> str:  # type: ignore[override]
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
@@ -174,26 +258,72 @@ class Summing(Part):
 
 
 class Whole(_Kernel):
-    """A kernel that is machine code of its own, for Python and for the kernels that call it."""
+    """A kernel that is machine code of its own, for Python and for the kernels that call it. It
+    returns numbers of the types ``returns``: callers are compiled before it."""
 
-    def __init__(self, function: Any, keep: Keep) -> None:
+    def __init__(self, function: Any, keep: Keep, returns: Sequence[type] = ()) -> None:
         super().__init__(function, keep)
-        self._names: dict[Any, str] = {}
+        found = [NUMBERS[each] for each in returns]
+        several = types.BaseTuple.from_types(found)
+        self._returns = several if len(found) > 1 else found[0] if found else types.none
+        self._doors: dict[Any, _Door] = {}
+        self._callable: dict[Any, Any] = {}
 
-    def add_overload(self, cres: Any) -> None:
-        super().add_overload(cres)
-        here = copy.copy(cres.fndesc)
-        args = tuple(cres.signature.args)
-        place = f"{here.modname}.{here.qualname}"
-        types = hashlib.sha256(str(cres.signature).encode()).hexdigest()[:16]
-        here.mangled_name = self._names[args] = f"{place}.{types}"
-        code = cres.library.get_pointer_to_function(cres.fndesc.llvm_func_name)
-        binding.add_symbol(here.mangled_name, code)
-        self.targetctx.insert_user_function(here.mangled_name, here)
-        _named[here.mangled_name] = (here.modname, here.qualname, args)
+    def compile(self, sig: Any) -> Any:
+        args, _ = sigutils.normalize_signature(sig)
+        return super().compile(typing.signature(self._returns, *args))
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        pysig, args = self.fold_argument_types(args, kws)
+        name = self.py_func.__name__
+        known = [typing.signature(self._returns, *args)]
+        return typing.make_concrete_template(name, name, known), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
-        return self._names[tuple(sig)]
+        args = tuple(sig)
+        if args not in self._callable:
+            self._callable[args] = self._entrance(self.door(args))
+        return self._callable[args]
+
+    def door(self, args: tuple[Any, ...]) -> _Door:
+        """The door of the whole for arguments of these types."""
+        if args not in self._doors:
+            self._doors[args] = _Door(self, args)
+        return self._doors[args]
+
+    def _entrance(self, door: _Door) -> Any:
+        """What callers take in as a part: a function that goes through the ``door``."""
+        context: Any = self.targetctx
+        word = ir.IntType(8).as_pointer()
+        called = ExternalFunctionDescriptor(f"{door.name}.entrance", self._returns, door.args)
+        code = _PartCode(context.codegen(), called.mangled_name)
+        module = code.create_ir_module(called.mangled_name)
+        function = context.declare_function(module, called)
+        function.attributes.add("alwaysinline")
+        place = ir.GlobalVariable(module, word, door.name)
+        opener = ir.Function(module, ir.FunctionType(ir.VoidType(), [word]), _OPEN)
+        builder = ir.IRBuilder(function.append_basic_block())
+        with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(place))):
+            builder.call(opener, [builder.bitcast(place, word)])
+            with builder.if_then(cgutils.is_null(builder, builder.load(place))):
+                builder.ret(ir.Constant(function.function_type.return_type, CLOSED))
+        whole = builder.bitcast(builder.load(place), function.function_type.as_pointer())
+        builder.ret(builder.call(whole, function.args))
+        code.add_ir_module(module)
+        code.finalize()
+        context.insert_user_function(called, called, [code])
+        return called
+
+
+def _reason() -> BaseException | None:
+    """Why a door has stayed closed to the kernel that this thread has just called."""
+    error = _thread.error
+    _thread.error = None
+    if isinstance(error, KeyboardInterrupt):
+        return Torn(*error.args)
+    if error is None:
+        raise_if_interrupted()  # by a signal so early that the exception was lost
+    return error
 
 
 class _First(event.Listener):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import assign, kernel
+from hydrosim.jit.kernels import assign, kernel, root
 
 EVEN = 1e-9  # of an interval: times this near to a point of the grid are at it
 TWICE, ONCE, BEFORE, AFTER = range(4)
@@ -72,7 +72,7 @@ def velocity_history(
     )
 
 
-@kernel
+@root
 def push(history, t, v, a):
     """Append the accepted node (t, v, a). At the time of the newest it takes its place, as the
     other side of a jump."""

@@ -10,10 +10,12 @@ stays at its smallest value (a contact that opens), unless
   has too few cycles to show its moments. Slow drift is quadratic in the waves, its tail nearly
   exponential (Naess 1986, Applied Ocean Research 8).
 
-Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers: of a slow
-one as it is, of others over windows of that power of it which makes the tail exponential, as its
-upcrossings of levels say. Of a magnitude, which comes down to zero and is never below, that is
-taken of the square.
+Then extremes are Gumbel's over windows of the record, the fewer the longer it remembers: over
+windows of that power of it which makes the tail exponential, as its upcrossings of levels say, the
+upper ones where they differ. Levels of a slow record do not reach its tail: it is as it is where it
+leans to its larger values, as slow drift does; else the power is between one and what levels say
+(what contacts move slowly has nearly Gaussian tails). Of a magnitude, which comes down to zero and
+is never below, that is taken of the square.
 
 A law is believed only if, fitted to one half of the record, it lets the largest value of the other
 half happen, both ways. There is none of a slow part that goes to and fro between bounds, or where
@@ -22,7 +24,7 @@ mean or variance change (`hydrosim.statistics.stationarity`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -31,8 +33,8 @@ import numpy as np
 from hydrosim.statistics.gaussian import Gaussian, fit_gaussian
 from hydrosim.statistics.gumbel import ENDS, SLIDE, Gumbel, fit_record, sliding
 from hydrosim.statistics.impacts import Hits, Impacts, find_impacts, fit_impacts
-from hydrosim.statistics.peaks import Tail, fit_tail
-from hydrosim.statistics.series import below, flatness, memories, slow_part, upcrossings
+from hydrosim.statistics.peaks import Tail, fit_tail, fit_upper_tail
+from hydrosim.statistics.series import below, memories, moments, slow_part, upcrossings
 from hydrosim.statistics.stationarity import begins_larger, changes
 
 MEMORIES = 4  # in a window, at least
@@ -46,6 +48,8 @@ PERIODIC = 0.05  # of the mean period: the same of periods
 UNLIKELY = 1e-4  # times that a largest value is exceeded on average: less, and it is of no law
 FEWEST = 20  # waves
 SHAPES = (0.5, 4.0)  # of a tail: lighter ones are nearly cut off
+GAUSSIAN = 2.0  # shape of a tail: often crossed levels of slow drift have less
+LIGHTEST = (2.0, 4.0)  # shape that the tail may have of a slow record that is no slow drift
 OFF = 1.3  # times the shape over the root of the number of waves: the scatter of shapes
 NORMAL = 1.645  # 5 % of a normal distribution are beyond
 NEAR = 0.02  # of the range: a magnitude comes so near to zero
@@ -101,18 +105,24 @@ class Extremes(NamedTuple):
 
 
 class _Record(NamedTuple):
-    """What is the same of the largest and the smallest value: how many ``memories`` a record is
-    long, and whether it is ``slow``; an exposure of ``ratio`` times its length; the probabilities
-    of the ``ends`` of the prediction interval."""
+    """What is known of a record: how many ``memories`` it is long, whether it is ``slow``, and the
+    skewness of its slow part; an exposure of ``ratio`` times its length; the probabilities of the
+    ``ends`` of the prediction interval."""
 
     memories: float
     slow: bool
+    skewness: float
     ratio: float
     ends: tuple[float, float] = ENDS
 
     def half(self) -> _Record:
         """Half of the record, whose law is to predict the largest value of the other half."""
-        return _Record(0.5 * self.memories, self.slow, 1.0, (RARELY, 1.0 - RARELY))
+        ends = (RARELY, 1.0 - RARELY)
+        return self._replace(memories=0.5 * self.memories, ratio=1.0, ends=ends)
+
+    def reversed(self) -> _Record:
+        """Of the record times -1."""
+        return self._replace(skewness=-self.skewness)
 
 
 def extremes(
@@ -134,11 +144,12 @@ def extremes(
         return none(Basis.TRANSIENT), none(Basis.TRANSIENT)
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = below(z, step, slowest)
-    record = _Record(long, share > SLOW and few < FEW, ratio)
-    bounded = record.slow and flatness(slow_part(z, step, slowest)) < BOUNDED
-    if bounded and not _regular(z):
+    slow = share > SLOW and few < FEW
+    third, fourth = moments(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
+    record = _Record(long, slow, third, ratio)
+    if fourth < BOUNDED and not _regular(z):
         return none(Basis.BOUNDED), none(Basis.BOUNDED)
-    least = _of_largest(-z, record).scaled(-1.0).scaled(size, middle)
+    least = _of_largest(-z, record.reversed()).scaled(-1.0).scaled(size, middle)
     if _is_magnitude(x):
         return least, _of_squares(x, record)
     return least, _of_largest(z, record).scaled(size, middle)
@@ -238,9 +249,8 @@ def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
     """By Gumbel's law of so many windows: of x itself if it is slow, else of (x - origin)^shape,
     whose tail is exponential."""
     if record.slow:
-        found = _of_power(x - x.mean(), 1.0, count, record)
-        return none(Basis.ALONE) if found is None else _of(x.mean() + found, Basis.GUMBEL)
-    tail = _tail(x)
+        return _by_slow_part(x, count, record)
+    tail = _tail(x, fit_upper_tail)
     if tail.shape > SHAPES[1]:
         return none(Basis.CLIPPED)
     if np.isnan(tail.shape):
@@ -250,19 +260,54 @@ def _by_windows(x: np.ndarray, count: int, record: _Record) -> Extremes:
     return _by_tail(x, tail, count, record)
 
 
+def _by_slow_part(x: np.ndarray, count: int, record: _Record) -> Extremes:
+    """By Gumbel's law of windows of a slow record: of x itself where it leans to its larger values,
+    as what is quadratic in the waves does. Of what leans the other way, and of what is clipped,
+    where that says nothing, the tail may have any shape from exponential to that of the levels
+    that are often crossed. Where leaning and levels do not agree, intervals span both."""
+    exponential = _by_shape(x, float(x.mean()), 1.0, 0.0, count, record)
+    tail = _tail(x, fit_tail)
+    leans = record.skewness > 0.0 and not _stays(x, x.min())
+    if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN):
+        return exponential
+    lightest = float(np.clip(tail.shape, *LIGHTEST))
+    error = (lightest - 1.0) / np.sqrt(12.0)  # of an even distribution
+    between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
+    return _spanning(between, exponential) if leans else between
+
+
+def _spanning(first: Extremes, second: Extremes) -> Extremes:
+    """Intervals that span those of both, about the middle of both."""
+    if Basis.ALONE in (first.basis, second.basis):
+        return none(Basis.ALONE)
+    values = np.array([first[:-1], second[:-1]])
+    mpm = values[:, 0].mean()
+    lower, least = values[:, [1, 3]].min(axis=0)
+    upper, most = values[:, [2, 4]].max(axis=0)
+    return _of([mpm, lower, upper, least, most], Basis.GUMBEL)
+
+
 def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _Record) -> Extremes:
-    """By Gumbel's law of windows of (x - origin)^shape. The error of the shape widens intervals."""
-    z = x - tail.origin
+    """By Gumbel's law of windows of (x - origin)^shape."""
     shape = max(tail.shape, SHAPES[0])
+    return _by_shape(x, tail.origin, shape, shape * OFF / np.sqrt(tail.crossings), count, record)
+
+
+def _by_shape(
+    x: np.ndarray, origin: float, shape: float, error: float, count: int, record: _Record
+) -> Extremes:
+    """By Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a standard
+    deviation, widens intervals."""
+    z = x - origin
     found = _of_power(z, shape, count, record)
     if found is None:
         return none(Basis.ALONE)
-    other = _of_power(z, shape * (1.0 + OFF / np.sqrt(tail.waves)), count, record)
+    other = _of_power(z, shape + error, count, record) if error > 0.0 else None
     if other is not None:
         off = NORMAL * (other[0] - found[0])
         apart = found - found[0]
         found = found[0] + np.sign(apart) * np.hypot(apart, off)
-    return _of(tail.origin + found, Basis.GUMBEL)
+    return _of(origin + found, Basis.GUMBEL)
 
 
 def _by_impacts(hits: Hits, record: _Record) -> Extremes:
@@ -281,13 +326,13 @@ def _of_power(z: np.ndarray, shape: float, count: int, record: _Record) -> np.nd
     return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / shape))
 
 
-def _tail(x: np.ndarray) -> Tail:
+def _tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
     """The upper tail of a record x (nt,): about its mean, or, if it is nearly cut off as seen from
     there, about the middle of what is above: friction in slip is as large one way as the other, and
     seldom near its mean."""
-    tail = fit_tail(x, float(x.mean()))
+    tail = fit(x, float(x.mean()))
     if tail.shape > SHAPES[1]:
-        return fit_tail(x, float(np.median(x[x > x.mean()])))
+        return fit(x, float(np.median(x[x > x.mean()])))
     return tail
 
 

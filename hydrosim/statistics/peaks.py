@@ -17,6 +17,7 @@ from hydrosim.statistics.series import upcrossings
 FEWEST = 3  # peaks
 LEVELS, MANY = 40, 20  # above the mean; crossings
 NEAR = 0.3  # of the logarithm of a rate: lower levels are in the midst of small waves
+CURVED = 4.0  # over the root of crossings: shapes of lower and upper levels scatter by less
 ROUNDS, CLOSE = 50, 1e-12  # of Newton's method
 
 
@@ -29,12 +30,14 @@ class Weibull(NamedTuple):
 
 class Tail(NamedTuple):
     """A record rises above a level ``waves`` exp(-((level - origin) / scale)^shape) times. The
-    shape is 2 of a Gaussian process about its mean, however broad its band."""
+    shape is 2 of a Gaussian process about its mean, however broad its band; it is by so many
+    ``crossings``."""
 
     origin: float
     shape: float
     scale: float
     waves: int
+    crossings: int
 
     def exceedances(self, level: float) -> float:
         """How often the record is expected to rise above a level."""
@@ -48,19 +51,63 @@ def peaks(x: np.ndarray) -> np.ndarray:
     return np.maximum.reduceat(z, first)[:-1] if first.size > 1 else np.zeros(0)
 
 
+class _Falls(NamedTuple):
+    """How far the logarithm of upcrossings has ``fallen`` at some levels, which are crossed so many
+    times."""
+
+    levels: np.ndarray
+    fallen: np.ndarray
+    counts: np.ndarray
+
+    def halves(self) -> tuple[_Falls, _Falls]:
+        """The lower and the upper levels."""
+        parts = [np.array_split(each, 2) for each in self]
+        lower, upper = zip(*parts, strict=True)
+        return _Falls(*lower), _Falls(*upper)
+
+    def fits(self) -> bool:
+        """True if there are enough levels for a shape."""
+        return self.levels.size >= FEWEST and float(np.ptp(self.fallen)) > 0.0
+
+    def fit(self) -> tuple[float, float]:
+        """Shape and scale of the tail."""
+        weight = self.fallen * np.sqrt(self.counts)
+        shape, offset = np.polyfit(np.log(self.levels), np.log(self.fallen), 1, w=weight)
+        return float(shape), float(np.exp(-offset / shape))
+
+
 def fit_tail(x: np.ndarray, origin: float) -> Tail:
     """The tail of a record x (nt,) above an origin, by its upcrossings of those levels that it
     crosses often; of not a number where these are too few."""
+    falls, waves = _falls(x, origin)
+    shape, scale = falls.fit() if falls.fits() else (np.nan, np.nan)
+    return Tail(origin, shape, scale, waves, waves)
+
+
+def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
+    """`fit_tail`, but by the upper half of the levels where these fall faster than the lower ones,
+    again and again."""
+    falls, waves = _falls(x, origin)
+    tail = fit_tail(x, origin)
+    while True:
+        lower, falls = falls.halves()
+        if not (lower.fits() and falls.fits()):
+            return tail
+        shape, scale = falls.fit()
+        crossings = int(falls.counts[0])
+        if shape - lower.fit()[0] < CURVED * shape / np.sqrt(crossings):
+            return tail
+        tail = Tail(origin, shape, scale, waves, crossings)
+
+
+def _falls(x: np.ndarray, origin: float) -> tuple[_Falls, int]:
+    """Of the levels above an origin that are crossed often, and how often the origin is."""
     z = x - origin
     levels = z.max() * np.arange(1, LEVELS) / LEVELS
     counts = np.array([np.count_nonzero((z[:-1] < u) & (z[1:] >= u)) for u in (0.0, *levels)])
-    fall = np.log(counts[0] / np.maximum(counts[1:], 1))
-    used = (counts[1:] >= MANY) & (fall > NEAR)
-    if np.count_nonzero(used) < FEWEST:
-        return Tail(origin, np.nan, np.nan, int(counts[0]))
-    weight = (fall * np.sqrt(counts[1:]))[used]
-    shape, offset = np.polyfit(np.log(levels[used]), np.log(fall[used]), 1, w=weight)
-    return Tail(origin, float(shape), float(np.exp(-offset / shape)), int(counts[0]))
+    fallen = np.log(counts[0] / np.maximum(counts[1:], 1))
+    used = (counts[1:] >= MANY) & (fallen > NEAR)
+    return _Falls(levels[used], fallen[used], counts[1:][used]), int(counts[0])
 
 
 def fit_weibull(heights: np.ndarray) -> Weibull:

@@ -68,10 +68,11 @@ def slow_part(x: np.ndarray, step: float, frequency: float) -> np.ndarray:
     return np.fft.irfft(coefficients, x.size)
 
 
-def flatness(x: np.ndarray) -> float:
-    """The kurtosis of x (nt,), 3 of a normal distribution."""
-    square = (x - x.mean()) ** 2
-    return float(np.mean(square**2) / np.mean(square) ** 2)
+def moments(x: np.ndarray) -> tuple[float, float]:
+    """The skewness and the kurtosis of x (nt,): 0 and 3 of a normal distribution."""
+    z = x - x.mean()
+    size = np.sqrt(np.mean(z**2))
+    return float(np.mean(z**3) / size**3), float(np.mean(z**4) / size**4)
 
 
 def lowest_frequency(x: np.ndarray, step: float, share: float = 0.01) -> float:

@@ -14,7 +14,7 @@ from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
 from hydrosim.integrate import between, hermite, phi, scaled
 from hydrosim.integrate.implicit import STALE
-from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root
+from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import kick, still
@@ -50,7 +50,7 @@ DIPS = 10  # times that a step is shortened in search of a mode that ends inside
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
-@root
+@root_giving(float, bool)
 def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
@@ -58,9 +58,11 @@ def cut(t, stop, located, run):
     end = scratch.states[END]
     after = scratch.margins[AFTER]
     every = scratch.watched[EVERY]
+    if after.size == 0:
+        return stop, False
     _measure(stop, end, run, every, after)
     left = any_negative(after)
-    if after.size == 0 or not located:
+    if not located:
         return stop, left
     for _ in range(DIPS):  # what is below zero on the cubic need not be so in the method's step
         if left:
@@ -69,6 +71,8 @@ def cut(t, stop, located, run):
             assign(scratch.margins[NOW], after)
         part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
+            if left:
+                _look_midway(t, stop - t, run)
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, run)
@@ -76,6 +80,7 @@ def cut(t, stop, located, run):
         left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, run)
+        assign(scratch.margins[LATE], scratch.margins[BEFORE])
     scratch.known[END_SLOPE] = 0
     return stop, left
 
@@ -128,7 +133,7 @@ def _find_before(t, run):
     known[START_MARGINS] = KNOWN
 
 
-@root
+@root_giving(float)
 def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
@@ -178,7 +183,7 @@ def _land(t, h, run):
             on_cubic = _phi_on_cubic(x, t, h, run)
 
 
-@root
+@root_giving(float, float)
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
     zero if phi is never positive (a mode that ends as soon as it begins)."""
@@ -260,7 +265,7 @@ def _interpolate(x, h, i, j, run):
     hermite(x, h, y[i:j], k[i:j], full[i:j], end[i:j], out[i:j])
 
 
-@root
+@root_giving(float)
 def _dip(t, h, run):
     """Where in a step, as a part of it, a margin that falls at first and rises at last is below
     zero on the cubic through both ends; 1 where none is.
@@ -305,7 +310,7 @@ def _may_dip(margin):
     return False
 
 
-@root
+@root_giving(float)
 def _deepest(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
@@ -334,7 +339,7 @@ def _deepest(i, floor, t, h, run):
     return 1.0
 
 
-@root
+@root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
     one = run.scratch.watched[SOME]
     out = run.scratch.margins[TRIAL]
@@ -350,11 +355,10 @@ def note_headings(t, run):
     headings = run.scratch.headings
     state = run.state
     model = run.model
-    if headings.size > 0:
-        _place(state.y, run)
-        motion = run.work.motion
-        bodies = model.bodies
-        events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
+    _place(state.y, run)
+    motion = run.work.motion
+    bodies = model.bodies
+    events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
 @root
@@ -363,23 +367,76 @@ def switch_modes(t, run):
     location all whose margin is negative. One switch per row of modes."""
     state = run.state
     scratch = run.scratch
-    located = run.clock.events
     before = scratch.margins[BEFORE]
     after = scratch.margins[AFTER]
-    now = scratch.margins[NOW]
-    near = max(phi(now, before, after), 0.0) + SWITCHED
+    first = phi(scratch.margins[NOW], before, after)
     _place(state.y, run)
     _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
-            if after[m] >= 0.0 or (located and scaled(m, now, before, after) > near):
-                continue
-            _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
-            break
+            if _has_ended(m, first, run):
+                _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
     make_consistent(t, run)
+
+
+@kernel
+def _has_ended(m, first, run):
+    """Whether the mode of margin ``m`` ends here, where the ``first`` event is.
+
+    A margin that was zero at the start of the step too, and has not fallen since, is that of a mode
+    that has just begun. It does not end with another: modes of two rows that have begun in turn
+    would end each other for ever. If it does end here, it is the first in the next step.
+    """
+    margins = run.scratch.margins
+    if not _is_near(m, first, run):
+        return False
+    if not run.clock.events or not _was_zero(m, run):
+        return True
+    if scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= first:
+        return True
+    return margins[NOW, m] < max(margins[BEFORE, m], margins[LATE, m])
+
+
+@kernel
+def _is_near(m, first, run):
+    """Whether margin ``m`` is negative at the end of the uncut step, and zero now; without location
+    the first is enough."""
+    margins = run.scratch.margins
+    if margins[AFTER, m] >= 0.0:
+        return False
+    if not run.clock.events:
+        return True
+    near = max(first, 0.0) + SWITCHED
+    return scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= near
+
+
+@kernel
+def _was_zero(m, run):
+    """Whether margin ``m`` was zero at the start of the step."""
+    margins = run.scratch.margins
+    return abs(scaled(m, margins[BEFORE], margins[BEFORE], margins[AFTER])) <= SWITCHED
+
+
+@kernel
+def _look_midway(t, h, run):
+    """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`: on its
+    cubic if it matters, else those at its start."""
+    scratch = run.scratch
+    margins = scratch.margins
+    assign(margins[LATE], margins[BEFORE])
+    first = phi(margins[NOW], margins[BEFORE], margins[AFTER])
+    count = 0
+    begun = False
+    for m in range(margins.shape[1]):
+        if _is_near(m, first, run):
+            count += 1
+            begun = begun or _was_zero(m, run)
+    if begun and count > 1 and h > 0.0:
+        _on_cubic(0.5, t, h, run, scratch.watched[EVERY], margins[LATE])
 
 
 @kernel
@@ -405,7 +462,9 @@ def _switch(i, which, size, t, run):
     state = run.state
     model = run.model
     step = run.clock.step if run.clock.events else 0.0
-    _book_stored(i, 1.0, t, run)
+    triggered = events.is_trigger(i, model.elements)
+    if triggered:
+        _book_stored(i, 1.0, t, run)
     y = state.y
     modes = state.modes
     motion = run.work.motion
@@ -414,27 +473,33 @@ def _switch(i, which, size, t, run):
     tanks = model.tanks
     reactions = run.work.holds.reaction
     events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
-    _book_stored(i, -1.0, t, run)
+    if triggered:
+        _book_stored(i, -1.0, t, run)
 
 
-@kernel
+@root
 def _book_stored(i, sign, t, run):
     """Before and after a trigger: what is stored in its element then is lost, or comes from
     outside."""
     state = run.state
     model = run.model
     stored = run.work.rate
-    if events.is_trigger(i, model.elements):
-        clear(stored)
-        motion = run.work.motion
-        elements = model.elements
-        add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
-        events.book(i, sign, state.y, stored, elements)
+    clear(stored)
+    motion = run.work.motion
+    elements = model.elements
+    add_element_energies(t, state.y, state.modes, motion, model.bodies, elements, stored)
+    events.book(i, sign, state.y, stored, elements)
+
+
+@kernel
+def make_consistent(t, run):
+    """Bring what is held to rest, and let break loose what cannot be held."""
+    if run.work.constraints.force.size > 0:
+        _make_consistent(t, run)
 
 
 @root
-def make_consistent(t, run):
-    """Bring what is held to rest, and let break loose what cannot be held."""
+def _make_consistent(t, run):
     state = run.state
     model = run.model
     work = run.work

@@ -224,7 +224,7 @@ def rhs(t, y, modes, history, model, work, dy):
         add_turning(model.headings, A, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
     if work.constraints.force.size > 0 or not steady:
-        accelerate(modes, model, A, work, acceleration)
+        accelerate(modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
         accelerate_along(model, work, acceleration)
     else:
@@ -263,12 +263,13 @@ def accelerate_along(model, work, x):
     translations_to_earth(headings, work.motion, x)
 
 
-@kernel
-def accelerate(modes, model, A, work, x):
-    """Accelerations ``x`` (n,) where something may be held, or the added mass ``A`` changes; the
+@root
+def accelerate(modes, model, work, x):
+    """Accelerations ``x`` (n,) where something may be held, or the added mass changes; the
     reactions of elements go into ``work.holds`` and their rows of ``work.wrench``."""
     motion = work.motion
     constraints = work.constraints
+    A = work.blend.added_mass if model.family.body.size > 0 else model.added_mass
     find_mass(model, A, work)
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
@@ -421,7 +422,8 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
     if model.convolution.row.size > 0:
         radiation_memory(t, u, history, model.convolution, radiated)
     radiation_damping(u, model.damping, radiated)
-    wave_loads(t, model.waves, first, second)
+    if model.waves.ramp.size + model.waves.line_ramp.size > 0:
+        wave_loads(t, model.waves, first, second)
     if model.following.body.size > 0:
         follow(t, y[model.slow :], model.following, work, first, second, dy[model.slow :])
 

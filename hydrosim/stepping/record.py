@@ -81,5 +81,7 @@ def keep(t, run):
     events.observe(t, y, modes, motion, model.bodies, elements, reactions, work.wrench, observed)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
-    row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
+    row[at.elevation] = 0.0
+    if model.waves.ramp.size + model.waves.line_ramp.size > 0:
+        row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
     counters[RECORDS] += 1

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.forces import events
 from hydrosim.integrate import error_norm, step_factor
-from hydrosim.jit.kernels import assign, kernel, root, summing
+from hydrosim.jit.kernels import assign, kernel, root, root_giving, summing
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import accelerations, place_bodies
@@ -61,7 +61,7 @@ PIECES = 200  # events in one step, per contact point or spring, after which it 
 CRAWL = 200_000  # steps in the time of one, after which none is small enough
 
 
-@root
+@root_giving(float)
 def advance(evaluations, run):
     """Go on until so many times more the right hand side has been evaluated or margins were looked
     at, and the step is taken; ends early with the run, or where ``counters[STATUS]`` says why.
@@ -75,7 +75,8 @@ def advance(evaluations, run):
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
         pace[REACHED] = pace[SINCE] = t
-        _take_up_block(t, run)
+        if clock.block > 0:
+            _take_up_block(t, run)
         make_consistent(t, run)
         remember(t, run)
         keep(t, run)
@@ -117,11 +118,10 @@ def _take_up_block(t, run):
     """Keep the paths that a run starts with if the next ones are taken before these end."""
     clock = run.clock
     p = run.model.following
-    if clock.block > 0:
-        missing = clock.block - clock.first % clock.block
-        begun = run.state.y[run.model.slow + BEGIN]
-        if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
-            _next_block(t, run)
+    missing = clock.block - clock.first % clock.block
+    begun = run.state.y[run.model.slow + BEGIN]
+    if t + missing * clock.step > begun + p.block * (1.0 + 1e-9):
+        _next_block(t, run)
 
 
 @kernel
@@ -149,7 +149,8 @@ def _cross(goal, enough, run):
         t = reached
         counters[STEPS] += 1
         assign(state.y, scratch.states[END])
-        _note(t, run)
+        if events.remembers(run.model.elements):
+            _note(t, run)
         _renew(left, run)
         if left:
             counters[EVENTS] += 1
@@ -169,10 +170,9 @@ def _note(t, run):
     y = run.state.y
     model = run.model
     motion = run.work.motion
-    if events.remembers(model.elements):
-        n = model.bodies.active.size
-        place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-        events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    events.note(t, y, run.state.modes, motion, model.bodies, model.elements)
 
 
 @kernel
@@ -191,13 +191,14 @@ def _watch(t, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@root
+@root_giving(bool, float, bool)
 def _try(t, stop, run):
     """Take a step from ``t`` to ``stop``: whether it counts, its end at its first event, if it has
     one, and whether a mode has ended there."""
     clock = run.clock
     counters = run.counters
-    note_headings(t, run)
+    if run.scratch.headings.size > 0:
+        note_headings(t, run)
     step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
     if located and run.model.liquids.each.size > 0 and counters[STATUS] == RUNNING:
@@ -213,7 +214,7 @@ def _try(t, stop, run):
     return accepted, stop, left
 
 
-@root
+@root_giving(float)
 def _cut_at_corner(t, stop, run):
     """Cut the step where the surface in a tank passes a corner, since moments have few derivatives
     there. The place is linear between the ends of the step: what it is off by is of its second
@@ -260,7 +261,7 @@ def _pace(t, h, run):
     return h
 
 
-@kernel
+@root_giving(bool)
 def _accepted(t, h, run):
     """Judge a step by its error and set the pace of the next; a run whose steps shrink to nothing
     is stopped. Stages that have no solution are an error without bound."""
@@ -296,15 +297,19 @@ def _shorten(t, h, run):
         counters[STATUS] = STEP_TOO_SMALL
 
 
-@root
+@kernel
 def remember(t, run):
-    """Add velocities and accelerations at ``t``, in heading axes, to the history, if a convolution
-    needs them; the slope found for that begins the next step."""
+    """Add velocities and accelerations at ``t`` to the history, if a convolution needs them."""
+    if run.state.history.grid.shape[1] > 0:
+        _remember(t, run)
+
+
+@root
+def _remember(t, run):
+    """The same, in heading axes; the slope found for that begins the next step."""
     history = run.state.history
     bodies = run.model.bodies
     work = run.work
-    if history.grid.shape[1] == 0:
-        return
     rates = run.scratch.k[0]
     n = bodies.active.size
     slope(t, run.state.y, run, rates)
@@ -319,9 +324,17 @@ def remember(t, run):
 
 @kernel
 def _breakpoint_after(t, goal, clock):
-    k = np.searchsorted(clock.breakpoints, t, side="right")
-    if k < clock.breakpoints.size and clock.breakpoints[k] < goal:
-        return clock.breakpoints[k]
+    """The first breakpoint after ``t``, if it is before the ``goal``, else that."""
+    first = 0
+    behind = clock.breakpoints.size
+    while first < behind:
+        middle = (first + behind) // 2
+        if clock.breakpoints[middle] > t:
+            behind = middle
+        else:
+            first = middle + 1
+    if first < clock.breakpoints.size and clock.breakpoints[first] < goal:
+        return clock.breakpoints[first]
     return goal
 
 

@@ -54,7 +54,7 @@ def slope(t, y, run, dy):
     run.counters[EVALUATIONS] += 1
 
 
-@kernel
+@root
 def _solve_stage(i, t, weight, run):
     """Find k[i] = f(t, stage + weight k[i]); a second time with a new Jacobian if it must be."""
     newton, state = run.scratch.newton, run.state

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, SEGMENT
 from hydrosim.tanks.pieces import SHALLOW
 
@@ -41,7 +41,7 @@ def rate_of(i, modes, p):
     return p.rates[mode[SEGMENT]].rate if mode[MODE] == RUNNING else 0.0
 
 
-@kernel
+@root_giving(float)
 def share_of_step(step, y, modes, p):
     """How much of a ``step`` may be taken while a tank whose surface is level runs empty or full.
 
@@ -104,7 +104,7 @@ def _running(t, y, mode, flow, p, m, out):
         out[m + LEVEL_MARGIN] = -flow.stop_sign * over
 
 
-@kernel
+@root
 def switch(i, which, t, modes, p):
     """Put flow ``i`` into the mode that follows when margin ``which`` has reached zero."""
     mode = modes[p.mode + i]

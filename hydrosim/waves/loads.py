@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import kernel, root_giving
 
 POINTS = 6
 """Rows of a table that an interpolation reads."""
@@ -46,7 +46,7 @@ class WaveLoads(NamedTuple):
     second_dof: np.ndarray
 
 
-@kernel
+@root_giving(float)
 def wave_loads(t, p, first, second):
     """Elevation at the earth's origin [m] at time t; adds the loads to first and second (n,).
 

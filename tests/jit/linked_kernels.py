@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.kernels import kernel, root, root_giving
 
 
 class Scale(NamedTuple):
@@ -19,7 +19,7 @@ def scaled(x, scale):
     return scale.factor * x + scale.offset[0]
 
 
-@root
+@root_giving(float)
 def summed(values, scale):
     total = 0.0
     for i in range(values.size):
@@ -27,6 +27,26 @@ def summed(values, scale):
     return total
 
 
-@root
+@root_giving(float)
 def twice_summed(values, scale):
     return summed(values, scale) + summed(values[1:], scale)
+
+
+@root
+def fill(values, scale):
+    for i in range(values.size):
+        values[i] = scale.offset[0]
+
+
+@root
+def misspelt(values):
+    values.fil(0.0)
+
+
+@root_giving(float)
+def filled(values, scale, correctly):
+    if not correctly:
+        misspelt(values)
+    if scale.factor > 0.0:
+        fill(values, scale)
+    return values.sum()

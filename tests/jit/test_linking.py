@@ -8,14 +8,17 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from time import perf_counter, sleep
 from typing import Any
 
 import linked_kernels
 import numpy as np
 import pytest
 from numba.core.codegen import JITCodeLibrary
+from numba.core.errors import NumbaError
 
 from hydrosim.jit import kernels
+from hydrosim.jit.linking import Torn, running_time
 from hydrosim.program import digest_of_sources
 
 pytestmark = pytest.mark.kernels
@@ -32,9 +35,16 @@ LISTING = """
 import test_linking as here, linked_kernels
 linked_kernels.twice_summed(here.VALUES, here.SCALE)
 (result,) = linked_kernels.twice_summed.overloads.values()
-functions = list(result.library._final_module.functions)
-print(*(f.name for f in functions if not f.is_declaration), end=" | ")
-print(*(f.name for f in functions if f.is_declaration))
+module = result.library._final_module
+print(*(f.name for f in module.functions if not f.is_declaration), end=" | ")
+print(*(one.name for one in (*module.functions, *module.global_variables) if one.is_declaration))
+"""
+CHOOSING = """
+import numpy as np, linked_kernels
+from linked_kernels import fill, filled, misspelt
+for factor in (-1.0, 1.0):
+    scale = linked_kernels.Scale(factor, np.array([1.0]))
+    print(filled(np.zeros(3), scale, True), *(len(one.overloads) for one in (fill, misspelt)))
 """
 
 
@@ -44,7 +54,7 @@ def test_parts_and_wholes_compute_what_their_sources_say() -> None:
     assert linked_kernels.twice_summed(VALUES, SCALE) == EXPECTED
 
 
-def test_a_whole_is_called_by_name_and_a_part_is_inside(tmp_path: Path) -> None:
+def test_a_whole_is_behind_a_door_and_a_part_is_inside(tmp_path: Path) -> None:
     (line,) = run(tmp_path, LISTING)
     defined, declared = (words.split() for words in line.split("|"))
     assert [name for name in declared if "linked_kernels.summed" in name]
@@ -59,6 +69,60 @@ def test_cached_code_finds_the_wholes_that_it_calls(tmp_path: Path) -> None:
     # Python calls the same `summed` that the kernel calls
     assert compiled[1:] == ["0 1", "0 1"]
     assert loaded[1:] == ["1 0", "1 0"]
+
+
+def test_a_whole_is_compiled_or_loaded_when_it_is_first_called(tmp_path: Path) -> None:
+    """Also where its caller comes from the cache, and for the first time needs it."""
+    assert run(tmp_path, CHOOSING) == run(tmp_path, CHOOSING) == ["0.0 0 0", "3.0 1 0"]
+    assert [path for path in tmp_path.rglob("*.nbc") if ".fill-" in path.name]
+    assert not [path for path in tmp_path.rglob("*.nbc") if "misspelt" in path.name]
+
+
+def test_a_whole_that_cannot_be_compiled_ends_the_call_with_its_error() -> None:
+    for _ in range(2):
+        with pytest.raises(NumbaError, match="fil"):
+            linked_kernels.filled(np.zeros(3), SCALE, False)
+    assert linked_kernels.filled(np.zeros(3), SCALE, True) == 3.0
+
+
+def test_a_whole_gives_what_it_says() -> None:
+    for wrong in (kernels.root(doubled), kernels.root_giving(float, float)(doubled)):
+        with pytest.raises(NumbaError):
+            wrong(3.0)
+
+
+def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    values = np.zeros((2, 3))[:, 1:]  # arguments of types that are not compiled yet
+
+    def interrupted(args: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(linked_kernels.fill, "compile", interrupted)
+        for _ in range(2):
+            with pytest.raises(Torn):
+                linked_kernels.filled(values[:, 0], SCALE, True)
+    assert linked_kernels.filled(values[:, 0], SCALE, True) == 2.0
+
+
+def test_the_clock_of_runs_stands_still_while_others_wait_for_a_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The whole cannot be compiled at all, which takes a second."""
+    values = np.zeros((2, 2, 3))[::-1, 0, 0]
+    linked_kernels.filled(values, SCALE._replace(factor=-1.0), True)
+
+    def slow(args: Any) -> None:
+        sleep(1.0)
+        raise ValueError("no")
+
+    monkeypatch.setattr(linked_kernels.misspelt, "compile", slow)
+    begin, own = perf_counter(), running_time()
+    with pytest.raises(ValueError, match="no"):
+        linked_kernels.filled(values, SCALE, False)
+    assert perf_counter() - begin > 1.0 > 2.0 * (running_time() - own)
 
 
 def test_a_caller_whose_callee_is_gone_from_the_cache_has_it_compiled_again(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from hydrosim.statistics.crossings import Crossings, crossings
 from hydrosim.statistics.extremes import LAWS, OFF, Basis, extremes
 from hydrosim.statistics.gaussian import fit_gaussian
 from hydrosim.statistics.gumbel import exceeding, fit_maxima
-from hydrosim.statistics.peaks import fit_tail
+from hydrosim.statistics.peaks import fit_upper_tail
 from hydrosim.statistics.series import memories, upcrossings
 from hydrosim.statistics.stationarity import changes
 
@@ -94,7 +94,7 @@ def test_shape_of_a_tail(name: str, shape: float) -> None:
     holds from the mean on. Ten records; one is 3 % off, by counts of fifty crossings and more."""
     kind, random = KINDS[name], np.random.default_rng(4)
     drawn = [kind.draw(random) for _ in range(10)]
-    found = np.mean([fit_tail(x, x.mean()).shape for x in drawn])
+    found = np.mean([fit_upper_tail(x, x.mean()).shape for x in drawn])
     assert found == pytest.approx(shape, rel=3.0 * 0.03 / np.sqrt(10.0))
 
 
@@ -103,7 +103,7 @@ def test_shapes_of_tails_scatter_as_is_said() -> None:
     which is 1.09 to 1.5."""
     kind, random = KINDS["drag force"], np.random.default_rng(6)
     drawn = [kind.draw(random) for _ in range(60)]
-    shapes = [fit_tail(x, x.mean()).shape for x in drawn]
+    shapes = [fit_upper_tail(x, x.mean()).shape for x in drawn]
     waves = np.mean([upcrossings(x - x.mean()).size for x in drawn])
     assert np.std(shapes) / np.mean(shapes) * np.sqrt(waves) == pytest.approx(OFF, rel=0.3)
 
@@ -316,6 +316,35 @@ def test_impacts_have_a_law(
         assert 0.87 - scatter(0.87, given.sum()) <= share <= 0.95 + scatter(0.95, given.sum())
     width = np.median((most - least)[given])
     assert width <= 1.6 * (quantiles[2] - quantiles[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "hours", "quantiles"),
+    [
+        ("slow, leaning back", 1, (2.3658, 2.6783, 3.3091)),
+        ("free play", 3, (2.4739, 2.7796, 3.5002)),
+    ],
+)
+def test_tails_of_no_constant_shape(
+    name: str, hours: int, quantiles: tuple[float, float, float], figure: Figure
+) -> None:
+    """A slow motion that leans the other way has no exponential tail, and what moves with play none
+    of the shape of its lower levels. Quantiles are those of 20,000 other records."""
+    random = np.random.default_rng(14)
+    records = [HARD[name](random)[: 7200 * hours] for _ in range(120)]
+    found = [extremes(x, 0.5, None, 0.45)[1] for x in records]
+    largest = np.array([x.max() for x in records])
+    given = np.array([each.basis in LAWS for each in found])
+    low, high, least, most = np.array([each[1:5] for each in found]).T
+    assert given.mean() >= 0.8
+    confidence = np.mean(((low <= quantiles[1]) & (quantiles[1] <= high))[given])
+    other = np.roll(largest, 1)
+    prediction = np.mean(((least <= other) & (other <= most))[given])
+    for what, share in (("confidence", confidence), ("prediction", prediction)):
+        figure(f"{name}, {what}", float(share))
+        assert 0.87 - scatter(0.87, given.sum()) <= share <= 0.95 + scatter(0.95, given.sum())
+    width = np.median((most - least)[given])
+    assert width <= 1.75 * (quantiles[2] - quantiles[0])
 
 
 @pytest.mark.parametrize(

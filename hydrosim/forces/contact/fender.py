@@ -45,7 +45,7 @@ from hydrosim.forces.signal import (
     rate,
     value,
 )
-from hydrosim.jit.kernels import clear, kernel
+from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import MODE, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
@@ -450,7 +450,7 @@ def stored_in_plane(i, t, y, modes, contact, p):
     return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
 
-@kernel
+@root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Energy in normal curves and stretched nodes, into each fender's row of ``stored``."""
     for i in range(p.points.size):
@@ -463,7 +463,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
             stored[row] += left_behind(i, modes, contact, p)
 
 
-@kernel
+@root
 def observe(t, y, modes, motion, bodies, p, reactions, out):
     """Rows of `OBSERVED` of all points one after the other in ``out``: compression, N, friction (3)
     in the earth frame, node (3), energy lost in friction. Behind a plane that does not act there

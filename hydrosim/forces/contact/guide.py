@@ -100,7 +100,7 @@ def wall_force(i, e, modes, p):
     return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PRESSED else 0.0
 
 
-@kernel
+@root
 def add_force(t, y, modes, motion, bodies, elements, wrench):
     """Force of every wall into its row of ``wrench``; it dissipates nothing."""
     p = elements.guides
@@ -116,7 +116,7 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
             geometry.press(point, c, pin.slope * f, across, wrench[pin.row])
 
 
-@kernel
+@root
 def add_energy(modes, motion, bodies, elements, stored):
     """Energy stored in every wall, into its row of ``stored``."""
     p = elements.guides
@@ -133,7 +133,7 @@ def _stored(i, modes, motion, bodies, elements):
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
 
 
-@kernel
+@root
 def observe(modes, motion, bodies, elements, out):
     """Rows of `OBSERVED` of all pins one after the other in ``out``: f and -e."""
     p = elements.guides
@@ -144,7 +144,7 @@ def observe(modes, motion, bodies, elements, out):
         out[OBSERVED * i + CLEARANCE] = -e
 
 
-@kernel
+@root
 def margins(modes, motion, bodies, elements, out):
     """Margins of all pins into ``out``: of contact e or its opposite, of the mouth the depth below
     it or its opposite, of the segment the distance to its nearer corner."""

@@ -88,14 +88,21 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
 def _contact_margin(t, mode, point, segment, contact, p):
     """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact; of a
     closed point also k times its distance from the edge."""
+    held = _pressed_margin(t, mode, point, segment, contact, p)
+    if mode != OPEN and not point.prescribed and edges.ends_somewhere(point):
+        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
+    return held
+
+
+@kernel
+def _pressed_margin(t, mode, point, segment, contact, p):
+    """The margin of contact without the edge."""
     held = point.steepest * contact.compression
     if point.line == loop.NONE:  # on a loop N is not negative
         N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
         if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
             return N - (REGAINED * point.least if mode == OPEN else point.least)
         held = min(held, N)
-    if mode != OPEN and edges.ends_somewhere(point):
-        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
     return held
 
 
@@ -168,7 +175,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
         y[p.state + STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
 
 
-@kernel
+@root
 def _turn_back(i, t, y, modes, contact, p):
     """The motion turns on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
@@ -179,7 +186,7 @@ def _turn_back(i, t, y, modes, contact, p):
     mode[SEGMENT] = point.line
 
 
-@kernel
+@root
 def _leave_line(i, y, modes, contact, p):
     """A branch of a loop begins; what it has lost is counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
@@ -188,7 +195,7 @@ def _leave_line(i, y, modes, contact, p):
     y[k + loop.LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
 
 
-@kernel
+@root
 def _turn_over(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction stays."""
     k, mode = p.state + STATES * i, modes[p.mode + i]
@@ -218,7 +225,7 @@ def _grip(i, size, t, y, modes, contact, p):
     modes[p.mode + i, MODE] = mode
 
 
-@kernel
+@root
 def _close(i, t, y, modes, contact, p):
     """Contact begins."""
     k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
@@ -249,9 +256,23 @@ def _open(i, t, y, modes, contact, p):
         y[memory(point, p) + loop.LOSS] += loop.lost_on(
             mode[SEGMENT], contact.compression, point, p.segments
         )
+    passed = _goes_over_edge(t, mode, point, contact, p)
     mode[MODE], mode[SEGMENT] = OPEN, point.first
-    mode[RISING] = PASSED if edges.inside(point, contact, p.edges) <= 0.0 else 0
+    mode[RISING] = PASSED if passed else 0
     group.opened(t, y, modes, point, p)
+
+
+@kernel
+def _goes_over_edge(t, mode, point, contact, p):
+    """Whether contact ends since the plane does. The end is located to a tolerance, so the point
+    may still be inside by that; it is pressed then, and would close again at once."""
+    inside = edges.inside(point, contact, p.edges)
+    if inside <= 0.0:
+        return True
+    if point.prescribed or not edges.ends_somewhere(point):
+        return False
+    pressed_by = _pressed_margin(t, mode[MODE], point, mode[SEGMENT], contact, p)
+    return point.steepest * inside < pressed_by
 
 
 @kernel
@@ -322,7 +343,7 @@ def go(i, t, y, modes, motion, bodies, p):
     modes[p.mode + i, RISING] = ABSENT
 
 
-@kernel
+@root
 def note(t, y, modes, motion, bodies, p):
     """Keep the largest normal force of every point in contact that remembers, and of every group
     that of a point and of all together."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
+from hydrosim.jit.linking import running_time
 from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
@@ -70,18 +71,18 @@ class Keeper:
         self._compiled = compiled
         self._run = run
         self._before = 0.0
-        self._start = perf_counter()
-        self._next = self._start + kept.every
+        self._start = running_time()
+        self._next = perf_counter() + kept.every
 
     def begin(self) -> None:
-        """Count time from now on: the kernels are there."""
-        self._start = perf_counter()
-        self._next = self._start + self._kept.every
+        """Count time from now on."""
+        self._start = running_time()
+        self._next = perf_counter() + self._kept.every
 
     @property
     def wall_time(self) -> float:
         """Seconds that the run has taken, those before a checkpoint included."""
-        return self._before + perf_counter() - self._start
+        return self._before + running_time() - self._start
 
     def take_up(self) -> None:
         """Put the run where the checkpoint has it, if it is to go on from there. Raises InputError

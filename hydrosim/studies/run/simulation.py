@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
-from time import perf_counter, thread_time
+from time import thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
+from hydrosim.jit.linking import Torn, running_time
 from hydrosim.jit.refs import Held
 from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
@@ -141,8 +142,8 @@ def run_compiled(
     if keeper:
         keeper.take_up()
     chunks = propagate(run) if exact else _chunks(run)
-    time = next(chunks)  # the first one takes no step, but loads or compiles the kernels
-    start = perf_counter()
+    time = next(chunks)  # the first one takes no step
+    start = running_time()
     status = "complete"
     if keeper:
         keeper.begin()
@@ -152,9 +153,9 @@ def run_compiled(
                 progress(time, int(counters[STEPS]))
             if keeper:
                 keeper.look()
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
         status = "interrupted"
-        if keeper:
+        if keeper and not isinstance(interrupt, Torn):
             keeper.save()
     failed = counters[STATUS] != RUNNING
     message = _failure(compiled, run, time) if failed else None
@@ -165,7 +166,7 @@ def run_compiled(
         "solver_rejected": int(counters[REJECTED]),
         "solver_events": int(counters[EVENTS]),
         "solver_evaluations": int(counters[EVALUATIONS]),
-        "wall_time": keeper.wall_time if keeper else perf_counter() - start,
+        "wall_time": keeper.wall_time if keeper else running_time() - start,
         "status": "failed" if message else status,
         "status_message": message,
     }

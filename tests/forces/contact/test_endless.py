@@ -13,20 +13,26 @@ from hydrosim.forces import (
     AppliedForce,
     Coulomb,
     Fender,
+    Frictionless,
     Harmonic,
+    Landing,
     LinearMooring,
     NormalCurve,
+    NormalLoop,
     Plane,
     PrescribedNormal,
     StickSlip,
     WindLoad,
     constant,
 )
-from hydrosim.scene import Environment, Method, Stream, Tolerance
+from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
 CURVE = NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
 PLANE = Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
 POINT = np.array([[0.46, 2.5, -3.9]])
+LOOP = NormalLoop(
+    np.array([0.0, 0.1]), np.array([0.0, 2e4]), np.array([0.0, 0.1]), np.array([0.0, 1.8e4]), 2e6
+)
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 
 
@@ -130,3 +136,46 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
     assert np.ptp(ours, axis=0).min() > 5e-3
     np.testing.assert_allclose(ours, theirs, atol=3e-5)
     assert runs[1].attrs["solver_steps"] < 20_000
+
+
+@pytest.mark.parametrize("normal", [LOOP, NormalCurve(LOOP.compression, LOOP.force)])
+def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(
+    normal: NormalLoop | NormalCurve,
+) -> None:
+    """The edge is located to a tolerance, at this speed from inside: by 1e-12 m the point is still
+    over the seat, and pressed, when it is let go. Then it falls freely."""
+    body = block(
+        1e3, ("surge", "heave"), position=moving(heave=-0.04905), velocity=moving(surge=2.1)
+    )
+    seat = Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), normal, Frictionless(), extent=1.0)
+    forces = {"seat": seat, "weight": steady(heave=-9810.0)}
+    run = hs.simulate(scene(body, forces, 0.7, 0.1, step=0.005))
+    fall = 4.905 * np.maximum(run.time.values - 1.0 / 2.1, 0.0) ** 2
+    np.testing.assert_allclose(run.position.values[:, 0, 2], -0.04905 - fall, atol=1e-9)
+    assert run.attrs["solver_events"] < 5
+
+
+def on_two_legs(ahead: float, behind: float, pitch: float, push: float, step: float) -> Scene:
+    """A block on two legs with a loop each, and a push to and fro between them."""
+    legs = np.array([[ahead, 0.0, 0.0], [behind, 0.0, 0.0]])
+    elements = {
+        "legs": Landing("block", legs, legs, LOOP, Frictionless()),
+        "weight": steady(heave=-9810.0),
+        "push": AppliedForce("block", (0.3, 0.0, 0.0), {"heave": Harmonic(push, 0.9)}),
+    }
+    body = block(1e3, ("heave", "pitch"), position=moving(heave=-0.02, pitch=pitch))
+    return scene(body, elements, 10.0, 0.4, step=step, method=Method.RK4)
+
+
+@pytest.mark.parametrize(
+    ("legs", "pitch", "push", "step"),
+    [((3.0, -1.5), 0.006, 8e3, 0.1), ((2.0, -2.0), 0.003, 8e3, 0.2)],
+)
+def test_legs_that_turn_at_one_time_do_not_end_the_lines_of_each_other(
+    legs: tuple[float, float], pitch: float, push: float, step: float
+) -> None:
+    """One leg turns while the stiff line of the other has just begun: that one goes on. Steps are
+    far too large for the lines, which take a hundredth of a step."""
+    run = hs.simulate(on_two_legs(*legs, pitch, push, step))
+    assert run.attrs["status"] == "complete"
+    assert np.abs(run.position.values).max() < 10.0

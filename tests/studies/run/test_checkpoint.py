@@ -16,6 +16,7 @@ from moored_barge import SEA, in_contact, in_waves, scene_of, with_body
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import LinearMooring
+from hydrosim.jit.linking import Torn
 from hydrosim.outputs import Output
 from hydrosim.scene import ConvolutionRadiation, Method, Place, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.studies.run import checkpoint, simulation
@@ -75,6 +76,20 @@ def test_in_pieces_to_the_bit(name: str, tmp_path: Path) -> None:
     whole = hs.simulate(scene)
     assert "stepped" in str(whole.solver_linear) or whole.solver_steps > 0
     assert differences(whole, in_pieces(scene, tmp_path, (0.1, 0.5, 0.8))) == []
+
+
+def test_what_an_interrupt_of_the_compiler_tears_is_not_kept(tmp_path: Path) -> None:
+    """A kernel that waited for another has left the run in the middle of a step."""
+    scene = SCENES["convolution"]
+
+    def torn(time: float, _: int) -> None:
+        if time >= 0.5 * scene.duration:
+            raise Torn
+
+    keeping = kept(tmp_path, every=1e6)
+    run = hs.simulate(scene, torn, keeping)
+    assert run.attrs["status"] == "interrupted"
+    assert not keeping.output.path.exists()
 
 
 def test_a_checkpoint_in_time_is_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
