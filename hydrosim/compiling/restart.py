@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
@@ -37,6 +36,8 @@ from hydrosim.stepping.state_layout import MOVING, StateKind
 from hydrosim.waves import slow_bodies
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.stepping.state_layout import StateLayout
 
 NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then as the run begins
@@ -60,7 +61,7 @@ def opened(scene: Scene) -> Scene:
 
 def _met_as_before(body: Body, start: Start) -> Body:
     """The body, which waves meet as in the run before where that is left to the program."""
-    assert isinstance(start.run, xr.Dataset)
+    assert not isinstance(start.run, Path | str)
     stored = str(start.run.attrs.get(f"{MET}_{body.name}", "")).split()
     asked = body.wave_forces
     if len(stored) != 2:
@@ -118,7 +119,7 @@ class MemoryBefore(NamedTuple):
 def before(scene: Scene) -> MemoryBefore:
     """That of the run that an `opened` scene starts from; none if it starts from rest."""
     start = scene.initial
-    if start is None or not isinstance(start.run, xr.Dataset):
+    if start is None or isinstance(start.run, Path | str):
         return MemoryBefore()
     names = ("memory_dof", "radiation_dof")
     convolved, states = (start.run[x].values if x in start.run else () for x in names)
@@ -151,7 +152,7 @@ def resume(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> Sta
 
 def _run(scene: Scene) -> xr.Dataset:
     assert scene.initial is not None
-    assert isinstance(scene.initial.run, xr.Dataset)
+    assert not isinstance(scene.initial.run, Path | str)
     return scene.initial.run
 
 
@@ -318,6 +319,6 @@ def _history(
 def started_from(scene: Scene) -> dict[str, object]:
     """What the record of an `opened` scene says of the run it started from."""
     start = scene.initial
-    if start is None or not isinstance(start.run, xr.Dataset):
+    if start is None or isinstance(start.run, Path | str):
         return {}
     return {"initial_run": _source(start.run), "initial_time": start.time}

@@ -19,10 +19,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from scipy import linalg
 
 from hydrosim.compiling.hydrostatics.hulls import lopsided
@@ -227,7 +227,7 @@ def _without(scene: Scene, aside: Collection[str]) -> Scene:
         for body in scene.bodies
     )
     start = scene.initial
-    if start is None or not isinstance(start.run, xr.Dataset):
+    if start is None or isinstance(start.run, Path | str):
         return replace(scene, bodies=bodies)
     kept = {
         name: [x for x in start.run[name].values if x not in aside]

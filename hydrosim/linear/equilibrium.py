@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
@@ -181,6 +180,8 @@ class _Loads:
             M = inertia(self.model, _at(place, self.state, self.model))
             free = freedom_of(self.constraints(place), M)
             return free.expand(free.project_motions(step))
+
+        from scipy.integrate import solve_ivp  # slow to load, and few places are sought along it
 
         return np.asarray(solve_ivp(along, (0.0, 1.0), q, "DOP853", **ALONG).y[:, -1])
 

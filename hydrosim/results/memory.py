@@ -8,12 +8,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.radiation.history import NOW, THEN, push
 from hydrosim.stepping.names import memory_names
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.radiation.history import VelocityHistory
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.outputs import as_output, content
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import xarray as xr
 
     from hydrosim.outputs import Output
 
@@ -36,6 +36,8 @@ def read(path: Path, expected: str = REMEDY) -> xr.Dataset:
     is missing, is not netCDF or is not the result of a run; it says what is ``expected``."""
     if reason := no_file(path):
         raise InputError(f"{path}: {reason}; {expected}.")
+    import xarray as xr  # slow to load, and few cases start from a run
+
     try:
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
@@ -62,6 +64,8 @@ def _require_known(path: Path, found: str) -> None:
 
 def status_of(path: Path) -> str | None:
     """How the run in a file has ended; None if there is none."""
+    import xarray as xr  # slow to load
+
     try:
         with xr.open_dataset(path, engine="netcdf4") as run:
             return str(run.attrs.get("status"))

@@ -14,7 +14,6 @@ The whole state y is in `state_value` (state_time, state) by name, for a start f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +38,7 @@ from hydrosim.stepping.names import (
     stores,
     supplies,
 )
-from hydrosim.stepping.record import channels
+from hydrosim.stepping.record import unpack
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import Components, elevations
 
@@ -95,18 +94,6 @@ def to_dataset(
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})
     guard(dataset, sum(body.mass for body in scene.bodies if body.dofs))
     return dataset
-
-
-def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:
-    """Channels by name, (count - first, ...) each, of the records ``first`` to ``count``."""
-    kept = record.channels[first:count]
-    values = {}
-    at = 0
-    for name, shape in channels(model).items():
-        width = prod(shape)
-        values[name] = kept[:, at : at + width].reshape(len(kept), *shape)
-        at += width
-    return values
 
 
 def _by_body(flat: np.ndarray) -> np.ndarray:

@@ -44,6 +44,18 @@ def new_record(model: Model, clock: Clock, accelerations: bool = False) -> Recor
     return Record(at, np.zeros((nt, width)), np.zeros((nt, *modes.shape), modes.dtype), rates)
 
 
+def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, np.ndarray]:
+    """Channels by name, (count - first, ...) each, of the records ``first`` to ``count``."""
+    kept = record.channels[first:count]
+    values = {}
+    at = 0
+    for name, shape in channels(model).items():
+        width = prod(shape)
+        values[name] = kept[:, at : at + width].reshape(len(kept), *shape)
+        at += width
+    return values
+
+
 @root
 def keep(t, run):
     """Record the state and everything that follows from it; the slope that is found for that begins

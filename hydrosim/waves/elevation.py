@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from hydrosim.waves.loads import rise
 
@@ -51,7 +51,7 @@ def _steady(waves: Components, amplitude: np.ndarray, time: np.ndarray) -> np.nd
     for row, values in zip(lines, amplitude, strict=True):
         np.add.at(row, waves.index % period, period * values)
     index = np.rint(time / step).astype(np.int64)
-    found = fft.ifft(lines).real[:, index % period].T
+    found = scipy.fft.ifft(lines).real[:, index % period].T
     off = np.abs(time - index * step) > _WHOLE * step
     found[off] = _direct(waves, amplitude, time[off])
     return found

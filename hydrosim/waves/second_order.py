@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from hydrosim.errors import InputError
 from hydrosim.waves.synthesis import Lines
@@ -92,7 +92,7 @@ def difference_loads(waves: Components, elevation: np.ndarray, factors: Factors)
         return Lines(np.abs(waves.omega[i] - waves.omega[j]), _falling(waves, pairs, i, j))
     z = _filtered(waves, elevation, factors)
     record = [np.sum((z @ core) * z.conj(), axis=1).real for core in factors.core]
-    lines = fft.rfft(np.array(record).T, axis=0) / len(z)
+    lines = scipy.fft.rfft(np.array(record).T, axis=0) / len(z)
     lines[1:] *= 2.0
     lines = lines[: int(waves.index.max())]
     return Lines(waves.spacing * np.arange(len(lines)), lines)
@@ -108,17 +108,17 @@ def sum_loads(waves: Components, elevation: np.ndarray, factors: Factors) -> Lin
         return Lines(waves.omega[i] + waves.omega[j], twice * pairs[:, i, j].T)
     z = _filtered(waves, elevation, factors)
     record = [np.sum((z @ core) * z, axis=1) for core in factors.core]
-    lines = fft.fft(np.array(record).T, axis=0) / len(z)
+    lines = scipy.fft.fft(np.array(record).T, axis=0) / len(z)
     lines = lines[: 2 * int(waves.index.max()) + 1]
     return Lines(waves.spacing * np.arange(len(lines)), lines)
 
 
 def _filtered(waves: Components, elevation: np.ndarray, factors: Factors) -> np.ndarray:
     """z (N, r) at N times of the repeat period, enough that no product of two is aliased."""
-    count = fft.next_fast_len(2 * int(waves.index.max()) + 1)
+    count = scipy.fft.next_fast_len(2 * int(waves.index.max()) + 1)
     lines = np.zeros((count, len(factors.weights)), dtype=complex)
     np.add.at(lines, waves.index, (factors.weights * elevation).T)
-    return np.asarray(fft.ifft(lines, axis=0)) * count
+    return np.asarray(scipy.fft.ifft(lines, axis=0)) * count
 
 
 def _each_pair(waves: Components) -> tuple[np.ndarray, np.ndarray]:

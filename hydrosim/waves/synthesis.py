@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from hydrosim.waves.loads import POINTS
 
@@ -104,5 +104,5 @@ def summed(grid: Grid, lines: Lines) -> np.ndarray:
     for j in range(lines.amplitude.shape[1]):
         spectrum = np.zeros(grid.period // 2 + 1, dtype=complex)
         np.add.at(spectrum, index, half * lines.amplitude[:, j])
-        total[:, j] = grid.cut(fft.irfft(spectrum, grid.period))
+        total[:, j] = grid.cut(scipy.fft.irfft(spectrum, grid.period))
     return total

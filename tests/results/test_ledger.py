@@ -14,8 +14,8 @@ import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import CLOSED, gap, guard
-from hydrosim.results.output import unpack
 from hydrosim.scene import Method, Scene
+from hydrosim.stepping.record import unpack
 from hydrosim.studies.run import blow_up, simulation
 
 MASS, OMEGA = 2e4, 1.5

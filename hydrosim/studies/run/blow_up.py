@@ -15,8 +15,8 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import losses
 from hydrosim.forces.layout import RADIATION
-from hydrosim.results.output import unpack
 from hydrosim.stepping.names import element_of, force_names, supplies
+from hydrosim.stepping.record import unpack
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene

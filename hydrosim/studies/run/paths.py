@@ -10,8 +10,7 @@ import numpy as np
 
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.jit.refs import Held
-from hydrosim.results.output import unpack
-from hydrosim.stepping.record import new_record
+from hydrosim.stepping.record import new_record, unpack
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import EVALUATIONS, RECORDS, STATUS, Run, new_run
 

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, unwatched
 from hydrosim.radiation.threads import one_thread
-from hydrosim.results.output import unpack
+from hydrosim.stepping.record import unpack
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled

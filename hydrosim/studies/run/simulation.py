@@ -22,10 +22,10 @@ from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn
 from hydrosim.results.netcdf import FORMAT, LATEST
-from hydrosim.results.output import to_dataset, unpack
+from hydrosim.results.output import to_dataset
 from hydrosim.scene import Scene
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import new_record
+from hydrosim.stepping.record import new_record, unpack
 from hydrosim.stepping.run import PITCH, advance, spent
 from hydrosim.stepping.state import (
     BLOWN_UP,

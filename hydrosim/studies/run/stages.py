@@ -11,15 +11,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 from hydrosim.program import program_version
 from hydrosim.results.netcdf import write
-from hydrosim.studies.run.checkpoint import checkpoint_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.case.load import Case, Stage
 
 
@@ -27,6 +26,9 @@ def outdated(stage: Stage) -> str | None:
     """Why the run of a stage must be made (again); None if it need not."""
     if not os.path.isfile(stage.file):
         return f"{stage.file} is not there"
+
+    import xarray as xr  # slow to load, and few cases have stages
+
     try:
         with xr.open_dataset(stage.file, engine="netcdf4") as run:
             made = run.attrs
@@ -54,6 +56,8 @@ def complete(
     InputError where cases need each other, KeyboardInterrupt if a run is interrupted: only whole
     runs are written.
     """
+    from hydrosim.studies.run.checkpoint import checkpoint_of  # slow to load
+
     chain = (*above, case.path.resolve())
     made = False
     for stage in case.stages():
