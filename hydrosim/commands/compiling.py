@@ -13,7 +13,7 @@ def announced(err: Console) -> Iterator[None]:
     """Whatever kernels are compiled meanwhile: that is said when the first of them is."""
     from hydrosim.cache import cache_folder
     from hydrosim.jit.kernels import kernel_folder  # loads numba
-    from hydrosim.jit.linking import at_first_compile
+    from hydrosim.jit.waiting import at_first_compile
 
     def say() -> None:
         folder = cache_folder(kernel_folder())

@@ -1,5 +1,6 @@
 """Compiled kernels and where they are cached; how they are compiled is in `hydrosim.jit.linking`,
-how they are kept in `hydrosim.jit.disk`.
+how they are kept in `hydrosim.jit.disk`. ``HYDROSIM_JIT`` chooses another way: ``plain``, or
+``python`` without any machine code.
 
 The folder of the cache is named after a hash of all sources that may hold kernels (`SOURCES`): any
 edit there gives a new folder, and no kernel can be stale.
@@ -8,18 +9,23 @@ edit there gives a new folder, and no kernel can be stale.
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
+import warnings
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import llvmlite
 import numba
 
-from hydrosim.jit.disk import Disk, Name
-from hydrosim.jit.linking import Part, Summing, Whole
+from hydrosim.errors import InputError
 from hydrosim.program import PACKAGE, digest_of_sources
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 SOURCES = {
     "jit",
@@ -32,6 +38,39 @@ SOURCES = {
     "radiation",
     "stepping",
 }
+
+WAYS = {
+    "linked": "hydrosim.jit.linking",
+    "plain": "hydrosim.jit.plain",
+    "python": "hydrosim.jit.interpreted",
+}
+TRIED = (0, 68)
+"""The latest numba that the linking was tried with."""
+
+
+def _way() -> ModuleType:
+    """The module of the kinds of kernels. Where numba is none that the linking knows it is the
+    plain one, with a warning."""
+    asked = os.environ.get("HYDROSIM_JIT", "linked")
+    if asked not in WAYS:
+        raise InputError(f"HYDROSIM_JIT: found {asked}; expected {', '.join(WAYS)}.")
+    try:
+        if asked == "linked" and numba.version_info.short > TRIED:
+            raise ImportError(f"it was tried up to numba {'.'.join(map(str, TRIED))}")
+        return import_module(WAYS[asked])
+    except (ImportError, AttributeError, TypeError) as error:
+        if asked != "linked":
+            raise
+        warnings.warn(
+            f"numba {numba.__version__} is none that hydrosim.jit.linking knows ({error}): kernels"
+            " are compiled in the plain way, which takes many minutes, once. Results are the same."
+            f" Install numba {'.'.join(map(str, TRIED))} for the fast way.",
+            stacklevel=2,
+        )
+        return import_module(WAYS["plain"])
+
+
+_ways = _way()
 
 
 def kernel_folder() -> str:
@@ -54,35 +93,31 @@ def kernel(function: Callable[..., Any]) -> Any:
     machine code of a kernel becomes a part of whatever kernel calls it, for a call would hand over
     dozens of words.
     """
-    return _compiled(Part, function)
+    return _compiled(_ways.Part, function)
 
 
 def summing(function: Callable[..., Any]) -> Any:
     """A `kernel` whose sums may be taken in any order, so that they vectorise: what it returns
     changes by roundings alone."""
-    return _compiled(Summing, function)
+    return _compiled(_ways.Summing, function)
 
 
 def root(function: Callable[..., Any]) -> Any:
     """A `kernel` whose machine code is in one place, and is compiled when it is first called: one
     that is large and called from several places, or that few scenes need. It returns nothing."""
-    return _compiled(Whole, function)
+    return _compiled(_ways.Whole, function)
 
 
 def root_giving(*types: type) -> Callable[[Callable[..., Any]], Any]:
     """A `root` that returns numbers of these types: float, bool or int."""
-    return partial(_compiled, partial(Whole, returns=types))
+    return partial(_compiled, partial(_ways.Whole, returns=types))
 
 
 def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} holds a kernel but is not among kernels.SOURCES")
-    return kind(function, _files)
-
-
-def _files(function: Any, calls: Callable[[Any], list[Name]]) -> Disk:
-    return Disk(function, kernel_folder, calls)
+    return kind(function, kernel_folder)
 
 
 @kernel

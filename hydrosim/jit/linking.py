@@ -17,32 +17,32 @@ and the call from Python raises the error.
 
 Addresses hold in one process. So machine code on disk has names of doors, which are made again
 before it is loaded.
+
+What is relied on of numba and documented nowhere: `JITCodeLibrary` and `_linking_libraries`
+(numba/core/codegen.py), `CPUDispatcher` with `get_call_template`, `get_overload` and `_cache`
+(numba/core/dispatcher.py), `compile_extra` and `Flags` (numba/core/compiler.py), `_Cache` and
+`CompileResult._rebuild` (numba/core/caching.py, compiler.py), `ExternalFunctionDescriptor`
+(numba/core/funcdesc.py). Where one of them is another, `hydrosim.jit.plain` takes over.
 """
 
 from __future__ import annotations
 
 import ctypes
 import hashlib
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from llvmlite import binding, ir
-from numba.core import cgutils, compiler, event, sigutils, types, typing
+from numba.core import cgutils, compiler, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary, JitEngine
 from numba.core.funcdesc import ExternalFunctionDescriptor
 from numba.core.registry import CPUDispatcher
 
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.refs import hold
-
-if TYPE_CHECKING:
-    from hydrosim.jit.disk import Disk, Name
-
-    Keep = Callable[[Any, Callable[[Any], list[Name]]], Disk]
-    """Gives the files of a kernel; it is told how to ask which wholes code calls."""
+from hydrosim.jit.waiting import Torn, waiting
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
@@ -142,17 +142,6 @@ def _called(library: Any) -> list[Name]:
     return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
 
 
-class _Thread(threading.local):
-    """What this thread has met at doors: the ``error`` that kept one closed; ``seconds`` until all
-    others were open."""
-
-    error: BaseException | None = None
-    seconds: float = 0.0
-
-
-_thread = _Thread()
-
-
 def _open(address: int) -> None:
     """Called by machine code that finds nothing behind the door at an address."""
     begin = perf_counter()
@@ -161,24 +150,13 @@ def _open(address: int) -> None:
         door.open()
     except BaseException as error:  # an interrupt, too: machine code knows no exceptions
         door.code.value = None
-        _thread.error = error
-    _thread.seconds += perf_counter() - begin
+        waiting.error = error
+    waiting.seconds += perf_counter() - begin
 
 
 _OPEN = "hydrosim.open"
 _open_for_code = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(_open)
 binding.add_symbol(_OPEN, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
-
-
-class Torn(KeyboardInterrupt):
-    """An interrupt, or a signal, while a kernel was compiled that others waited for: they have left
-    their work half done, and what they write to is not to be used."""
-
-
-def running_time() -> float:
-    """Seconds on a clock that stands still while kernels of this thread wait for others to be
-    compiled or loaded."""
-    return perf_counter() - _thread.seconds
 
 
 class _Flags(compiler.Flags):
@@ -204,10 +182,10 @@ def _part_flags(fastmath: frozenset[str]) -> Any:
 class _Kernel(CPUDispatcher):
     fastmath: frozenset[str] = frozenset()
 
-    def __init__(self, function: Any, keep: Keep) -> None:
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
         options = {**OPTIONS, "fastmath": set(self.fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
-        self._cache = keep(function, _called)
+        self._cache = Disk(function, folder, _called)
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -225,8 +203,8 @@ class Part(_Kernel):
 
     flags = _part_flags(frozenset())
 
-    def __init__(self, function: Any, keep: Keep) -> None:
-        super().__init__(function, keep)
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+        super().__init__(function, folder)
         self._parts: dict[Any, Any] = {}
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -261,8 +239,10 @@ class Whole(_Kernel):
     """A kernel that is machine code of its own, for Python and for the kernels that call it. It
     returns numbers of the types ``returns``: callers are compiled before it."""
 
-    def __init__(self, function: Any, keep: Keep, returns: Sequence[type] = ()) -> None:
-        super().__init__(function, keep)
+    def __init__(
+        self, function: Any, folder: Callable[[], str], returns: Sequence[type] = ()
+    ) -> None:
+        super().__init__(function, folder)
         found = [NUMBERS[each] for each in returns]
         several = types.BaseTuple.from_types(found)
         self._returns = several if len(found) > 1 else found[0] if found else types.none
@@ -317,32 +297,10 @@ class Whole(_Kernel):
 
 def _reason() -> BaseException | None:
     """Why a door has stayed closed to the kernel that this thread has just called."""
-    error = _thread.error
-    _thread.error = None
+    error = waiting.error
+    waiting.error = None
     if isinstance(error, KeyboardInterrupt):
         return Torn(*error.args)
     if error is None:
         raise_if_interrupted()  # by a signal so early that the exception was lost
     return error
-
-
-class _First(event.Listener):
-    """Calls ``act`` at the first event of a kind."""
-
-    def __init__(self, act: Callable[[], None]) -> None:
-        self._waiting = [act]
-
-    def on_start(self, event: Any) -> None:
-        while self._waiting:
-            self._waiting.pop()()
-
-    def on_end(self, event: Any) -> None:
-        pass
-
-
-@contextmanager
-def at_first_compile(act: Callable[[], None]) -> Iterator[None]:
-    """Call ``act`` before the first kernel is compiled meanwhile, if any is: those that come from
-    the disk are not."""
-    with event.install_listener("numba:compile", _First(act)):
-        yield

@@ -18,7 +18,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.errors import NumbaError
 
 from hydrosim.jit import kernels
-from hydrosim.jit.linking import Torn, running_time
+from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.program import digest_of_sources
 
 pytestmark = pytest.mark.kernels

@@ -19,7 +19,7 @@ import numpy as np
 
 from hydrosim.errors import InputError, WritingError
 from hydrosim.jit.kernels import sources_digest
-from hydrosim.jit.linking import running_time
+from hydrosim.jit.waiting import running_time
 from hydrosim.leftovers import is_marked
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions

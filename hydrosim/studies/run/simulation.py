@@ -16,8 +16,8 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
-from hydrosim.jit.linking import Torn, running_time
 from hydrosim.jit.refs import Held
+from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.linear.propagate import propagate
 from hydrosim.program import program_version, versions
 from hydrosim.results.ledger import warn

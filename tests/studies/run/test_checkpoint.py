@@ -16,7 +16,7 @@ from moored_barge import SEA, in_contact, in_waves, scene_of, with_body
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import LinearMooring
-from hydrosim.jit.linking import Torn
+from hydrosim.jit.waiting import Torn
 from hydrosim.outputs import Output
 from hydrosim.scene import ConvolutionRadiation, Method, Place, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.studies.run import checkpoint, simulation

@@ -1,0 +1,85 @@
+"""Kernels as Python runs them, for a debugger: nothing is compiled, and all takes a thousand times
+as long. Numbers are numpy's, so that a division by zero is as in machine code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from hydrosim.jit.refs import Held
+
+KEPT = 64  # tuples that were converted last
+_kept: dict[int, tuple[tuple, tuple]] = {}
+
+
+class Part:
+    """A function that takes arrays of records as those whose fields are attributes."""
+
+    def __init__(self, function: Callable[..., Any], folder: Callable[[], str]) -> None:
+        self.py_func = function
+
+    def __call__(self, *args: Any) -> Any:
+        with np.errstate(all="ignore"):
+            return self.py_func(*map(_as_python_reads, args))
+
+    def __reduce__(self) -> str:
+        return str(self.py_func.__qualname__)
+
+
+Summing = Part
+
+
+class Whole(Part):
+    """The same."""
+
+    def __init__(
+        self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
+    ) -> None:
+        super().__init__(function, folder)
+
+
+class _Record:
+    """A record whose fields are attributes, whatever they are called."""
+
+    def __init__(self, values: np.void) -> None:
+        object.__setattr__(self, "values", values)
+
+    def __getattr__(self, name: str) -> Any:
+        return _as_python_reads(self.values[name])
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.values[name] = value
+
+
+class _Records(np.ndarray):
+    """An array of records whose fields are attributes."""
+
+    def __getitem__(self, index: Any) -> Any:
+        found = super().__getitem__(index)
+        return _Record(found) if isinstance(found, np.void) else found
+
+    def __iter__(self) -> Any:
+        return (self[i] for i in range(len(self)))
+
+
+def _as_python_reads(value: Any) -> Any:
+    """What machine code is handed, for Python; it shares its memory."""
+    if isinstance(value, Held):
+        value = value.value
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        return value.view(_Records)
+    if isinstance(value, np.void):
+        return _Record(value)
+    if not (isinstance(value, tuple) and hasattr(value, "_fields")):
+        return value
+    known = _kept.get(id(value))
+    if known is None or (known[0] is not value and known[1] is not value):
+        converted = type(value)(*map(_as_python_reads, value))
+        if len(_kept) >= KEPT:
+            del _kept[next(iter(_kept))]
+        known = (value, converted)
+        _kept[id(value)] = known
+        _kept[id(converted)] = known
+    return known[1]
