@@ -75,7 +75,7 @@ def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
 def test_the_default_tolerance_is_refused_for_data_with_negative_damping(
     database, tmp_path, monkeypatch
 ) -> None:
-    """Damping of surge and pitch has an eigenvalue of -1 % of its largest, that of heave another: no
+    """Damping of surge and pitch has an eigenvalue of -1 % of its largest, and that of heave: no
     passive model is nearer than half of it, and ten times the default tolerance is the limit."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     w = database.frequency
