@@ -39,6 +39,7 @@ APART, TURNED = 0.1, np.radians(3.0)
 BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
 SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
+BLOCK = 4096  # records at once: all of a long run, for each sample, need much memory
 PERIODS = 3.0  # of the waves: what is slower is slow
 
 
@@ -195,8 +196,8 @@ def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
 
 def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
     """A body that was far from its place at rest while waves met it there."""
-    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
-    phase = np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1))
+    blocks = (slow[k : k + BLOCK] for k in range(0, len(slow), BLOCK))
+    phase = np.concatenate([_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
     if phase[at] > PHASE:
         yield (
@@ -204,6 +205,12 @@ def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iter
             f" was {np.hypot(*slow[at, :2]):.3g} m away, {phase[at]:.2g} rad of the waves' phase;"
             f" expected less than {PHASE:g} rad. Set wave_forces.position: slow."
         )
+
+
+def _phases(slow: np.ndarray, sea: Sample) -> np.ndarray:
+    """Root mean square phase [rad], (nt,), of the waves along the places ``slow`` (nt, 3)."""
+    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
+    return np.asarray(np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1)))
 
 
 def _turned_first(
