@@ -35,6 +35,7 @@ from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.together import check_together
 from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
+from hydrosim.studies.many.work import Work
 from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import Figure
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
+EVERY = 20  # runs, of which the first estimates its error
+ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
 FEWEST = 4  # output times, to have statistics of
 
 Progress = Callable[[int, int], None]
@@ -79,6 +82,9 @@ def simulate_many(
     asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
     a set that was killed or interrupted goes on from there with ``resume``, to the same result.
 
+    Run 0 and every 20th after it estimate their errors; the ``warnings`` of others say nothing of
+    that. `simulate` estimates that of any run.
+
     All runs have one duration, one output step and the same bodies. A run that cannot go on is
     marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
     runs done until then are returned, and others marked. Raises InputError where the runs do not
@@ -100,7 +106,11 @@ def simulate_many(
     shared = Shared()
     result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
-    said = {**(attributes or {}), **({} if result is None else result.attributes)}
+    said = {
+        "error_estimates": ESTIMATES,
+        **(attributes or {}),
+        **({} if result is None else result.attributes),
+    }
 
     def file_at(path: Path) -> RunsFile:
         return RunsFile(path, len(scenes), known, list(along), mark, said)
@@ -264,7 +274,10 @@ class _Set(NamedTuple):
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
-            return pool.submit(self.shared.prepared(scene), self.digest)
+            work = self.shared.prepared(scene)
+            if isinstance(work, Work):
+                work = work._replace(estimates=run % EVERY == 0)
+            return pool.submit(work, self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
         known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))
