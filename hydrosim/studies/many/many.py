@@ -35,7 +35,6 @@ from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.together import check_together
 from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
-from hydrosim.studies.many.work import Work
 from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
@@ -64,6 +63,7 @@ def simulate_many(
     progress: Progress | None = None,
     resume: bool = False,
     pool: Pool | None = None,
+    first: int = 0,
 ) -> xr.Dataset:
     """Run all cases or scenes, on as many cores as there are ``workers``, by default all, or by a
     ``pool`` of others (`hydrosim.studies.many.cluster`), which is closed in the end.
@@ -83,7 +83,8 @@ def simulate_many(
     a set that was killed or interrupted goes on from there with ``resume``, to the same result.
 
     Run 0 and every 20th after it estimate their errors; the ``warnings`` of others say nothing of
-    that. `simulate` estimates that of any run.
+    that. `simulate` estimates that of any run. Runs of a part of a longer set count from ``first``,
+    their place in it.
 
     All runs have one duration, one output step and the same bodies. A run that cannot go on is
     marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
@@ -117,7 +118,7 @@ def simulate_many(
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
-        work = _Set(scenes, shared, digest, file, journal)
+        work = _Set(scenes, shared, digest, file, journal, first)
         with _closed(file), collected_here():
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
@@ -263,21 +264,21 @@ def _collected() -> float:
 
 
 class _Set(NamedTuple):
-    """Scenes, what they share, what is taken of a run, the file, and what is kept on the way."""
+    """Scenes, what they share, what is taken of a run, the file, what is kept on the way, and the
+    number of the ``first`` run in the whole set."""
 
     scenes: Sequence[Scene]
     shared: Shared
     digest: Callable[[xr.Dataset], xr.Dataset]
     file: RunsFile
     journal: Journal | None
+    first: int
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
-            work = self.shared.prepared(scene)
-            if isinstance(work, Work):
-                work = work._replace(estimates=run % EVERY == 0)
-            return pool.submit(work, self.digest)
+            estimates = (self.first + run) % EVERY == 0
+            return pool.submit(self.shared.prepared(scene, estimates), self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
         known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))

@@ -6,7 +6,7 @@ them, coupled bodies that moved apart, angles that are not small, fenders presse
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -76,7 +76,7 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     for name, fender in scene.forces.items():
         if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
             continue
-        own = run.sel(fender=list(fender.unit_names(name)))
+        own = _of_points(run, fender.unit_names(name))
         deep = np.where(own.fender_mode == OPEN, 0.0, own.fender_compression)
         at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
         if deep[at, point] > SOFTEST:
@@ -88,6 +88,11 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
             )
 
 
+def _of_points(run: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+    """Modes and compressions of some contact points, without a copy of all else."""
+    return run[["fender_mode", "fender_compression"]].sel(fender=list(names))
+
+
 def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """Landings that came down beside their seats, which did not carry them."""
     landings = {
@@ -96,7 +101,7 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         if isinstance(element, Landing) and element.active is None
     }
     for name, landing in landings.items():
-        own = run.sel(fender=list(landing.unit_names(name)))
+        own = _of_points(run, landing.unit_names(name))
         below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
         for point in np.flatnonzero(below.any(axis=0)):
             late = np.flatnonzero(below[:, point])

@@ -331,3 +331,5 @@ def test_some_runs_estimate_their_errors_by_their_numbers(monkeypatch: pytest.Mo
     runs = hs.simulate_many(seeds(1, 2, 3), workers=2)
     assert ["estimated" in str(said) for said in runs.warnings.values] == [True, False, True]
     assert "in run 0" in runs.attrs["error_estimates"]
+    later = hs.simulate_many(seeds(4, 5), workers=2, first=3)
+    assert ["estimated" in str(said) for said in later.warnings.values] == [False, True]
