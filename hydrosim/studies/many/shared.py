@@ -41,8 +41,8 @@ class Shared:
         self._known: dict[bytes, list[str]] = {}
 
     def prepared(self, scene: Scene, estimates: bool = False) -> Work | Exception:
-        """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error or
-        does not."""
+        """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error,
+        or does not."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
         if self._calm is None or not alike(calm, self._calm):

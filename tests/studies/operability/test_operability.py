@@ -258,7 +258,9 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     assert "--resume goes on" in operability("-o", "part.nc").err
     made: list[dict[str, object]] = []
     run_once = pools.run_compiled
-    monkeypatch.setattr(pools, "run_compiled", lambda *a, **of: made.append(of) or run_once(*a, **of))
+    monkeypatch.setattr(
+        pools, "run_compiled", lambda *a, **of: made.append(of) or run_once(*a, **of)
+    )
     operability("-o", "part.nc", "--resume")
     found, whole = (xr.load_dataset(name) for name in ("part.nc", "whole.nc"))
     assert differences(found, whole) == []
