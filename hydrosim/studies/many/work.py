@@ -20,7 +20,7 @@ class Work(NamedTuple):
     scene: Scene
     sea: tuple[Components, ...]
     calm: Compiled
-    estimates: bool
+    estimates: bool = False
 
 
 class Packed(NamedTuple):
