@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
 """Where the method is chosen for an accuracy, that is told which is beyond it."""
 STILL = 1e-6  # m, rad: a smaller range is none
+SMALL = (1e-3, 1e-5)  # m, rad: nor is this of a method that is chosen for an accuracy
 ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
 # steps of the twin for one of the run, and tolerances
 FINER = 1.4
@@ -152,7 +153,9 @@ def _ranges(run: Run, solver: Solver) -> np.ndarray:
     """What errors are held to, (nb, 2): the range of each body's places [m], and of its angles
     [rad], but no less than is worth it."""
     least = np.full(2, STILL)
-    if solver.method.adapts and solver.accuracy is None:
+    if solver.accuracy is not None:
+        least = np.array(SMALL)
+    elif solver.method.adapts:
         asked = np.array([solver.tolerance.position, solver.tolerance.angle])
         least = np.maximum(least, asked * ASKED / WRONG)
     motion = recorded(run, "coordinates")
