@@ -85,6 +85,16 @@ def with_method(compiled: Compiled) -> Compiled:
     return replace(compiled, scene=replace(scene, solver=solver), notes=notes)
 
 
+def accuracy_of(solver: Solver) -> float:
+    """The error of motions, of their range, for which the tolerance of a ``solver`` is chosen."""
+    return _ratio(solver.method) * solver.tolerance.relative
+
+
+def _ratio(method: Method) -> float:
+    """Error of motions over the tolerance of each step [s]."""
+    return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
+
+
 @one_thread
 def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     """The method, and why."""
@@ -107,9 +117,8 @@ def _frequency(looked_at: Sequence[Combination]) -> float:
 def _settings(compiled: Compiled, chosen: Method, accuracy: float) -> Solver:
     """The solver with the method ``chosen``, and its tolerances."""
     changing = len(new_modes(compiled.model)) > 0
-    implicit = chosen == Method.ESDIRK4
-    rate = accuracy / (OF_ESDIRK4 if implicit else OF_DOPRI5)
-    rough = ROUGH_IMPLICIT if implicit else ROUGH
+    rough = ROUGH_IMPLICIT if chosen == Method.ESDIRK4 else ROUGH
+    rate = accuracy / _ratio(chosen)
     rate = max(min(rate, rough if changing else SMOOTH), FINEST)
     tolerance = Tolerance(rate, rate, rate / ARM)
     solver = compiled.scene.solver

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.automatic import accuracy_of
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.facts import facts_of
 from hydrosim.radiation.threads import one_thread
@@ -169,7 +170,7 @@ def _limit(solver: Solver) -> float:
 
 def _said(solver: Solver) -> str:
     if solver.accuracy is not None:
-        return f"solver.tolerance: {solver.accuracy / TIGHTER:.2g}"
+        return f"solver.tolerance: {accuracy_of(solver):.2g}"
     if solver.method.adapts:
         return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
     return f"solver.step: {solver.step:.3g} s"
