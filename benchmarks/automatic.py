@@ -56,7 +56,7 @@ def answer() -> Answer:
     worst = max(float(row["CPU over the best"]) for row in rows)
     silent = [row for row in rows if row["within, or told"] == "no"]
     return Answer(
-        {"automatic beside the cheapest of rk4, dopri5, esdirk4 that is within the tolerance": rows},
+        {"automatic beside the cheapest of rk4, dopri5 and esdirk4 within the tolerance": rows},
         [f"Largest ratio {worst:.2g}; {len(silent)} of {len(rows)} beyond and not told."],
     )
 

@@ -128,9 +128,13 @@ def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
 
 
 def run_compiled(
-    compiled: Compiled, progress: Progress | None = None, kept: Checkpoint | None = None
+    compiled: Compiled,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+    estimates: bool = True,
 ) -> xr.Dataset:
-    """`simulate` for a scene that is compiled and whose step limits are known."""
+    """`simulate` for a scene that is compiled and whose step limits are known. It ``estimates`` its
+    error by a twin or leaves that out."""
     scene = compiled.scene
     model = compiled.model
     clock = compile_clock(compiled)
@@ -177,7 +181,7 @@ def run_compiled(
     layout = compiled.facts.layout
     dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
     warn(dataset, noticed(compiled, dataset))
-    if status == "complete" and not failed:
+    if estimates and status == "complete" and not failed:
         estimate = estimated(compiled, run)
         dataset.attrs["twin_evaluations"] = estimate.evaluations
         warn(dataset, estimate.warnings)
