@@ -79,8 +79,21 @@ def _version(asked: bool) -> None:
     if asked:
         from hydrosim.program import program_version
 
-        show(f"hydrosim {program_version()}")
+        show(f"hydrosim {program_version()}", *_shipped())
         raise typer.Exit
+
+
+def _shipped() -> list[str]:
+    """A line on machine code that came with the package, if any did."""
+    from hydrosim.jit.shipped import SHIPPED, describe_shipped
+
+    if not SHIPPED:
+        return []
+    from numba.core.codegen import get_host_cpu_features  # slow to load
+
+    from hydrosim.jit.kernels import kernel_folder
+
+    return [describe_shipped(kernel_folder(), get_host_cpu_features())]
 
 
 @app.callback()

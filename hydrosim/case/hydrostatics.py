@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, StrictStr, Tag
 
-from hydrosim.database.mesh_keys import MeshKeys
+from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity
 from hydrosim.errors import InputError

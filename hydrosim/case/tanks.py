@@ -11,8 +11,8 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 from hydrosim import scene
 from hydrosim.case.elements.active import Event
 from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull
-from hydrosim.database.mesh_keys import Axes, Scale
 from hydrosim.documents import quantities as of
+from hydrosim.documents.mesh_keys import Axes, Scale
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError

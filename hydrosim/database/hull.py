@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.database.hydrostatics import Hydrostatics
-from hydrosim.database.mesh_keys import MeshKeys
+from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
 

@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import prod
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import netCDF4
 import numpy as np
 
 from hydrosim.database.database import HydroDatabase
@@ -24,6 +23,9 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.interrupts import undisturbed
 from hydrosim.scene.given import NOTHING_GIVEN, Given
+
+if TYPE_CHECKING:
+    import netCDF4
 
 NAME = "hydrosim netCDF"
 CHECKSUM = "checksum"  # attribute of a file: that of the database when it was written
@@ -101,6 +103,8 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """The database in a netCDF file of this layout. The volume and centres that a file lacks are
     what is ``given``, nothing else of which is needed; raises `InputError` for what is missing."""
+    import netCDF4  # slow to load, and dry scenes have no databases
+
     if problem := hdf5.fault(path):
         raise InputError(
             f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
@@ -156,6 +160,8 @@ def _check_sizes(file: netCDF4.Dataset) -> None:
 
 def write(db: HydroDatabase, path: Path) -> None:
     """Write the database; ``read`` gives the same numbers back bit for bit."""
+    import netCDF4
+
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
         file.setncatts(_attributes(db))
         _dimensions(file, db)

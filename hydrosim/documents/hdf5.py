@@ -7,8 +7,10 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 from time import time_ns
+from typing import TYPE_CHECKING
 
-import h5py
+if TYPE_CHECKING:
+    import h5py
 
 MAGIC = b"\x89HDF"
 SETTLED = 10_000_000_000  # ns: of a file that has just changed, the times may not tell that it does
@@ -34,6 +36,8 @@ def _remembered(path: Path, *state: int) -> str | None:
 
 
 def _fault(path: Path) -> str | None:
+    import h5py  # slow to load, and dry scenes have no databases
+
     try:
         with h5py.File(path) as file:
             _touch("/", file)
@@ -44,6 +48,8 @@ def _fault(path: Path) -> str | None:
 
 
 def _touch(name: str, item: h5py.Group | h5py.Dataset) -> None:
+    import h5py
+
     dict(item.attrs)
     if isinstance(item, h5py.Dataset):
         _ = item.shape, item.dtype

@@ -96,7 +96,7 @@ class Strict(BaseModel):
     """A mapping in a case file. Unknown keys are errors; the keys that a mapping could have had are
     found in the context, a dict from ``id`` of the mapping to the model that read it."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

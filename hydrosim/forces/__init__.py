@@ -90,7 +90,8 @@ KINDS: tuple[Kind, ...] = (
 def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     """Forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the elements."""
     e = elements
-    linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
+    if e.linear_moorings.size > 0:
+        linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
     if e.applied_forces.each.size > 0:
         applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
     fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
@@ -123,7 +124,8 @@ def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
 def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     """Stored energies of all elements that store any, each into its row of ``stored`` (rows,)."""
     e = elements
-    linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
+    if e.linear_moorings.size > 0:
+        linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
     if e.fenders.points.size > 0:
         fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
     if e.springs.lines.size > 0:

@@ -22,10 +22,14 @@ from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from hydrosim.cache import store, stored
+from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, shipped, shipped_files
 from hydrosim.program import digest_of_sources
 
 Name = tuple[str, str, Any]
 """Module and name of a whole, and the types of its arguments."""
+
+Machine = tuple[str, str, str]
+"""Platform, processor and its features, as LLVM names them."""
 
 
 class Disk(_Cache):
@@ -50,7 +54,7 @@ class Disk(_Cache):
         """The code for these types, None if there is none. Nothing is loaded that only compilers
         need, which would take a quarter of a second."""
         rtsys.initialize(target_context)
-        content = stored(self._name(sig, target_context.codegen()))
+        content = self._content(sig, target_context.codegen().magic_tuple())
         if content is None:
             return None
         needed, code = pickle.loads(content)
@@ -62,7 +66,8 @@ class Disk(_Cache):
         """Keep what was compiled, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             content = dumps((self._calls(data.library), data._reduce()))
-            store(self._name(sig, data.codegen), content)
+            name = self._name(sig, data.codegen.magic_tuple())
+            store(f"{self._folder()}/{name}", content)
 
     def enable(self) -> None: ...
 
@@ -70,11 +75,22 @@ class Disk(_Cache):
 
     def flush(self) -> None: ...
 
-    def _name(self, sig: Any, codegen: Any) -> str:
+    def _content(self, sig: Any, machine: Machine) -> bytes | None:
+        """What came with the package, or else what was compiled here before."""
+        platform, _, features = machine
+        folder = self._folder()
+        if files := shipped_files(folder, features):
+            name = self._name(sig, (platform, PROCESSOR, NO_MORE_FEATURES))
+            content = shipped(name, files[name]) if name in files else None
+            if content is not None:
+                return content
+        return stored(f"{folder}/{self._name(sig, machine)}")
+
+    def _name(self, sig: Any, machine: Machine) -> str:
         function = self._function
-        what = repr((sig, codegen.magic_tuple(), _source(function.__code__.co_filename)))
+        what = repr((sig, machine, _source(function.__code__.co_filename)))
         digest = hashlib.sha256(what.encode() + function.__code__.co_code).hexdigest()[:32]
-        return f"{self._folder()}/{function.__module__}.{function.__qualname__}-{digest}.nbc"
+        return f"{function.__module__}.{function.__qualname__}-{digest}.nbc"
 
 
 def _source(file: str) -> str:

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-import sys
 import warnings
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,9 +75,9 @@ _ways = _way()
 
 
 def kernel_folder() -> str:
-    """Name of the folder of the compiled kernels of exactly these sources, interpreter, numba and
-    LLVM, wherever the sources lie."""
-    made = f"{sys.version}{numba.__version__}{llvmlite.__version__}{sources_digest()}"
+    """Name of the folder of the compiled kernels of exactly these sources, numba and LLVM, and of
+    interpreters that load the same extension modules, wherever the sources lie."""
+    made = f"{EXTENSION_SUFFIXES[0]}{numba.__version__}{llvmlite.__version__}{sources_digest()}"
     return f"kernels-{hashlib.sha256(made.encode()).hexdigest()[:16]}"
 
 

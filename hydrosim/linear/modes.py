@@ -209,8 +209,11 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    if len(share) < 2:
-        return np.arange(len(share)), np.array([row.argmax() for row in share], dtype=int)
+    if share.size == 0:
+        nothing = np.zeros(0, dtype=int)
+        return nothing, nothing
+    if len(share) == 1:
+        return np.zeros(1, dtype=int), share.argmax(axis=1)
 
     from scipy.optimize import linear_sum_assignment  # slow to load, few runs need it
 

@@ -11,7 +11,6 @@ from dataclasses import astuple, dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import spherical_jn
 
 from hydrosim.errors import InputError
 from hydrosim.radiation.kept import Arrays, kept
@@ -260,6 +259,8 @@ def fourier_integral(x: np.ndarray, f: np.ndarray, y: np.ndarray) -> np.ndarray:
     On a piece of width h about x_m this is h exp(i x_m y) (f_m j0(z) + i df/2 j1(z)), z = h y / 2,
     with spherical Bessel functions: without cancellation at small z (Filon 1928 in other words).
     """
+    from scipy.special import spherical_jn  # slow to load, and dry scenes radiate nothing
+
     h = np.diff(x)
     wave = h * np.exp(1j * np.multiply.outer(y, 0.5 * (x[1:] + x[:-1])))
     z = 0.5 * np.multiply.outer(y, h)

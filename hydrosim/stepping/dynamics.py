@@ -303,7 +303,7 @@ def look_inside(y, model, work):
         level_surfaces(y, work.motion, model.bodies, model.tanks, liquids, work.contents)
 
 
-@kernel
+@root
 def find_mass(model, A, work):
     """M + A where ``work.motion`` is placed into ``work.mass``, ``A`` in heading axes."""
     mass_matrix(model.bodies, work.contents, model.headings, work.motion, A, work.mass)
@@ -337,7 +337,7 @@ def kick(y, modes, model, work):
         y[n + i] += change[i]
 
 
-@kernel
+@root
 def constrain(modes, model, work):
     """State all constraints, where ``work.motion`` is placed: J q'' = c."""
     constraints = work.constraints
@@ -418,7 +418,9 @@ def add_forces(t, y, modes, history, model, work, dy):
 def add_water(t, y, u, history, model, work, radiated, first, second, dy):
     """Forces of radiated waves, in heading axes, for velocities ``u`` there, and of those that
     come; rates of the states that belong to them."""
-    radiation_states(y[model.radiation :], u, model.states, dy[model.radiation :], radiated)
+    if model.states.real.size > 0:
+        states = y[model.radiation :]
+        radiation_states(states, u, model.states, dy[model.radiation :], radiated)
     if model.convolution.row.size > 0:
         radiation_memory(t, u, history, model.convolution, radiated)
     radiation_damping(u, model.damping, radiated)

@@ -4,7 +4,6 @@ of its own, so that none changes another."""
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import betaincinv
 
 from hydrosim.scene import DirectionalTable, WaveTrain
 
@@ -42,6 +41,8 @@ def spread(uniform: np.ndarray, exponent: float) -> np.ndarray:
 
     The square of sin(angle / 2) has a beta distribution; the mean of cos(angle) is s / (s + 1).
     """
+    from scipy.special import betaincinv  # slow to load, and few seas have spreading
+
     side = 2.0 * uniform - 1.0
     return 2.0 * np.sign(side) * np.arcsin(np.sqrt(betaincinv(0.5, exponent + 0.5, np.abs(side))))
 

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from hydrosim.database.build.barge import box, hydrostatics
 from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe
 from hydrosim.database.hull import closed, immersed, integrals, read_hull
-from hydrosim.database.mesh_keys import MeshKeys
+from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
 meshio = pytest.importorskip("meshio")

@@ -18,6 +18,7 @@ from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import Kind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene
 
+CASES = Path(__file__).parents[2] / "cases"
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
 
@@ -39,6 +40,12 @@ def test_free_modes_are_free_whatever_damps_them() -> None:
     for mode, dof in ((sway, "sway"), (heave, "heave")):
         assert (mode.kind, mode.dof) == (Kind.FREE, dof)
         assert mode.natural_period == np.inf
+
+
+def test_a_body_that_friction_holds_has_no_modes() -> None:
+    """Its one coordinate is held by the floor; `hydrosim check` says so."""
+    case = hs.load_case(CASES / "friction_block" / "held.yaml")
+    assert natural_modes(linearise(*hs.compile_scene(case.scene()))) == []
 
 
 def test_kinds_of_motion() -> None:

@@ -9,8 +9,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.database.build import barge
-from hydrosim.database.mesh_keys import MeshKeys
 from hydrosim.documents import quantities as of
+from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
 

@@ -13,7 +13,7 @@ from hydrosim.database import hull
 from hydrosim.database.build.barge import Panels
 from hydrosim.database.build.bem import mesh_of
 from hydrosim.database.hydrostatics import Hydrostatics
-from hydrosim.database.mesh_keys import MeshKeys
+from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.errors import InputError
 
 NONE: Panels = np.empty((0, 4, 3))

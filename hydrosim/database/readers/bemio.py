@@ -19,9 +19,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
@@ -29,6 +28,9 @@ from hydrosim.database.readers.bemio_writer import write as write
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
+
+if TYPE_CHECKING:
+    import h5py
 
 NAME = "BEMIO HDF5"
 
@@ -43,6 +45,8 @@ def sniff(path: Path, head: bytes) -> bool:
     """An HDF5 file with the group of BEMIO's parameters, or a damaged one called .h5."""
     if not head.startswith(b"\x89HDF"):
         return False
+    import h5py  # slow to load, and dry scenes have no databases
+
     try:
         with h5py.File(path) as file:
             return _PARAMETERS in file
@@ -60,6 +64,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 @contextmanager
 def _reading(path: Path) -> Iterator[h5py.File]:
     """The open file; whatever a damaged one makes HDF5 raise is an `InputError`."""
+    import h5py
+
     try:
         with h5py.File(path) as file:
             yield file
@@ -80,6 +86,8 @@ class _Source:
     def optional(self, name: str, *shape: int) -> Real | None:
         """The variable with as many numbers as ``shape`` says, in that shape; None if it is absent
         or nothing but NaN, as BEMIO writes what it does not know."""
+        import h5py
+
         item = self.file.get(name)
         if item is None:
             return None

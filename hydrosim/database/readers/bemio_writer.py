@@ -5,14 +5,17 @@ from __future__ import annotations
 import warnings
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, needed
 from hydrosim.database.readers.common import inverse, quotient
 from hydrosim.database.transfer import move_reference
 from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    import h5py
 
 
 def write(db: HydroDatabase, path: Path) -> None:
@@ -23,6 +26,8 @@ def write(db: HydroDatabase, path: Path) -> None:
     functions of more than one pair of headings, which are left out with a warning. Impulse
     responses are left to WEC-Sim's own functions.
     """
+    import h5py  # slow to load, and dry scenes have no databases
+
     if not db.heading.size:
         raise InputError(
             f"{db.source} has no wave loads, as a BEMIO file must have them; write one of .nc."

@@ -19,7 +19,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import netCDF4
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
@@ -93,6 +92,8 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _opened(path: Path) -> Any:
     """The file of netCDF's library or, in the classic format that xarray writes without that
     library, of scipy, which does not take memory for what a damaged head promises."""
+    import netCDF4  # slow to load, and dry scenes have no databases
+
     with path.open("rb") as file:
         if file.read(len(_CLASSIC)) == _CLASSIC:
             from scipy.io import netcdf_file  # slow to load, and few files are of that format
@@ -212,7 +213,9 @@ class _File:
         """Names along a dimension."""
         values = np.asarray(self.variable(name)[...])
         if values.dtype.kind == "S" and values.ndim == 2:
-            values = netCDF4.chartostring(values)
+            from netCDF4 import chartostring
+
+            values = chartostring(values)
         return [str(value) for value in np.atleast_1d(values)]
 
     def _rigid(self, names: list[str]) -> tuple[list[int], int]:

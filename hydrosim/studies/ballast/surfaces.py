@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hydrosim.compiling.hydrostatics.liquids import cut_tanks
 from hydrosim.forces.weight import add_weight
@@ -36,6 +35,8 @@ class FreeSurfaces:
     def slopes(self, b: int) -> np.ndarray:
         """Moments in heel and trim (2,) per angle and g of body ``b`` at its place [kg m]: density
         times the second moments of the surfaces, as they lie there."""
+        from scipy.spatial.transform import Rotation  # slow to load, and few scenes have tanks
+
         self._place(b, *self.position[b, 3:5])
         found = self.work.contents.surface[b, [YY, XX]].copy()
         body = self.compiled.scene.bodies[b]

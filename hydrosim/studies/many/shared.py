@@ -63,7 +63,8 @@ class Shared:
             return error
         made = self._made[1]
         # what is read from files is read: netCDF knows no threads
-        scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
+        own = made.scene
+        scene = replace(scene, bodies=own.bodies, initial=own.initial, solver=own.solver)
         return Work(scene, drawn, made, estimates)
 
     def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:

@@ -14,7 +14,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
-from hydrosim.compiling.restart import HEADINGS, MET, started_from
+from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
 from hydrosim.jit.waiting import Torn, running_time
@@ -290,6 +290,8 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
         "solver_method": str(scene.solver.method),
         "solver_step": scene.solver.step,
+        ACCURACY: scene.solver.accuracy,
+        "solver_chosen": notes.method or None,
         "skipped": "\n".join(notes.skipped) or None,
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import gamma, gammainc
 
 _ENHANCED = (0.3, 2.0)  # in peak frequencies: outside the enhancement is below 1e-22
 
@@ -87,6 +86,8 @@ def peakedness(u: np.ndarray) -> np.ndarray:
 def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
     """Integral of the enhanced shape from ``low`` on: an incomplete gamma function, and what the
     enhancement adds, by quadrature."""
+    from scipy.special import gamma, gammainc  # slow to load, and few scenes have such a sea
+
     a = 0.25 * (exponent - 1.0)
     b = 0.25 * exponent
     part = gammainc(a, b * low**-4.0) if low > 0.0 else 1.0

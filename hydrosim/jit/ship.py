@@ -1,0 +1,74 @@
+"""Machine code to be shipped in wheels: `python -m hydrosim.jit.ship FOLDER CASE...`.
+
+FOLDER gets the kernels that `hydrosim run` and `hydrosim check` of these cases call, compiled for
+any processor of the kind `PROCESSOR`. A wheel holds them if it is built with
+``HYDROSIM_SHIPPED=FOLDER`` in the environment; it is used as `hydrosim.jit.shipped` says.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hydrosim.cache import DIGEST
+from hydrosim.jit.kernels import kernel_folder
+from hydrosim.jit.shipped import MANIFEST, NO_MORE_FEATURES, PROCESSOR
+from hydrosim.program import versions
+
+
+def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
+    """Fill an empty or new ``folder``; SHA-256 (hex) of its files by name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise SystemExit(f"{folder} is not empty; name a new folder")
+    with TemporaryDirectory() as name:
+        for case in cases:
+            _run(Path(name), "check", case)
+            _run(Path(name), "run", case, "--output", f"{name}/run.nc", "--overwrite")
+        files = {path.name: _copy(path, folder) for path in _compiled(Path(name))}
+    manifest = {
+        "kernels": kernel_folder(),
+        "made with": versions(),
+        "processor": PROCESSOR,
+        "files": files,
+    }
+    (folder / MANIFEST).write_text(json.dumps(manifest, indent=1))
+    return files
+
+
+def _run(cache: Path, *command: str) -> None:
+    """A command that compiles for the processor to be shipped for, with this folder as cache."""
+    processor = {"NUMBA_CPU_NAME": PROCESSOR, "NUMBA_CPU_FEATURES": NO_MORE_FEATURES}
+    environment = {**os.environ, **processor, "HYDROSIM_CACHE_DIR": str(cache)}
+    subprocess.run([sys.executable, "-m", "hydrosim", *command], env=environment, check=True)
+
+
+def _compiled(cache: Path) -> list[Path]:
+    return sorted((cache / kernel_folder()).glob("*.nbc"))
+
+
+def _copy(path: Path, folder: Path) -> str:
+    """Copy what the cache holds below its own digest; SHA-256 (hex) of the copy."""
+    content = path.read_bytes()[DIGEST().digest_size :]
+    (folder / path.name).write_bytes(content)
+    return hashlib.sha256(content).hexdigest()
+
+
+def main() -> None:
+    """Answer the command line."""
+    if len(sys.argv) < 3:
+        raise SystemExit("usage: python -m hydrosim.jit.ship FOLDER CASE...")
+    folder = Path(sys.argv[1])
+    files = ship(folder, sys.argv[2:])
+    size = sum(path.stat().st_size for path in folder.iterdir())
+    print(f"{len(files)} kernels, {size / 1e6:.1f} MB, in {folder}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Machine code of kernels that came with the package; `hydrosim.jit.ship` makes it.
+
+It is executed, so it is taken from the folder `HOME` of the package alone. The manifest there must
+name these sources and versions, the processor must have all `FEATURES`, and each file must have
+the checksum that the manifest holds. Otherwise kernels are compiled, as where nothing was shipped.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+HOME = Path(__file__).parent / "shipped"
+MANIFEST = "manifest.json"
+PROCESSOR = "x86-64-v3"
+NO_MORE_FEATURES = ""  # than those of the processor, as LLVM has them
+FEATURES = (
+    "+avx,+avx2,+bmi,+bmi2,+cx16,+f16c,+fma,+lzcnt,+movbe,+popcnt,+sahf"
+    ",+sse3,+sse4.1,+sse4.2,+ssse3,+xsave"
+)
+"""What every processor of that kind has (System V ABI of x86-64, section 3.1.1)."""
+
+
+def read_manifest() -> dict[str, Any]:
+    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped."""
+    path = HOME / MANIFEST
+    return dict(json.loads(path.read_bytes())) if path.is_file() else {}
+
+
+SHIPPED = read_manifest()
+
+
+def shipped_files(kernels: str, features: str) -> Mapping[str, str]:
+    """SHA-256 (hex) of the files that may be used, by name. ``kernels`` names the sources and
+    versions, ``features`` are those of this processor, as numba tells them."""
+    return {} if refusal(SHIPPED, kernels, features) else SHIPPED["files"]
+
+
+def shipped(name: str, digest: str) -> bytes | None:
+    """The content of a file of `HOME`; None, with a warning, if it has another ``digest``."""
+    path = HOME / name
+    try:
+        content = path.read_bytes()
+    except OSError:
+        content = b""
+    if hashlib.sha256(content).hexdigest() == digest:
+        return content
+    warnings.warn(
+        f"{path} is damaged: its kernel is compiled, which takes longer. Install hydrosim again.",
+        stacklevel=2,
+    )
+    return None
+
+
+def describe_shipped(kernels: str, features: str) -> str:
+    """A line on what came with the package; empty if nothing did."""
+    if not SHIPPED:
+        return ""
+    reason = refusal(SHIPPED, kernels, features)
+    used = f"not used: {reason}" if reason else "used"
+    return f"{len(SHIPPED['files'])} kernels for {PROCESSOR} came with the package, {used}"
+
+
+def refusal(manifest: Mapping[str, Any], kernels: str, features: str) -> str:
+    """Why nothing that was shipped is used; empty if all is."""
+    if not manifest:
+        return "nothing was shipped"
+    if manifest["kernels"] != kernels:
+        return (
+            f"the kernels are others, or their versions; it was made with {manifest['made with']}"
+        )
+    lacking = set(FEATURES.split(",")).difference(features.split(","))
+    if lacking:
+        return f"the processor lacks {', '.join(sorted(lacking))}"
+    return ""

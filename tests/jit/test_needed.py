@@ -1,0 +1,46 @@
+"""A scene compiles the roots that it needs, each for one kind of arguments."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.kernels
+CASES = Path(__file__).parents[2] / "cases"
+PROGRAM = """
+import gc, sys
+import hydrosim as hs
+from hydrosim.jit.linking import Whole
+hs.simulate(hs.load_case(*sys.argv[1:2], {"duration": 20.0}))
+for one in gc.get_objects():
+    if isinstance(one, Whole) and one.overloads:
+        print(one.py_func.__module__ + "." + one.py_func.__qualname__, len(one.overloads))
+"""
+WATER = {
+    "hydrosim.forces.linear_mooring.add_force",
+    "hydrosim.radiation.memory.radiation_states",
+    "hydrosim.rigid.inertia.accelerate_freely",
+    "hydrosim.waves.loads.wave_loads",
+}
+ONCE = {
+    "hydrosim.rigid.kinematics.acceleration_map",
+    "hydrosim.stepping.dynamics.constrain",
+    "hydrosim.stepping.dynamics.find_mass",
+}
+
+
+def test_a_dry_block_with_friction_needs_nothing_of_the_water() -> None:
+    dry, wet = roots("friction_block/exact"), roots("reverse_float_over/base")
+    assert wet.keys() >= WATER
+    assert not WATER & dry.keys()
+    assert {name: dry.get(name) for name in ONCE} == dict.fromkeys(ONCE, 1)
+
+
+def roots(case: str) -> dict[str, int]:
+    """The roots that a run of a case calls, and for how many kinds of arguments."""
+    command = [sys.executable, "-c", PROGRAM, str(CASES / f"{case}.yaml")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return {name: int(count) for name, count in map(str.split, done.stdout.splitlines())}

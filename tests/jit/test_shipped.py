@@ -1,0 +1,137 @@
+"""Wheels with machine code: they compile no kernel, and results are those of kernels made here."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from shutil import copytree
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydrosim.jit.shipped import FEATURES, refusal
+
+Figure = Callable[[str, float], None]
+ROOT = Path(__file__).parents[2]
+BASE, SPHERE, BLOCK = "reverse_float_over/base", "sphere/irregular", "friction_block/exact"
+BEFORE_CONTACT = 500.0  # s, of the base case
+ROUNDING = 1e-12  # of the range of a channel
+PROGRAM = """
+import sys
+import hydrosim as hs
+from numba.core import event
+with event.install_recorder("numba:compile") as recorder:
+    run = hs.simulate(hs.load_case(sys.argv[1]))
+run[["position", "velocity"]].to_netcdf(sys.argv[2])
+print(hs.__file__, len(recorder.buffer))
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which a wheel with the kernels of three cases is installed."""
+    pytest.importorskip("hatchling", reason="hatchling is not installed (pip install .[dev])")
+    home = tmp_path_factory.mktemp("wheel")
+    cases = [str(ROOT / "cases" / f"{name}.yaml") for name in (BASE, SPHERE, BLOCK)]
+    command("hydrosim.jit.ship", str(home / "kernels"), *cases, PYTHONPATH=str(ROOT))
+    build = ["build", "--target", "wheel", "--directory", str(home)]
+    command("hatchling", *build, HYDROSIM_SHIPPED=str(home / "kernels"))
+    (wheel,) = home.glob("*.whl")
+    options = ["--quiet", "--no-deps", "--no-index", "--target", str(home / "installed")]
+    command("pip", "install", *options, str(wheel))
+    return home / "installed"
+
+
+@pytest.mark.slow
+@pytest.mark.extras
+@pytest.mark.parametrize("case", [BASE, SPHERE, BLOCK])
+def test_no_kernel_of_a_wheel_is_compiled(
+    installed: Path, case: str, tmp_path: Path, figure: Figure
+) -> None:
+    """Without contact, motions are those of kernels compiled for this processor."""
+    shipped, compiles, _ = motions(installed, case, tmp_path)
+    assert compiles == 0
+    native, _, _ = motions(ROOT, case, tmp_path, cache=None)
+    if case != BLOCK:
+        end = BEFORE_CONTACT if case == BASE else None
+        error = largest_change(shipped.sel(time=slice(end)), native.sel(time=slice(end)))
+        figure(f"shipped against native, {case}", error)
+        assert error <= ROUNDING
+
+
+@pytest.mark.slow
+@pytest.mark.extras
+def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(
+    installed: Path, tmp_path: Path
+) -> None:
+    damaged = copytree(installed, tmp_path / "damaged")
+    (file,) = damaged.glob("hydrosim/jit/shipped/hydrosim.stepping.dynamics.rhs-*.nbc")
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(content)
+    sound, compiles, told = motions(damaged, BLOCK, tmp_path)
+    assert compiles > 0
+    assert f"{file} is damaged" in told
+    assert largest_change(sound, motions(installed, BLOCK, tmp_path)[0]) <= ROUNDING
+
+
+@pytest.mark.slow
+@pytest.mark.extras
+def test_the_version_tells_of_shipped_kernels(installed: Path) -> None:
+    told = command("hydrosim", "--version", PYTHONPATH=str(installed)).stdout
+    assert "kernels for x86-64-v3 came with the package, used" in told
+
+
+def test_shipped_kernels_are_for_these_sources_and_a_processor_of_their_kind() -> None:
+    manifest = {"kernels": "kernels-1", "made with": "numba 0.61.0", "files": {}}
+    assert refusal(manifest, "kernels-1", f"{FEATURES},+avx512f") == ""
+    assert "numba 0.61.0" in refusal(manifest, "kernels-2", FEATURES)
+    assert "lacks +fma" in refusal(manifest, "kernels-1", FEATURES.replace("+fma", "-fma"))
+    assert refusal({}, "kernels-1", FEATURES)
+
+
+def motions(
+    package: Path, case: str, folder: Path, cache: str | None = "new"
+) -> tuple[xr.Dataset, int, str]:
+    """Those of a case that the package in this folder runs, how many kernels it compiled, and what
+    it warned of; with a ``cache`` in ``folder``, or that of the tests."""
+    place = {"PYTHONPATH": str(package)}
+    if cache is not None:
+        place["HYDROSIM_CACHE_DIR"] = str(folder / cache)
+    file = folder / "motions.nc"
+    path = str(ROOT / "cases" / f"{case}.yaml")
+    done = command("-c", PROGRAM, path, str(file), cwd=folder, **place)
+    home, compiles = done.stdout.split()
+    assert Path(home).is_relative_to(package)
+    return xr.load_dataset(file, engine="netcdf4"), int(compiles), done.stderr
+
+
+def largest_change(one: xr.Dataset, other: xr.Dataset) -> float:
+    """Of positions and velocities, in terms of the range of each."""
+    changes = []
+    for name in one.data_vars:
+        a, b = (each[name].values.reshape(each.time.size, -1) for each in (one, other))
+        size = np.ptp(b, axis=0)
+        moving = size > 0.0
+        changes.append((np.abs(a - b).max(axis=0)[moving] / size[moving]).max(initial=0.0))
+    return float(max(changes))
+
+
+def command(
+    *arguments: str, cwd: Path = ROOT, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run a module of Python, or a program after ``-c``."""
+    module = [] if arguments[0] == "-c" else ["-m"]
+    done = subprocess.run(
+        [sys.executable, *module, *arguments],
+        env={**os.environ, **environment},
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done
