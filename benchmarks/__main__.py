@@ -21,6 +21,7 @@ QUESTIONS = (
     *("reading", "databases", "validation", "extremes", "kills"),
 )
 LONG = (
+    "automatic",
     "short_waves",
     "score_card",
     "draughts",

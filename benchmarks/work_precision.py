@@ -150,22 +150,22 @@ def _base_case() -> tuple[list[Trial], float]:
 def _stiff_contact() -> tuple[list[Trial], float]:
     """All trials of the base case with stiff nodes, and the error of the reference."""
     runs: Runs = {
-        (method, step): partial(_attempt, compiled(_stiff(step, method), in_plane=True))
+        (method, step): partial(_attempt, compiled(stiff_case(step, method), in_plane=True))
         for method, steps in STIFF_STEPS.items()
         for step in steps
     }
     for method in ADAPTIVES:
         for relative in (1e-4, 1e-5, 1e-6, 1e-7):
-            scene = _tolerant(_stiff(0.1, method), relative)
+            scene = _tolerant(stiff_case(0.1, method), relative)
             runs[method, relative] = partial(_attempt, compiled(scene, in_plane=True))
     fine, coarse = (
-        _motion(compiled(_tolerant(_stiff(0.1, Method.DOPRI5), x), in_plane=True), SURGE)
+        _motion(compiled(_tolerant(stiff_case(0.1, Method.DOPRI5), x), in_plane=True), SURGE)
         for x in (TIGHT, 10.0 * TIGHT)
     )
     return _judged(interleaved(runs, 1), fine, SURGE), _largest(coarse - fine, fine) / 10.0
 
 
-def _stiff(step: float, method: Method) -> Scene:
+def stiff_case(step: float, method: Method) -> Scene:
     """`short_case` with K2 `STIFF` times as stiff, recorded on a grid of these steps."""
     scene = short_case(0.1, method)
     fender = scene.forces["interface"]

@@ -64,8 +64,11 @@ def _place(folder: Path, file: str) -> Path:
 
 
 def _solver(solver: schema.Solver) -> scene.Solver:
-    tolerance = scene.Tolerance(**dict(solver.tolerance))
-    return scene.Solver(**{**dict(solver), "tolerance": tolerance})
+    given = solver.tolerance
+    if isinstance(given, schema.Tolerance):
+        tolerance = scene.Tolerance(**dict(given))
+        return scene.Solver(**{**dict(solver), "tolerance": tolerance})
+    return scene.Solver(**{**dict(solver), "tolerance": scene.Tolerance(), "accuracy": given})
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:

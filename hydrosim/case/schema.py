@@ -43,6 +43,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.scene.radiation import LENGTH
+from hydrosim.scene.solver import ACCURACY
 
 TURNS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
@@ -248,17 +249,46 @@ class Tolerance(Strict):
     angle: of.SmallAngle = 1e-8
 
 
+def _form_of_tolerance(value: object) -> str:
+    return "of each step" if isinstance(value, dict | Tolerance) else "of motions"
+
+
+EitherTolerance = Annotated[
+    Annotated[Tolerance, Tag("of each step")] | Annotated[of.Tolerance, Tag("of motions")],
+    Discriminator(_form_of_tolerance),
+]
+
+
 class Solver(Strict):
-    """How time is stepped."""
+    """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
+    range; that of adaptive methods is the error of each step."""
 
     method: Method = Method.RK4
     step: of.Period = 0.1
-    tolerance: Tolerance = Tolerance()
+    tolerance: EitherTolerance = Tolerance()
     kinematics: Kinematics = Kinematics.EXACT
     events: StrictBool = True
     unstable: Unstable = Unstable.WARN
     linear: LinearScenes = LinearScenes.EXACT
     symmetry: Symmetry = Symmetry.USE
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default_tolerance(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("method") == Method.AUTOMATIC:
+            return {"tolerance": ACCURACY, **data}
+        return data
+
+    @model_validator(mode="after")
+    def _check_tolerance(self) -> Self:
+        of_steps = isinstance(self.tolerance, Tolerance)
+        if self.method == Method.AUTOMATIC and of_steps:
+            found = "tolerances of each step, which method: automatic chooses itself"
+            raise problem(found, "one number, the error of motions of their range: 1e-4")
+        if self.method != Method.AUTOMATIC and not of_steps:
+            found = f"tolerance: {self.tolerance:g} of method: {self.method}"
+            raise problem(found, "method: automatic, or tolerance: {relative: 1e-6, ...}")
+        return self
 
 
 class Clearance(Strict):

@@ -11,6 +11,7 @@ from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.running import complete, simulate_with_progress
 from hydrosim.commands.terminal import progress_console, show
+from hydrosim.errors import InputError
 
 err = progress_console()
 
@@ -39,6 +40,11 @@ def converge(
     from hydrosim.studies.run.converge import to_dataset
 
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
+    if Method.AUTOMATIC in chosen:
+        raise InputError(
+            "--methods: found automatic, which is one of the others with a tolerance of its own;"
+            " expected these others: rk2, heun, rk4, dopri5, esdirk4."
+        )
     all_steps = numbers(steps, "--steps")
     all_tolerances = numbers(tolerances, "--tolerances")
     case = load_case(case_file, settings)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compiling.automatic import with_method
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import facts_of
 from hydrosim.compiling.families import members_of
@@ -44,7 +45,8 @@ def compile_calm(scene: Scene, wet: Sequence[WetGroup], known: Parts | None = No
     facts = facts_of(scene, wet, model)
     fresh = first_state(scene, model)
     check_start(scene, model, fresh)
-    return Compiled(scene, tuple(wet), facts, start_of(scene, model, facts.layout, fresh))
+    state = start_of(scene, model, facts.layout, fresh)
+    return with_method(Compiled(scene, tuple(wet), facts, state))
 
 
 def in_waves(calm: Compiled, scene: Scene, sea: Sequence[Components]) -> Compiled:

@@ -99,7 +99,9 @@ def _between(body: Body, seas: Sequence[Components], db: HydroDatabase) -> bool:
     """Whether the body at rest meets waves between the headings of its database."""
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading
-    off = apart(to[:, None], db.heading).min(axis=1)
+    off = np.full(to.size, np.inf)
+    for heading in db.heading:  # one at a time: seas of long runs have many waves
+        np.minimum(off, apart(to, heading), out=off)
     return bool(energy[off > AT_NODE].sum() > BESIDE * energy.sum())
 
 

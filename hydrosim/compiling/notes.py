@@ -15,7 +15,7 @@ class Notes:
     """What compiling found out: ``skipped`` parts, ``warnings``, ``records`` that are interpolated;
     where waves and current meet the bodies (``meetings``); what became of ``symmetry`` in words,
     and the names of the coordinates that are ``zero`` by it; what the ``memory`` of radiation
-    leaves out.
+    leaves out; the ``method`` that was chosen, and why.
     """
 
     skipped: tuple[str, ...] = ()
@@ -25,6 +25,7 @@ class Notes:
     symmetry: str = ""
     zero: tuple[str, ...] = ()
     memory: tuple[str, ...] = ()
+    method: str = ""
 
     def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
         """The notes with what there is to say of ``errors`` of the memory of radiation."""

@@ -44,6 +44,7 @@ NEAR = 1e-6  # m or s: a stored mode may be so far past its end, and ends then a
 SAME_FIT = 1e-6  # of the largest entry: two fits of one database are the same to rounding
 HEADINGS = "initial_heading"  # of a dataset: of each body where its first run began [rad]
 MET = "waves_meet"  # of a dataset, with a body's name: position and headings of its wave forces
+ACCURACY = "solver_accuracy"  # of a dataset: of motions, for which its method was chosen
 SHOWN = 5  # names in a message
 
 
@@ -89,6 +90,16 @@ def begin(scene: Scene) -> float:
     """Time at which a run of an `opened` scene begins [s]: 0, or that of what it starts from."""
     start = scene.initial
     return 0.0 if start is None or start.time is None else start.time
+
+
+def method_before(scene: Scene, accuracy: float) -> str | None:
+    """The method of the run that an `opened` scene starts from, where it was chosen for the same
+    ``accuracy``; else None."""
+    if scene.initial is None:
+        return None
+    attributes = _run(scene).attrs
+    same = float(attributes.get(ACCURACY, 0.0)) == accuracy
+    return str(attributes["solver_method"]) if same else None
 
 
 def knows_slow_places(scene: Scene) -> bool:

@@ -166,6 +166,11 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
 
 
+def smallest_step(found: Sequence[Combination], method: Method) -> float:
+    """The smallest of the limits [s] of all ``found`` combinations; infinite if there is none."""
+    return float(min(_steps(method, x.values).min(initial=np.inf) for x in found))
+
+
 def _steps(method: Method, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)

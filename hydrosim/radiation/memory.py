@@ -46,7 +46,7 @@ class ConstantDamping(NamedTuple):
     column: np.ndarray  # (entries,) int64
 
 
-@root
+@kernel
 def radiation_states(x, v, p, dx, force):
     """Fill dx = Lambda x + B v and subtract C x from ``force``, for all groups.
 

@@ -97,7 +97,7 @@ def new_turning(inertia: Inertia) -> Turning:
     )
 
 
-@root
+@kernel
 def accelerate_freely(p, bodies, motion, F, room, x):
     """Accelerations ``x`` (n,) of the free coordinates under the wrenches ``F`` (6 nb,), from which
     gyroscopic moments have been taken."""

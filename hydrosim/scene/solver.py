@@ -14,11 +14,15 @@ class Method(StrEnum):
     RK4 = "rk4"
     DOPRI5 = "dopri5"
     ESDIRK4 = "esdirk4"
+    AUTOMATIC = "automatic"
 
     @property
     def adapts(self) -> bool:
         """Whether it chooses its own steps."""
-        return self in (Method.DOPRI5, Method.ESDIRK4)
+        return self in (Method.DOPRI5, Method.ESDIRK4, Method.AUTOMATIC)
+
+
+ACCURACY = 1e-4  # of the range of a motion: what `Method.AUTOMATIC` aims at if nothing is said
 
 
 class LinearScenes(StrEnum):
@@ -66,7 +70,9 @@ class Solver:
     """Integration method and ``step`` [s]; ``events`` false is for comparison only.
 
     An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
-    ``tolerance``, times its length; ``unstable`` is about steps of the others. A scene that is
+    ``tolerance``, times its length; ``unstable`` is about steps of the others. ``automatic`` takes
+    one of these with a tolerance of its own, so that the error of motions is at most ``accuracy``
+    of their range, see `hydrosim.compiling.automatic`; others have no accuracy. A scene that is
     ``linear`` is not stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own
     mirror image has no sway, roll and yaw unless its ``symmetry`` is ignored, see
     `hydrosim.compiling.symmetry`.
@@ -75,6 +81,7 @@ class Solver:
     method: Method = Method.RK4
     step: float = 0.1
     tolerance: Tolerance = field(default_factory=Tolerance)
+    accuracy: float | None = None
     kinematics: Kinematics = Kinematics.EXACT
     events: bool = True
     unstable: Unstable = Unstable.WARN

@@ -8,7 +8,8 @@ contact.
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, sqrt
+from typing import NamedTuple
 
 from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
@@ -20,7 +21,12 @@ from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import kick, still
 from hydrosim.stepping.state import (
     AFTER,
+    AT_END,
+    AT_START,
+    AT_THIRD,
+    AT_TWO_THIRDS,
     BEFORE,
+    BETWEEN,
     BUT_FOR_SLIP,
     EARLY,
     END,
@@ -40,14 +46,24 @@ from hydrosim.stepping.state import (
     STATUS,
     TRIAL,
 )
-from hydrosim.stepping.stepper import slope, step
+from hydrosim.stepping.stepper import is_held, keep_reactions, slope, step
 from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-CHORDS = 1000  # tries to land by chords; then by halves
+ON_CUBIC = 1e-10  # of the step, or of phi: a zero on the cubic is located to this
+SECANTS = 20  # tries to land by secants; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
+NEAR = 1e-4  # of a step: slopes of margins are taken over this
+TANGENTS = 20  # at most, in search of a minimum
+
+
+class Tangent(NamedTuple):
+    """Of a margin at a ``place`` in a step, as a part of it, by which slopes are."""
+
+    place: float
+    value: float
+    slope: float
 
 
 @root_giving(float, bool)
@@ -55,12 +71,10 @@ def cut(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` that was taken at its first event, if it has one and it
     is to be ``located``. Returns the time at its end and whether a mode has ended there."""
     scratch = run.scratch
-    end = scratch.states[END]
     after = scratch.margins[AFTER]
-    every = scratch.watched[EVERY]
     if after.size == 0:
         return stop, False
-    _measure(stop, end, run, every, after)
+    _measure_end(stop, run, after)
     left = any_negative(after)
     if not located:
         return stop, left
@@ -76,33 +90,48 @@ def cut(t, stop, located, run):
             return stop, left
         stop = t + part * (stop - t)
         step(t, stop - t, run)
-        _measure(stop, end, run, every, after)
+        _measure_end(stop, run, after)
         left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, run)
         assign(scratch.margins[LATE], scratch.margins[BEFORE])
-    scratch.known[END_SLOPE] = 0
     return stop, left
 
 
 @root
-def _measure(t, y, run, watched, out):
-    """Margins at t, y, those of contacts of ``watched`` rows alone."""
-    if out.size == 0:
-        return
+def _measure_end(t, run, out):
+    """Margins at the end of the step. Reactions are margins of what is held: the right hand side
+    gives them, and the slope there is kept."""
+    scratch = run.scratch
+    end = scratch.states[END]
+    if is_held(run):
+        _find_end_slope(t, run)
+    keep_reactions(AT_END, run)
+    _measure(t, end, run, AT_END, scratch.watched[EVERY], out)
+
+
+@root
+def _find_end_slope(t, run):
+    """The slope at the end of the step into ``states[SLOPE]``, if it is not known."""
+    scratch = run.scratch
+    if scratch.known[END_SLOPE] == 0:
+        slope(t, scratch.states[END], run, scratch.states[SLOPE])
+        scratch.known[END_SLOPE] = 1
+
+
+@root
+def _measure(t, y, run, which, watched, out):
+    """Margins at t, y with ``which`` of the reactions, those of contacts of ``watched`` rows
+    alone."""
     model = run.model
-    work = run.work
     modes = run.state.modes
-    if work.constraints.force.size > 0:  # the reactions are margins of what is held
-        slope(t, y, run, run.scratch.states[SPARE])
-    else:
-        _place(y, run)
+    motion = run.work.motion
+    _place(y, run)
     run.counters[LOOKS] += 1
-    motion = work.motion
     bodies = model.bodies
     elements = model.elements
     headings = run.scratch.headings
-    reactions = work.holds.reaction
+    reactions = run.scratch.reactions[which]
     events.find_margins(
         t, y, modes, motion, bodies, elements, model.tanks, headings, reactions, watched, out
     )
@@ -129,93 +158,123 @@ def _find_before(t, run):
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
-    _measure(t, state.y, run, watched, scratch.margins[BEFORE])
+    _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE])
     known[START_MARGINS] = KNOWN
+
+
+@root
+def _look_over(t, h, run):
+    """Lay the cubic through both ends of the step, which is kept as the uncut one, and find the
+    margins at its start."""
+    scratch = run.scratch
+    _find_end_slope(t + h, run)
+    assign(scratch.states[FULL], scratch.states[END])
+    if is_held(run):
+        _find_reactions(AT_THIRD, t, h, run)
+        _find_reactions(AT_TWO_THIRDS, t, h, run)
+    else:
+        keep_reactions(AT_THIRD, run)
+        keep_reactions(AT_TWO_THIRDS, run)
+    _find_before(t, run)
+
+
+@root
+def _find_reactions(which, t, h, run):
+    """Reactions at a third, or two, of the cubic."""
+    x = (which - AT_START) / 3.0
+    stage = run.scratch.states[STAGE]
+    _interpolate(x, h, 0, stage.size, run)
+    slope(t + x * h, stage, run, run.scratch.states[SPARE])
+    keep_reactions(which, run)
 
 
 @root_giving(float)
 def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
-    The zero is sought on the cubic through both ends, and the difference between the method's own
-    step and the cubic at that place is then taken off (a contraction of order h^3), within a
-    bracket that always shrinks. Returns the length of the cut step.
+    The first guess is the zero on the cubic through both ends. From there on it is sought by
+    secants through ends of the method's own steps, within a bracket that always shrinks. Returns
+    the length of the cut step.
     """
     scratch = run.scratch
-    end = scratch.states[END]
     before = scratch.margins[BEFORE]
     after = scratch.margins[AFTER]
     now = scratch.margins[NOW]
-    every = scratch.watched[EVERY]
     ended = scratch.watched[SOME]
-    slope(t + h, end, run, scratch.states[SLOPE])
-    assign(scratch.states[FULL], end)
-    _find_before(t, run)
+    _look_over(t, h, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo = 0.0
-    f_lo = phi(before, before, after)
+    f_lo = max(phi(before, before, after), 0.0)
     hi = 1.0
     f_hi = phi(after, before, after)
-    x, on_cubic = _zero_on_cubic(0.0, t, h, run)
+    x, rise = _zero_on_cubic(t, h, run)
+    last = x
+    f_last = 0.0
     tries = 0
     while True:  # halves the bracket in the end, so that it does end
         tries += 1
         step(t, x * h, run)
         if run.counters[STATUS] != RUNNING:
             return x * h
-        _measure(t + x * h, end, run, every, now)
+        _measure_end(t + x * h, run, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
+        if tries > 1:
+            rise = (value - f_last) / (x - last)
+        last = x
+        f_last = value
         if value >= 0.0:
             lo = x
             f_lo = value
         else:  # or a step that is no longer finite
             hi = x
             f_hi = value
-        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
-        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
+        x -= value / rise
+        if tries > SECANTS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
-            on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
-            x = between(lo, max(f_lo, 0.0), hi, f_hi)
-            on_cubic = _phi_on_cubic(x, t, h, run)
+            x = between(lo, f_lo, hi, f_hi)
 
 
 @root_giving(float, float)
-def _zero_on_cubic(defect, t, h, run):
-    """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
-    zero if phi is never positive (a mode that ends as soon as it begins)."""
+def _zero_on_cubic(t, h, run):
+    """First x in [0, 1] where phi on the cubic turns negative, and its slope there; zero if phi is
+    never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
     lo = 0.0
-    f_lo = phi(before, before, after) + defect
+    f_lo = phi(before, before, after)
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
-        f_hi = _phi_on_cubic(hi, t, h, run) + defect
+        f_hi = _phi_on_cubic(hi, t, h, run)
         if f_hi < 0.0 <= f_lo:
             break
         lo = hi
         f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
-        return 0.0, f_lo - defect
+        return 0.0, -1.0
     x = hi
     f = f_hi
-    for _ in range(60):
-        if hi - lo < 1e-14 or abs(f) < 1e-13:
-            break
+    side = 0.0
+    while hi - lo > ON_CUBIC and abs(f) > ON_CUBIC:
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, t, h, run) + defect
+        f = _phi_on_cubic(x, t, h, run)
         if f >= 0.0:
             lo = x
             f_lo = f
+            f_hi *= 0.5 if side > 0.0 else 1.0  # Illinois: an end that stays loses its weight
+            side = 1.0
         else:
             hi = x
             f_hi = f
-    return x, f - defect
+            f_lo *= 0.5 if side < 0.0 else 1.0
+            side = -1.0
+    early = (1.0 - NEAR) * x
+    return x, (f - _phi_on_cubic(early, t, h, run)) / (x - early)
 
 
 @kernel
@@ -237,20 +296,34 @@ def _phi_on_cubic(x, t, h, run):
 @root
 def _on_cubic(x, t, h, run, watched, out):
     """`_measure` on the cubic through both ends of the uncut step: of coordinates, rates and what
-    margins look at alone, but for the reactions of what is held."""
+    margins look at alone; reactions on the cubic through those that are known."""
     model = run.model
     stage = run.scratch.states[STAGE]
-    if run.work.constraints.force.size > 0:
-        _interpolate(x, h, 0, stage.size, run)
-    else:
-        _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
-        for i in range(watched.size):
-            if watched[i] != 0:
-                for part in range(events.FELT):
-                    first, last = events.felt(i, part, model.elements, model.tanks)
-                    if last > first:
-                        _interpolate(x, h, first, last, run)
-    _measure(t + x * h, stage, run, watched, out)
+    _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
+    for i in range(watched.size):
+        if watched[i] != 0:
+            for part in range(events.FELT):
+                first, last = events.felt(i, part, model.elements, model.tanks)
+                if last > first:
+                    _interpolate(x, h, first, last, run)
+    _interpolate_reactions(x, run.scratch.reactions)
+    _measure(t + x * h, stage, run, BETWEEN, watched, out)
+
+
+@kernel
+def _interpolate_reactions(x, reactions):
+    """Reactions ``reactions[BETWEEN]`` at ``x`` on the cubic through the four others."""
+    start = -4.5 * (x - 1.0 / 3.0) * (x - 2.0 / 3.0) * (x - 1.0)
+    third = 13.5 * x * (x - 2.0 / 3.0) * (x - 1.0)
+    two_thirds = -13.5 * x * (x - 1.0 / 3.0) * (x - 1.0)
+    end = 4.5 * x * (x - 1.0 / 3.0) * (x - 2.0 / 3.0)
+    for i in range(reactions.shape[1]):
+        for a in range(2):
+            reaction = start * reactions[AT_START, i, a]
+            reaction += third * reactions[AT_THIRD, i, a]
+            reaction += two_thirds * reactions[AT_TWO_THIRDS, i, a]
+            reaction += end * reactions[AT_END, i, a]
+            reactions[BETWEEN, i, a] = reaction
 
 
 @kernel
@@ -276,11 +349,7 @@ def _dip(t, h, run):
     scratch = run.scratch
     margin = scratch.margins
     every = scratch.watched[EVERY]
-    end = scratch.states[END]
-    slope(t + h, end, run, scratch.states[SLOPE])
-    scratch.known[END_SLOPE] = 1
-    assign(scratch.states[FULL], end)
-    _find_before(t, run)
+    _look_over(t, h, run)
     _on_cubic(NEAR, t, h, run, every, margin[EARLY])
     if not _may_dip(margin):
         return 1.0
@@ -291,12 +360,9 @@ def _dip(t, h, run):
         falling = (margin[EARLY, i] - first) / NEAR
         rising = (last - margin[LATE, i]) / NEAR
         if falling < 0.0 < rising:
-            meet = (last - rising - first) / (falling - rising)
-            floor = -LANDED * max(abs(first), abs(last))
-            if first + falling * meet < floor:
-                x = _deepest(i, floor, t, h, run)
-                if x < 1.0:
-                    return x
+            x = _deepest(i, Tangent(0.0, first, falling), Tangent(1.0, last, rising), t, h, run)
+            if x < 1.0:
+                return x
     return 1.0
 
 
@@ -311,32 +377,47 @@ def _may_dip(margin):
 
 
 @root_giving(float)
-def _deepest(i, floor, t, h, run):
-    """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
-    section; 1 if there is none."""
-    golden = 0.6180339887498949
-    lo = 0.0
-    hi = 1.0
-    a = 1.0 - golden
-    b = golden
-    f_a = _margin_on_cubic(i, a, t, h, run)
-    f_b = _margin_on_cubic(i, b, t, h, run)
-    for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
-        if min(f_a, f_b) < floor:
-            return a if f_a < f_b else b
-        if f_a < f_b:
-            hi = b
-            b = a
-            f_b = f_a
-            a = hi - golden * (hi - lo)
-            f_a = _margin_on_cubic(i, a, t, h, run)
+def _deepest(i, first, last, t, h, run):
+    """Place of a value of margin ``i`` below zero near its minimum on the cubic, between tangents
+    at both ends; 1 if there is none.
+
+    The minimum is sought where a cubic through both tangents has it. A margin that is convex is
+    nowhere below where its tangents meet: the search ends where that is not below zero.
+    """
+    floor = -LANDED * max(abs(first.value), abs(last.value))
+    for _ in range(TANGENTS):
+        if _meeting(first, last) >= floor or last.place - first.place < NEAR:
+            return 1.0
+        x = _bottom(first, last)
+        value = _margin_on_cubic(i, x, t, h, run)
+        if value < floor:
+            return x
+        slope_there = (_margin_on_cubic(i, x + NEAR, t, h, run) - value) / NEAR
+        if slope_there < 0.0:
+            first = Tangent(x, value, slope_there)
         else:
-            lo = a
-            a = b
-            f_a = f_b
-            b = lo + golden * (hi - lo)
-            f_b = _margin_on_cubic(i, b, t, h, run)
+            last = Tangent(x, value, slope_there)
     return 1.0
+
+
+@kernel
+def _meeting(first, last):
+    """Value where two tangents meet, of which the first falls."""
+    width = last.place - first.place
+    rest = last.value - last.slope * width - first.value
+    return first.value + first.slope * rest / (first.slope - last.slope)
+
+
+@kernel
+def _bottom(first, last):
+    """Place of the minimum of the cubic with these tangents, the first falling and the last not,
+    kept off both."""
+    width = last.place - first.place
+    mean = (last.value - first.value) / width
+    bend = first.slope + last.slope - 3.0 * mean
+    root = sqrt(max(bend * bend - first.slope * last.slope, 0.0))
+    share = 1.0 - (last.slope + root - bend) / (last.slope - first.slope + 2.0 * root)
+    return first.place + min(max(share, 0.01), 0.99) * width
 
 
 @root_giving(float)
@@ -471,7 +552,7 @@ def _switch(i, which, size, t, run):
     bodies = model.bodies
     elements = model.elements
     tanks = model.tanks
-    reactions = run.work.holds.reaction
+    reactions = run.scratch.reactions[AT_END]
     events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
     if triggered:
         _book_stored(i, -1.0, t, run)

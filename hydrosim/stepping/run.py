@@ -48,7 +48,7 @@ from hydrosim.stepping.state import (
     STEPS_THEN,
     UNKNOWN,
 )
-from hydrosim.stepping.stepper import slope, step
+from hydrosim.stepping.stepper import find_start_slope, step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
@@ -312,8 +312,7 @@ def _remember(t, run):
     work = run.work
     rates = run.scratch.k[0]
     n = bodies.active.size
-    slope(t, run.state.y, run, rates)
-    run.scratch.known[START_SLOPE] = 1
+    find_start_slope(t, run)
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
     headings = run.model.headings
     hulls = work.hulls

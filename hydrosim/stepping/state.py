@@ -26,6 +26,8 @@ and one to spare."""
 BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
 """Of `Scratch.margins`: before and after the uncut step, at the place in question, near both ends
 and on trial."""
+AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, BETWEEN = range(5)
+"""Of `Scratch.reactions`: on the step as it is cut, and at the place in question."""
 EVERY, SOME = range(2)
 """Of `Scratch.watched`: all rows of modes, and those that are looked at just now."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
@@ -100,7 +102,7 @@ class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
     whether rows of modes are ``watched`` (2, rows), the next adaptive step, the error of the last
     and where the run is as ``pace`` (4,), what is ``known`` (3,) already, the ``headings`` (nf, 2)
-    of slip at the start of the step."""
+    of slip at the start of the step, ``reactions`` (5, nf, 2) of what is held."""
 
     k: np.ndarray
     states: np.ndarray
@@ -109,6 +111,7 @@ class Scratch(NamedTuple):
     pace: np.ndarray
     known: np.ndarray
     headings: np.ndarray
+    reactions: np.ndarray
     newton: Newton
 
 
@@ -131,6 +134,7 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
     rows = len(new_modes(model))
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[EVERY] = 1
+    points = events.held_points(model.elements)
     return Scratch(
         np.zeros((method.tableau.b.size, ny)),
         np.zeros((5, ny)),
@@ -138,7 +142,8 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
         watched,
         np.array([step, 1.0, 0.0, 0.0]),
         np.zeros(3, dtype=np.int64),
-        np.zeros((events.held_points(model.elements), 2)),
+        np.zeros((points, 2)),
+        np.zeros((5, points, 2)),
         method.new_newton(dynamic_states(model), radiation_filters(model), ny),
     )
 

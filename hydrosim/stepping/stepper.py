@@ -11,7 +11,9 @@ from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.stepping.dynamics import jacobian, rhs
 from hydrosim.stepping.state import (
+    AT_START,
     END,
+    END_SLOPE,
     EVALUATIONS,
     NO_SOLUTION,
     SPARE,
@@ -33,8 +35,7 @@ def step(t, h, run):
     y, k, method, scratch = run.state.y, run.scratch.k, run.method, run.scratch
     stage, last = scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
     if scratch.known[START_SLOPE] == 0:
-        slope(t, y, run, k[0])
-        scratch.known[START_SLOPE] = 1
+        find_start_slope(t, run)
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
         at, weight = min(t + method.c[i] * h, last), h * method.a[i, i]
@@ -45,6 +46,31 @@ def step(t, h, run):
             if run.counters[STATUS] == NO_SOLUTION:
                 return
     advance_state(method, h, y, k, scratch.states[END])
+    scratch.known[END_SLOPE] = 0
+
+
+@kernel
+def find_start_slope(t, run):
+    """The slope at the current state into k[0], and the reactions there."""
+    slope(t, run.state.y, run, run.scratch.k[0])
+    run.scratch.known[START_SLOPE] = 1
+    keep_reactions(AT_START, run)
+
+
+@kernel
+def keep_reactions(which, run):
+    """Keep the reactions of the last evaluation."""
+    reactions = run.scratch.reactions[which]
+    found = run.work.holds.reaction
+    for i in range(found.shape[0]):
+        reactions[i, 0] = found[i, 0]
+        reactions[i, 1] = found[i, 1]
+
+
+@kernel
+def is_held(run):
+    """Whether anything is held now: reactions are all zero else."""
+    return run.work.constraints.number[0] > 0
 
 
 @kernel

@@ -24,7 +24,7 @@ from hydrosim.waves.second_order import (
     newman_square_root,
     sum_loads,
 )
-from hydrosim.waves.synthesis import Lines, summed, time_grid
+from hydrosim.waves.synthesis import Lines, add_sum, time_grid
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def wave_loads_model(
         step=np.array([step for _, step, _, _ in tables], dtype=float),
         ramp=np.array([ramp for _, _, ramp, _ in tables], dtype=float),
         offset=np.cumsum([0, *(len(values) for *_, values in tables)]),
-        values=np.concatenate([np.zeros((0, sum(widths))), *(values for *_, values in tables)]),
+        values=_stacked([values for *_, values in tables], sum(widths)),
         omega=np.concatenate([np.zeros(0), *(omega for omega, _, _ in singles)]),
         line_ramp=np.concatenate([np.zeros(0), *(ramp for _, ramp, _ in singles)]),
         lines=np.concatenate([np.zeros((0, 2, sum(widths))), *(values for *_, values in singles)]),
@@ -148,11 +148,19 @@ def _table(
     """Start, step and ramp of a table, and its rows: the sums of the lines of every column."""
     highest = max(line.highest for lines in columns for line in lines)
     grid = time_grid(waves.spacing, highest, start, dt, duration)
-    values = [
-        sum((summed(grid, line) for line in lines), np.zeros((grid.rows, width)))
-        for lines, width in zip(columns, widths, strict=True)
-    ]
-    return grid.start, grid.step, waves.ramp, np.hstack(values)
+    values = np.zeros((grid.rows, sum(widths)))
+    ends = np.cumsum((0, *widths))
+    for k, lines in enumerate(columns):
+        for line in lines:
+            add_sum(grid, line, values[:, ends[k] : ends[k + 1]])
+    return grid.start, grid.step, waves.ramp, values
+
+
+def _stacked(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
+    """The rows of all tables. A single one is not copied, since those of long runs are large."""
+    if len(tables) == 1:
+        return tables[0]
+    return np.concatenate([np.zeros((0, width)), *tables])
 
 
 def _lines(

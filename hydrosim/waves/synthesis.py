@@ -96,13 +96,12 @@ def _stages_apart(stages: int, phase: float) -> int:
     return next(fitting, most)
 
 
-def summed(grid: Grid, lines: Lines) -> np.ndarray:
-    """The loads on the grid, (rows, n); all frequencies are multiples of the grid's spacing."""
+def add_sum(grid: Grid, lines: Lines, total: np.ndarray) -> None:
+    """Add the loads on the grid to ``total`` (rows, n); all frequencies are multiples of the grid's
+    spacing."""
     index = np.rint(lines.omega * grid.step * grid.period / (2.0 * np.pi)).astype(np.int64)
     half = np.where(index == 0, 1.0, 0.5) * grid.period
-    total = np.empty((grid.rows, lines.amplitude.shape[1]))
     for j in range(lines.amplitude.shape[1]):
         spectrum = np.zeros(grid.period // 2 + 1, dtype=complex)
         np.add.at(spectrum, index, half * lines.amplitude[:, j])
-        total[:, j] = grid.cut(scipy.fft.irfft(spectrum, grid.period))
-    return total
+        total[:, j] += grid.cut(scipy.fft.irfft(spectrum, grid.period))

@@ -438,3 +438,15 @@ def test_hydrodynamics_that_cannot_be_are_named(text, tmp_path):
     path.write_text(f"title: t\nduration: 1 s\nenvironment: {{}}\nbodies:\n  block:{body}")
     with pytest.raises(InputError, match=re.escape(HYDRODYNAMICS[text])):
         load_case(path)
+
+
+@pytest.mark.parametrize(
+    ("solver", "said"),
+    [
+        ("{method: automatic, tolerance: {relative: 1e-6}}", "chooses itself"),
+        ("{method: dopri5, tolerance: 1e-6}", "expected method: automatic, or"),
+        ("{method: automatic, tolerance: -1}", "above 0"),
+    ],
+)
+def test_tolerances_of_the_wrong_kind(solver: str, said: str, refusal: Refusal) -> None:
+    assert said in refusal(BLOCK.replace("{method: rk4, step: 0.1 s}", solver))

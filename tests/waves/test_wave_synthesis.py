@@ -9,7 +9,7 @@ from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import Components, components
 from hydrosim.waves.second_order import difference_loads, newman
 from hydrosim.waves.spectra import density
-from hydrosim.waves.synthesis import Grid, Lines, summed, time_grid
+from hydrosim.waves.synthesis import Grid, Lines, add_sum, time_grid
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 
@@ -21,6 +21,13 @@ def sea(repeat_period: float = 600.0, seed: int = 1) -> Components:
 
 def grid_of(waves: Components, start: float, dt: float, duration: float) -> Grid:
     return time_grid(waves.spacing, waves.omega.max(), start, dt, duration)
+
+
+def summed(grid: Grid, lines: Lines) -> np.ndarray:
+    """The loads on the grid, (rows, n)."""
+    total = np.zeros((grid.rows, lines.amplitude.shape[1]))
+    add_sum(grid, lines, total)
+    return total
 
 
 def elevation(waves: Components, grid: Grid) -> np.ndarray:

@@ -27,10 +27,9 @@ from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
-from hydrosim.scene import Scene
 from hydrosim.studies.many.outcome import Outcome
 from hydrosim.studies.many.pools import outcome_of
-from hydrosim.studies.many.work import Work, pack, unpack
+from hydrosim.studies.many.work import Packed, Work, pack, unpack
 from hydrosim.studies.run.checkpoint import program
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ LOOKS = 5  # without a worker, at least: one that a busy scheduler answers late 
 LARGEST = 50
 PARTS = 4
 MESSAGES = 10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
-Run = tuple[Future[Outcome], Scene]
+Run = tuple[Future[Outcome], Packed]
 OPEN = "run whatever is sent to them: let nobody else reach these ports"
 
 
@@ -163,9 +162,9 @@ class Cluster:
         return self._made
 
     def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
-        scenes = [scene for _, scene in batch]
+        packed = [each for _, each in batch]
         with self._lock:
-            task = self._client.submit(run_batch, program(), made, scenes, digest, pure=False)
+            task = self._client.submit(run_batch, program(), made, packed, digest, pure=False)
             self._tasks[task] = [future for future, _ in batch]
         task.add_done_callback(partial(self._taken, batch, made, digest, alone))
 
@@ -254,12 +253,12 @@ class Cluster:
 
 
 def run_batch(
-    expected: str, calm: Compiled, scenes: Sequence[Scene], digest: Digest
+    expected: str, calm: Compiled, works: Sequence[Packed], digest: Digest
 ) -> list[Outcome]:
     """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
     if program() != expected:
         raise InputError(f"--scheduler: a worker has {program()}; expected {expected}.")
-    return [outcome_of(unpack(scene, calm), digest, Event()) for scene in scenes]
+    return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
 
 
 def _program() -> str:

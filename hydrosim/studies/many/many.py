@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from hydrosim.statistics.figures import Figure
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
+EVERY = 20  # runs, of which the first estimates its error
+ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
 FEWEST = 4  # output times, to have statistics of
 
 Progress = Callable[[int, int], None]
@@ -61,6 +63,7 @@ def simulate_many(
     progress: Progress | None = None,
     resume: bool = False,
     pool: Pool | None = None,
+    first: int = 0,
 ) -> xr.Dataset:
     """Run all cases or scenes, on as many cores as there are ``workers``, by default all, or by a
     ``pool`` of others (`hydrosim.studies.many.cluster`), which is closed in the end.
@@ -78,6 +81,10 @@ def simulate_many(
     workers. With ``output`` it is in that netCDF file, and what is returned reads from there when
     asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
     a set that was killed or interrupted goes on from there with ``resume``, to the same result.
+
+    Run 0 and every 20th after it estimate their errors; the ``warnings`` of others say nothing of
+    that. `simulate` estimates that of any run. Runs of a part of a longer set count from ``first``,
+    their place in it.
 
     All runs have one duration, one output step and the same bodies. A run that cannot go on is
     marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
@@ -100,14 +107,18 @@ def simulate_many(
     shared = Shared()
     result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
-    said = {**(attributes or {}), **({} if result is None else result.attributes)}
+    said = {
+        "error_estimates": ESTIMATES,
+        **(attributes or {}),
+        **({} if result is None else result.attributes),
+    }
 
     def file_at(path: Path) -> RunsFile:
         return RunsFile(path, len(scenes), known, list(along), mark, said)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
-        work = _Set(scenes, shared, digest, file, journal)
+        work = _Set(scenes, shared, digest, file, journal, first)
         with _closed(file), collected_here():
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
@@ -253,18 +264,21 @@ def _collected() -> float:
 
 
 class _Set(NamedTuple):
-    """Scenes, what they share, what is taken of a run, the file, and what is kept on the way."""
+    """Scenes, what they share, what is taken of a run, the file, what is kept on the way, and the
+    number of the ``first`` run in the whole set."""
 
     scenes: Sequence[Scene]
     shared: Shared
     digest: Callable[[xr.Dataset], xr.Dataset]
     file: RunsFile
     journal: Journal | None
+    first: int
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
-            return pool.submit(self.shared.prepared(scene), self.digest)
+            estimates = (self.first + run) % EVERY == 0
+            return pool.submit(self.shared.prepared(scene, estimates), self.digest)
         found, attributes, warnings = self.journal.read(run)
         known: Future[Outcome] = Future()
         known.set_result(Outcome(COMPLETE, "", warnings, found, attributes))

@@ -45,7 +45,7 @@ def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
         return Outcome(NOT_RUN)
     try:
         compiled = in_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch)
+        run = run_compiled(compiled, watch, estimates=work.estimates)
     except KeyboardInterrupt:
         return Outcome("interrupted")
     except Exception as error:

@@ -121,13 +121,13 @@ def _serve(pipe: Connection, stop: Connection) -> None:
     calm: Any = None
     while True:
         try:
-            changed, scene, digest = pipe.recv()
+            changed, packed, digest = pipe.recv()
         except EOFError:
             return
         calm = calm if changed is None else changed
         answer: Outcome | InputError
         try:
-            answer = outcome_of(unpack(scene, calm), digest, _Stop(stop))
+            answer = outcome_of(unpack(packed, calm), digest, _Stop(stop))
         except InputError as error:
             answer = error
         try:

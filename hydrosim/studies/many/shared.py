@@ -40,8 +40,9 @@ class Shared:
         self._made: tuple[list[str], Compiled] | None = None
         self._known: dict[bytes, list[str]] = {}
 
-    def prepared(self, scene: Scene) -> Work | Exception:
-        """A scene in calm water and its sea, or why there is none."""
+    def prepared(self, scene: Scene, estimates: bool = False) -> Work | Exception:
+        """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error,
+        or does not."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=replace(scene.environment, waves=()))
         if self._calm is None or not alike(calm, self._calm):
@@ -62,8 +63,9 @@ class Shared:
             return error
         made = self._made[1]
         # what is read from files is read: netCDF knows no threads
-        scene = replace(scene, bodies=made.scene.bodies, initial=made.scene.initial)
-        return Work(scene, drawn, made)
+        own = made.scene
+        scene = replace(scene, bodies=own.bodies, initial=own.initial, solver=own.solver)
+        return Work(scene, drawn, made, estimates)
 
     def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""

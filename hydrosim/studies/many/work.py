@@ -14,19 +14,28 @@ if TYPE_CHECKING:
 
 
 class Work(NamedTuple):
-    """A scene, the sea drawn of its waves, and all else compiled."""
+    """A scene, the sea drawn of its waves, and all else compiled; whether its run ``estimates`` its
+    error."""
 
     scene: Scene
     sea: tuple[Components, ...]
     calm: Compiled
+    estimates: bool
 
 
-def pack(work: Work) -> Scene:
+class Packed(NamedTuple):
     """What another process must be sent of a work, beside its compiled model."""
-    return replace(work.scene, bodies=(), initial=None)
+
+    scene: Scene
+    estimates: bool
 
 
-def unpack(scene: Scene, calm: Compiled) -> Work:
+def pack(work: Work) -> Packed:
+    """The work without its sea and its compiled model."""
+    return Packed(replace(work.scene, bodies=(), initial=None), work.estimates)
+
+
+def unpack(packed: Packed, calm: Compiled) -> Work:
     """A work that was packed. Its sea is drawn again from its seeds."""
-    scene = replace(scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
-    return Work(scene, sea(scene.environment), calm)
+    scene = replace(packed.scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
+    return Work(scene, sea(scene.environment), calm, packed.estimates)

@@ -6,7 +6,7 @@ them, coupled bodies that moved apart, angles that are not small, fenders presse
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -39,6 +39,7 @@ APART, TURNED = 0.1, np.radians(3.0)
 BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
 SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
+BLOCK = 4096  # records at once: all of a long run, for each sample, need much memory
 PERIODS = 3.0  # of the waves: what is slower is slow
 
 
@@ -75,7 +76,7 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     for name, fender in scene.forces.items():
         if not isinstance(fender, Contact) or isinstance(fender.normal, PrescribedNormal):
             continue
-        own = run.sel(fender=list(fender.unit_names(name)))
+        own = _of_points(run, fender.unit_names(name))
         deep = np.where(own.fender_mode == OPEN, 0.0, own.fender_compression)
         at, point = np.unravel_index(int(np.argmax(deep)), deep.shape)
         if deep[at, point] > SOFTEST:
@@ -87,6 +88,11 @@ def _pressed_by_metres(scene: Scene, run: xr.Dataset) -> Iterator[str]:
             )
 
 
+def _of_points(run: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+    """Modes and compressions of some contact points, without a copy of all else."""
+    return run[["fender_mode", "fender_compression"]].sel(fender=list(names))
+
+
 def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
     """Landings that came down beside their seats, which did not carry them."""
     landings = {
@@ -95,7 +101,7 @@ def _beside_seats(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         if isinstance(element, Landing) and element.active is None
     }
     for name, landing in landings.items():
-        own = run.sel(fender=list(landing.unit_names(name)))
+        own = _of_points(run, landing.unit_names(name))
         below = (own.fender_mode.values == OPEN) & (own.fender_compression.values == 0.0)
         for point in np.flatnonzero(below.any(axis=0)):
             late = np.flatnonzero(below[:, point])
@@ -195,8 +201,8 @@ def _slow(run: xr.Dataset, name: str, sea: Sample) -> np.ndarray:
 
 def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iterator[str]:
     """A body that was far from its place at rest while waves met it there."""
-    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
-    phase = np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1))
+    blocks = (slow[k : k + BLOCK] for k in range(0, len(slow), BLOCK))
+    phase = np.concatenate([_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
     if phase[at] > PHASE:
         yield (
@@ -204,6 +210,12 @@ def _drifted(body: Body, run: xr.Dataset, slow: np.ndarray, sea: Sample) -> Iter
             f" was {np.hypot(*slow[at, :2]):.3g} m away, {phase[at]:.2g} rad of the waves' phase;"
             f" expected less than {PHASE:g} rad. Set wave_forces.position: slow."
         )
+
+
+def _phases(slow: np.ndarray, sea: Sample) -> np.ndarray:
+    """Root mean square phase [rad], (nt,), of the waves along the places ``slow`` (nt, 3)."""
+    along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)
+    return np.asarray(np.sqrt(np.mean(np.square(sea.wavenumber * along), axis=1)))
 
 
 def _turned_first(

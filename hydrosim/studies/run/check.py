@@ -65,6 +65,8 @@ def survey(
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
     elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
+        if notes.method:
+            yield f"chosen: {notes.method}"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
     for wet in own.wet:

@@ -117,11 +117,11 @@ def _settings(
 def _with(scene: Scene, method: Method, setting: float) -> Scene:
     """The scene with this method and step, or with this tolerance in m and 1 (angles: a hundredth
     of it, as if at an arm of 100 m)."""
-    scene = replace(scene, solver=replace(scene.solver, linear=LinearScenes.STEP))
+    solver = replace(scene.solver, linear=LinearScenes.STEP, accuracy=None)
     if method.adapts:
         tolerance = Tolerance(setting, setting, setting / 100)
-        return replace(scene, solver=replace(scene.solver, method=method, tolerance=tolerance))
-    return replace(scene, solver=replace(scene.solver, method=method, step=setting))
+        return replace(scene, solver=replace(solver, method=method, tolerance=tolerance))
+    return replace(scene, solver=replace(solver, method=method, step=setting))
 
 
 def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) -> Trial:

@@ -25,13 +25,22 @@ STEEPEST = 100.0  # of the logarithm of a growth: more cannot be told from it
 
 class Path:
     """A path of what is ``compiled``, with the steps of the ``run`` or others. It begins with the
-    state of the run at its record ``begin``, ``moved`` by so much."""
+    state of the run at its record ``begin``, ``moved`` by so much. Of its records it keeps how far
+    a ``channel`` is from that of the run."""
 
     def __init__(
-        self, run: Run, compiled: Compiled, begin: int = 0, moved: np.ndarray | float = 0.0
+        self,
+        run: Run,
+        compiled: Compiled,
+        begin: int = 0,
+        moved: np.ndarray | float = 0.0,
+        channel: str = "coordinates",
     ) -> None:
         self.begin = begin
+        self.end = begin - 1
         self._beside = run
+        self._channel = channel
+        self._gaps: list[np.ndarray] = []
         state = compiled.first_state()
         if begin > 0:
             state.y[:] = recorded(run, "y", begin, begin)[0]
@@ -40,20 +49,15 @@ class Path:
         clock = compile_clock(compiled)
         passed = begin * clock.every
         clock = clock._replace(first=clock.first + passed, points=clock.points - passed)
-        self._run = new_run(
-            clock, compiled.model, compiled.method, state, new_record(compiled.model, clock)
-        )
+        at_once = min(clock.points, AT_ONCE * clock.every)
+        record = new_record(compiled.model, clock._replace(points=at_once))
+        self._run = new_run(clock, compiled.model, compiled.method, state, record)
         self._held = Held(self._run)
 
     @property
     def evaluations(self) -> int:
         """Evaluations of its equation, so far."""
         return int(self._run.counters[EVALUATIONS])
-
-    @property
-    def end(self) -> int:
-        """The last record of the run that it has come to."""
-        return self.begin + max(int(self._run.counters[RECORDS]), 1) - 1
 
     @property
     def failed(self) -> bool:
@@ -68,22 +72,28 @@ class Path:
             if left <= 0 and self.end > self.begin:
                 break
             advance(min(AT_ONCE, max(left, 1)), self._held)
+            self._compare()
+
+    def _compare(self) -> None:
+        """Keep the gaps at the records that are new, and make room for others: a long record would
+        need as much memory as that of the run. A step takes an evaluation at least."""
+        counters = self._run.counters
+        known = min(len(self._gaps), 1)  # a record without any would begin the path anew
+        theirs = recorded(self._run, self._channel, known)
+        first = self.end + 1
+        self.end += len(theirs)
+        self._gaps.append(theirs - recorded(self._beside, self._channel, first, self.end))
+        counters[RECORDS] = min(counters[RECORDS], 1)
 
     def apart(self, ranges: np.ndarray) -> np.ndarray:
         """How far the two are apart at their common records, (nt, nb), over ``ranges`` (nb, 2)."""
-        ours = recorded(self._beside, "coordinates", self.begin, self.end)
-        theirs = recorded(self._run, "coordinates", 0, self.end - self.begin)
-        gap = np.abs(theirs - ours).reshape(len(ours), -1, 2, 3).max(axis=3)
-        return (gap / ranges).max(axis=2)
+        gaps = self.gaps()
+        widest = np.abs(gaps).reshape(len(gaps), -1, 2, 3).max(axis=3)
+        return (widest / ranges).max(axis=2)
 
     def gaps(self) -> np.ndarray:
-        """How far states are from those of the run at the common records, (nt, ny)."""
-        ours = recorded(self._beside, "y", self.begin, self.end)
-        theirs = recorded(self._run, "y", 0, self.end - self.begin)
-        gaps = theirs - ours
-        model = self._run.model
-        gaps[:, model.slow : model.draught] = 0.0  # paths in waves, which each takes anew
-        return gaps
+        """How far the channel is from that of the run at the common records, (nt, n)."""
+        return np.concatenate(self._gaps)
 
 
 class Growth(NamedTuple):
@@ -106,17 +116,19 @@ def growth(run: Run, compiled: Compiled, begin: int, granted: float) -> Growth:
         return Growth()
     size = _sizes(run)
     coordinates = size.size // 2
-    moved = np.zeros(run.model.size)
+    model = run.model
+    moved = np.zeros(model.size)
     moved[:coordinates] = NEARBY * size[:coordinates]
     handed_on = 0.0
     levels = []
     spent = 0
     places = _places(changes, begin, last)
     for place, following in pairwise(places):
-        path = Path(run, compiled, place, moved)
+        path = Path(run, compiled, place, moved, "y")
         path.follow(granted / (len(places) - 1), following)
         spent += path.evaluations
         gaps = path.gaps()[1:]
+        gaps[:, model.slow : model.draught] = 0.0  # paths in waves, which each takes anew
         if not len(gaps):  # it has failed before the next record
             continue
         distances = np.abs(gaps[:, : size.size] / size).max(axis=1)

@@ -14,7 +14,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
-from hydrosim.compiling.restart import HEADINGS, MET, started_from
+from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
 from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
 from hydrosim.jit.waiting import Torn, running_time
@@ -128,9 +128,13 @@ def prepared(case: Case | Scene, progress: Progress | None = None) -> Scene:
 
 
 def run_compiled(
-    compiled: Compiled, progress: Progress | None = None, kept: Checkpoint | None = None
+    compiled: Compiled,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+    estimates: bool = True,
 ) -> xr.Dataset:
-    """`simulate` for a scene that is compiled and whose step limits are known."""
+    """`simulate` for a scene that is compiled and whose step limits are known. It ``estimates`` its
+    error by a twin or leaves that out."""
     scene = compiled.scene
     model = compiled.model
     clock = compile_clock(compiled)
@@ -177,7 +181,7 @@ def run_compiled(
     layout = compiled.facts.layout
     dataset = to_dataset(scene, model, layout, compiled.sea, record, count, history, attributes)
     warn(dataset, noticed(compiled, dataset))
-    if status == "complete" and not failed:
+    if estimates and status == "complete" and not failed:
         estimate = estimated(compiled, run)
         dataset.attrs["twin_evaluations"] = estimate.evaluations
         warn(dataset, estimate.warnings)
@@ -286,6 +290,8 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "wave_ramp": max((wave.ramp for wave in scene.environment.waves), default=0.0) or None,
         "solver_method": str(scene.solver.method),
         "solver_step": scene.solver.step,
+        ACCURACY: scene.solver.accuracy,
+        "solver_chosen": notes.method or None,
         "skipped": "\n".join(notes.skipped) or None,
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim.compiling.automatic import accuracy_of
 from hydrosim.compiling.calm import compile_calm, in_waves
 from hydrosim.compiling.facts import facts_of
 from hydrosim.radiation.threads import one_thread
@@ -38,7 +39,9 @@ if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
 
 WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
+"""Where the method is chosen for an accuracy, that is told which is beyond it."""
 STILL = 1e-6  # m, rad: a smaller range is none
+SMALL = (1e-3, 1e-5)  # m, rad: nor is this of a method that is chosen for an accuracy
 ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
 # steps of the twin for one of the run, and tolerances
 FINER = 1.4
@@ -74,13 +77,14 @@ def estimated(compiled: Compiled, run: Run) -> Estimate:
 
 def _doubts(scene: Scene, finer: Scene, time: np.ndarray, wrong: np.ndarray) -> Iterator[str]:
     """What to say of motions that are ``wrong`` by so much of their range, (nt, nb)."""
-    far = np.flatnonzero(wrong.max(axis=1) > WRONG)
+    limit = _limit(scene.solver)
+    far = np.flatnonzero(wrong.max(axis=1) > limit)
     if far.size:
         worst = wrong.max(axis=0)
         name = scene.bodies[int(worst.argmax())].name
         yield (
             f"the motion of {name} may be wrong by {min(worst.max(), 1.0):.1g} of its range by"
-            f" {time[-1]:.4g} s, and by more than {WRONG:g} from {time[far[0]]:.4g} s on: with"
+            f" {time[-1]:.4g} s, and by more than {limit:g} from {time[far[0]]:.4g} s on: with"
             f" {_said(finer.solver)} it is another. Choose that or less, as long as this"
             " figure shrinks with it. Where it does not, contacts part what begins alike: take"
             " statistics over runs that begin a little apart, or give the contacts more damping or"
@@ -105,7 +109,7 @@ def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> 
     grown = Growth() if remembers else growth(run, compiled, twin.end, granted / 2)
     worst = twin.apart(ranges).max()
     at_end = worst * (last - twin.begin) / max(twin.end - twin.begin, 1)
-    if max(at_end, max(worst, LOCAL) * grown.factor) > WRONG:
+    if max(at_end, max(worst, LOCAL) * grown.factor) > _limit(compiled.scene.solver):
         _follow(twin, last, ranges)
     return twin, grown.evaluations
 
@@ -150,14 +154,23 @@ def _ranges(run: Run, solver: Solver) -> np.ndarray:
     """What errors are held to, (nb, 2): the range of each body's places [m], and of its angles
     [rad], but no less than is worth it."""
     least = np.full(2, STILL)
-    if solver.method.adapts:
+    if solver.accuracy is not None:
+        least = np.array(SMALL)
+    elif solver.method.adapts:
         asked = np.array([solver.tolerance.position, solver.tolerance.angle])
         least = np.maximum(least, asked * ASKED / WRONG)
     motion = recorded(run, "coordinates")
     return np.maximum(np.ptp(motion, axis=0).reshape(-1, 2, 3).max(axis=2), least)
 
 
+def _limit(solver: Solver) -> float:
+    """The error of motions, of their range, beyond which a run is told to be wrong."""
+    return WRONG if solver.accuracy is None else solver.accuracy
+
+
 def _said(solver: Solver) -> str:
+    if solver.accuracy is not None:
+        return f"solver.tolerance: {accuracy_of(solver):.2g}"
     if solver.method.adapts:
         return f"solver.tolerance.relative: {solver.tolerance.relative:.2g} (and others alike)"
     return f"solver.step: {solver.step:.3g} s"

@@ -65,7 +65,7 @@ def run_until(
             if width <= wanted.wide.value or more <= 0 or wanted.figure not in runs:
                 break
             new = [max(known) + 1 + k for k in range(more)]
-            part = with_seeds(study, len(seeds), new)
+            part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
             known = [*known, *new]
         write(runs, output)
         for each in rounds:

@@ -53,7 +53,7 @@ class Study:
     kept of the runs and which ``figures`` are asked for; the files that are read, ``inputs``; the
     ``design`` in words of the file (JSON); the ``seeds`` of each combination, and ``until`` when
     there are to be more; the ``settings`` that its result is made with; the ``bounds`` of figures,
-    see `StudyFile`."""
+    see `StudyFile`; the number of the ``first`` run, if these are a part of a longer study."""
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
@@ -65,6 +65,7 @@ class Study:
     until: Enough | None = None
     settings: str = ""
     bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
+    first: int = 0
 
 
 def read_study(path: Path) -> StudyFile:

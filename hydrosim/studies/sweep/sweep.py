@@ -45,6 +45,7 @@ def run_study(
             progress=progress,
             resume=resume,
             pool=pool,
+            first=study.first,
         )
     except InputError as error:
         raise InputError(str(error).replace("simulate_many:", f"{file}: output:")) from None

@@ -26,6 +26,7 @@ from hydrosim.statistics.figures import Figure
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
 from hydrosim.studies.many.alike import alike
+from hydrosim.studies.run.twin import Estimate
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -320,3 +321,15 @@ def test_runs_that_differ_in_what_is_not_kept_fit_together() -> None:
     runs = hs.simulate_many([sliding(0.1), sliding(0.15)], labels={"kinetic": [0.1, 0.15]})
     assert list(runs.status) == ["complete"] * 2
     assert float(runs.end_position[1, 0, 0]) < float(runs.end_position[0, 0, 0])
+
+
+def test_some_runs_estimate_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first of so many runs does, and the dataset says so."""
+    told = Estimate(("estimated",))
+    monkeypatch.setattr("hydrosim.studies.run.simulation.estimated", lambda *_: told)
+    monkeypatch.setattr("hydrosim.studies.many.many.EVERY", 2)
+    runs = hs.simulate_many(seeds(1, 2, 3), workers=2)
+    assert ["estimated" in str(said) for said in runs.warnings.values] == [True, False, True]
+    assert "in run 0" in runs.attrs["error_estimates"]
+    later = hs.simulate_many(seeds(4, 5), workers=2, first=3)
+    assert ["estimated" in str(said) for said in later.warnings.values] == [False, True]

@@ -68,7 +68,7 @@ def test_a_set_goes_on_to_the_same_result(tmp_path: Path, monkeypatch: pytest.Mo
     part.close()
     made = []
     once = pools.run_compiled
-    monkeypatch.setattr(pools, "run_compiled", lambda *a: made.append(1) or once(*a))
+    monkeypatch.setattr(pools, "run_compiled", lambda *a, **of: made.append(1) or once(*a, **of))
     hs.simulate_many(scenes, path, workers=2, resume=True).close()
     assert len(made) <= 4
     assert differences(result(path), result(tmp_path / "whole.nc")) == []
@@ -98,10 +98,10 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
     """Whatever it raises, where it runs and where it is made."""
     once, prepared = pools.run_compiled, shared.check_scene
 
-    def run(compiled: object, watch: object) -> xr.Dataset:
+    def run(compiled: object, watch: object, **of: object) -> xr.Dataset:
         if compiled.scene.environment.waves[0].seed == 1:
             raise ZeroDivisionError("of nothing")
-        return once(compiled, watch)
+        return once(compiled, watch, **of)
 
     def check(scene: Scene) -> None:
         if scene.environment.waves[0].seed == 2:

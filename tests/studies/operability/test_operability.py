@@ -256,11 +256,14 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     assert "what is complete is kept; --resume goes on from there" in ended.err
     assert not Path("part.nc").exists()
     assert "--resume goes on" in operability("-o", "part.nc").err
-    made: list[object] = []
+    made: list[dict[str, object]] = []
     run_once = pools.run_compiled
-    monkeypatch.setattr(pools, "run_compiled", lambda *a: made.append(1) or run_once(*a))
+    monkeypatch.setattr(
+        pools, "run_compiled", lambda *a, **of: made.append(of) or run_once(*a, **of)
+    )
     operability("-o", "part.nc", "--resume")
     found, whole = (xr.load_dataset(name) for name in ("part.nc", "whole.nc"))
     assert differences(found, whole) == []
     assert len(made) == found.attrs["runs"] - 11
+    assert not any(of["estimates"] for of in made)  # nobody is shown what they would say
     assert not Path("part.nc.partial").exists()

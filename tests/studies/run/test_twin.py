@@ -157,3 +157,12 @@ def test_what_would_cost_little_is_followed_to_the_end() -> None:
     run = hs.simulate(replace(bouncing((0.0, 0.0, 0.0)), duration=10.0))
     ratio = run.attrs["twin_evaluations"] / run.attrs["solver_evaluations"]
     assert 1.2 < ratio < 1.5
+
+
+def test_an_error_beyond_the_accuracy_is_said() -> None:
+    """A block that rattles on its legs is another with each tolerance."""
+    scene = bouncing(LEGS, roll=0.1, pitch=0.07)
+    solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=1e-7)
+    run = hs.simulate(replace(scene, solver=solver))
+    assert "by more than 1e-07 from" in run.attrs["warnings"]
+    assert "solver.tolerance: 2.5e-08" in run.attrs["warnings"]

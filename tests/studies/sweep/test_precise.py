@@ -49,7 +49,14 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
     assert data.until is not None
     assert data.seeds is not None
     output = Output(tmp_path / "runs.nc", "sweep", path)
-    said = run_until(load_study(path), data.seeds, data.until, known, output)
+    firsts = []
+
+    def numbered(part: Study, file: Path) -> xr.Dataset:
+        firsts.append(part.first)
+        return known(part, file)
+
+    said = run_until(load_study(path), data.seeds, data.until, numbered, output)
+    assert firsts == [0, *(n for n in (8, 16, 32, 64, 128) if n < 2 * seeds)]
     assert said.startswith(f"{seeds} seeds: ")
     assert said.endswith(" m, not 0.001 m as asked for" if wide == "1 mm" else " m")
     with xr.open_dataset(tmp_path / "runs.nc") as runs:

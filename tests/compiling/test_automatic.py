@@ -1,0 +1,120 @@
+"""`solver: {method: automatic, tolerance: E}`: what is chosen, kept, and how exact it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from moored_barge import in_contact, in_waves, scene_of
+
+import hydrosim as hs
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.forces import Fender, StickSlip
+from hydrosim.scene import (
+    Jonswap,
+    Kinematics,
+    LinearScenes,
+    Method,
+    Scene,
+    Solver,
+    Start,
+    WaveTrain,
+)
+
+Figure = Callable[[str, float], None]
+SEA = WaveTrain(Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6)
+
+
+def automatic(scene: Scene, accuracy: float) -> Scene:
+    solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
+    return replace(scene, solver=solver)
+
+
+def stiff(scene: Scene, times: float) -> Scene:
+    """The scene with nodes of its interface so many times as stiff."""
+    fender = scene.forces["interface"]
+    assert isinstance(fender, Fender)
+    assert isinstance(fender.friction, StickSlip)
+    law = replace(fender.friction, stiffness=times * fender.friction.stiffness)
+    return replace(scene, forces={**scene.forces, "interface": replace(fender, friction=law)})
+
+
+def chosen(scene: Scene) -> tuple[Method, float]:
+    solver = compile_scene(scene, in_plane=True).scene.solver
+    return solver.method, solver.tolerance.relative
+
+
+def apart(run: xr.Dataset, other: xr.Dataset) -> float:
+    """Largest distance over the range of places, and of angles."""
+    pair = [each.position.values[:, 0].reshape(-1, 2, 3) for each in (run, other)]
+    ranges = np.maximum(np.ptp(pair[1], axis=0).max(axis=1), 1e-6)
+    return float((np.abs(pair[0] - pair[1]).max(axis=(0, 2)) / ranges).max())
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
+def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None:
+    """The moored barge in a sea of all its degrees of freedom, against what is propagated exactly,
+    which takes no steps."""
+    free = scene_of("base")
+    forces = {"mooring": free.forces["mooring"]}
+    barge = in_waves(replace(free, forces=forces, duration=300.0), SEA)
+    barge = replace(barge, output_step=0.5, solver=Solver(kinematics=Kinematics.LINEAR))
+    exact = hs.simulate(barge)
+    assert exact.attrs["solver_linear"].startswith("propagated")
+    solver = replace(barge.solver, linear=LinearScenes.STEP)
+    run = hs.simulate(automatic(replace(barge, solver=solver), accuracy))
+    assert run.attrs["solver_steps"] > 0
+    error = apart(run, exact)
+    figure(f"error of automatic over its tolerance, {accuracy:g}", error / accuracy)
+    assert error < accuracy
+
+
+def test_contacts_within_the_accuracy(figure: Figure) -> None:
+    """The barge that knocks and sticks, against rk4 at a hundredth of its step."""
+    scene = in_contact(30.0)
+    fine = hs.simulate(replace(scene, solver=Solver(step=1e-3)))
+    run = hs.simulate(automatic(scene, 1e-5))
+    assert run.attrs["solver_events"] > 20
+    error = apart(run, fine)
+    figure("error of automatic through contacts, tolerance 1e-5", error)
+    assert error < 1e-5
+
+
+def test_stiff_nodes_are_implicit() -> None:
+    """Nodes 100 times as stiff make explicit steps ten times as short; what a tight tolerance asks
+    for in any case is no reason."""
+    scene = in_contact(10.0)
+    assert chosen(automatic(scene, 1e-6)) == (Method.DOPRI5, pytest.approx(5e-6))
+    assert chosen(automatic(stiff(scene, 100.0), 1e-6)) == (Method.ESDIRK4, pytest.approx(1e-7))
+    assert chosen(automatic(stiff(scene, 100.0), 1e-10))[0] == Method.DOPRI5
+
+
+def test_the_sea_does_not_count() -> None:
+    """All runs of a study have the same method and tolerance, and it is said which."""
+    scene = automatic(stiff(in_contact(5.0), 100.0), 1e-4)
+    (train,) = scene.environment.waves
+    seas = [replace(train, seed=seed, heading=seed / 3) for seed in (1, 2)]
+    runs = hs.simulate_many([in_waves(scene, sea) for sea in seas], start=0.0)
+    assert runs.attrs["solver_method"] == "esdirk4"
+    assert runs.attrs["solver_accuracy"] == 1e-4
+    assert runs.attrs["solver_chosen"].startswith("esdirk4 for an error of 0.0001")
+
+
+def test_a_restart_keeps_the_method() -> None:
+    """Its contacts may be others by then; with another accuracy it is chosen anew."""
+    first = hs.simulate(automatic(stiff(in_contact(5.0), 100.0), 1e-4))
+    assert first.attrs["solver_method"] == "esdirk4"
+    later = replace(automatic(in_contact(5.0), 1e-4), initial=Start(first, None))
+    kept = hs.simulate(later)
+    assert kept.attrs["solver_method"] == "esdirk4"
+    assert "as in the run that it starts from" in kept.attrs["solver_chosen"]
+    assert chosen(automatic(later, 1e-3))[0] == Method.DOPRI5
+
+
+def test_it_aims_at_what_is_usual_if_nothing_is_said() -> None:
+    scene = in_contact(5.0)
+    solver = replace(scene.solver, method=Method.AUTOMATIC)
+    assert compile_scene(replace(scene, solver=solver)).scene.solver.accuracy == 1e-4
