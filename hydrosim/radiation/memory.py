@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root, summing
+from hydrosim.jit.kernels import kernel, summing
 from hydrosim.radiation.dots import dot, dot_three
 
 AT_ONCE = 3

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import assign, kernel, root
+from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, sub, vector
 
