@@ -20,7 +20,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
-from hydrosim.jit.kernels import root
+from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.kinematics import wrench_of_coordinates
 from hydrosim.rigid.stiffness import spring_energy, spring_force
 from hydrosim.rigid.vectors import product
@@ -130,7 +130,7 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
             )
 
 
-@root
+@kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
     for mooring in p:

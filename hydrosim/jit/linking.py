@@ -18,11 +18,18 @@ and the call from Python raises the error.
 Addresses hold in one process. So machine code on disk has names of doors, which are made again
 before it is loaded.
 
-What is relied on of numba and documented nowhere: `JITCodeLibrary` and `_linking_libraries`
-(numba/core/codegen.py), `CPUDispatcher` with `get_call_template`, `get_overload` and `_cache`
-(numba/core/dispatcher.py), `compile_extra` and `Flags` (numba/core/compiler.py), `_Cache` and
-`CompileResult._rebuild` (numba/core/caching.py, compiler.py), `ExternalFunctionDescriptor`
-(numba/core/funcdesc.py). Where one of them is another, `hydrosim.jit.plain` takes over.
+What is relied on of numba and documented nowhere, by files of its oldest version that is allowed,
+below https://github.com/numba/numba/blob/0.61.0/numba/core/:
+
+* codegen.py: `JITCodeLibrary`, its hooks and `_linking_libraries`; `JitEngine.finalize_object`;
+  `magic_tuple`, `get_host_cpu_features`
+* registry.py, dispatcher.py: `CPUDispatcher` with `get_call_template`, `get_overload`, `_cache`
+* compiler.py: `compile_extra`, `Flags`, `Compiler.define_pipelines`, `CompileResult._rebuild`
+* typed_passes.py, untyped_passes.py: the passes that are `NEEDLESS`
+* caching.py: `_Cache`
+* funcdesc.py: `ExternalFunctionDescriptor`
+
+Where one of them is another, `hydrosim.jit.plain` takes over.
 """
 
 from __future__ import annotations

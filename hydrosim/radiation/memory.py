@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root, summing
+from hydrosim.jit.kernels import kernel, summing
 from hydrosim.radiation.dots import dot, dot_three
 
 AT_ONCE = 3
@@ -46,7 +46,7 @@ class ConstantDamping(NamedTuple):
     column: np.ndarray  # (entries,) int64
 
 
-@root
+@kernel
 def radiation_states(x, v, p, dx, force):
     """Fill dx = Lambda x + B v and subtract C x from ``force``, for all groups.
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import assign, kernel, root
+from hydrosim.jit.kernels import assign, kernel
 from hydrosim.rigid.mass import add_earth_inertia, cholesky, cholesky_solve
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, sub, vector
 
@@ -97,7 +97,7 @@ def new_turning(inertia: Inertia) -> Turning:
     )
 
 
-@root
+@kernel
 def accelerate_freely(p, bodies, motion, F, room, x):
     """Accelerations ``x`` (n,) of the free coordinates under the wrenches ``F`` (6 nb,), from which
     gyroscopic moments have been taken."""

@@ -259,7 +259,7 @@ def wrench_of_coordinates(b, Q, bodies, motion, wrench):
     wrench[6 * b + 5] += Q[5]
 
 
-@root
+@kernel
 def acceleration_map(bodies, motion, M, H):
     """H = S^T M S over the free coordinates; ``M`` (6 nb, 6 nb) is overwritten."""
     n = M.shape[0]

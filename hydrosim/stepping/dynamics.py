@@ -303,7 +303,7 @@ def look_inside(y, model, work):
         level_surfaces(y, work.motion, model.bodies, model.tanks, liquids, work.contents)
 
 
-@root
+@kernel
 def find_mass(model, A, work):
     """M + A where ``work.motion`` is placed into ``work.mass``, ``A`` in heading axes."""
     mass_matrix(model.bodies, work.contents, model.headings, work.motion, A, work.mass)
@@ -337,7 +337,7 @@ def kick(y, modes, model, work):
         y[n + i] += change[i]
 
 
-@root
+@kernel
 def constrain(modes, model, work):
     """State all constraints, where ``work.motion`` is placed: J q'' = c."""
     constraints = work.constraints

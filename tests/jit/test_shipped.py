@@ -82,7 +82,7 @@ def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(
 @pytest.mark.slow
 @pytest.mark.extras
 def test_the_version_tells_of_shipped_kernels(installed: Path) -> None:
-    told = command("hydrosim", "--version", PYTHONPATH=str(installed)).stdout
+    told = command("hydrosim", "--version", cwd=installed).stdout
     assert "kernels for x86-64-v3 came with the package, used" in told
 
 
