@@ -8,8 +8,7 @@ contact.
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
-from typing import NamedTuple
+from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
@@ -54,16 +53,7 @@ SWITCHED = 1e-8  # margins this near to zero switch together
 ON_CUBIC = 1e-10  # of the step, or of phi: a zero on the cubic is located to this
 SECANTS = 20  # tries to land by secants; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: slopes of margins are taken over this
-TANGENTS = 20  # at most, in search of a minimum
-
-
-class Tangent(NamedTuple):
-    """Of a margin at a ``place`` in a step, as a part of it, by which slopes are."""
-
-    place: float
-    value: float
-    slope: float
+NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
 @root_giving(float, bool)
@@ -360,9 +350,12 @@ def _dip(t, h, run):
         falling = (margin[EARLY, i] - first) / NEAR
         rising = (last - margin[LATE, i]) / NEAR
         if falling < 0.0 < rising:
-            x = _deepest(i, Tangent(0.0, first, falling), Tangent(1.0, last, rising), t, h, run)
-            if x < 1.0:
-                return x
+            meet = (last - rising - first) / (falling - rising)
+            floor = -LANDED * max(abs(first), abs(last))
+            if first + falling * meet < floor:
+                x = _deepest(i, floor, t, h, run)
+                if x < 1.0:
+                    return x
     return 1.0
 
 
@@ -377,47 +370,32 @@ def _may_dip(margin):
 
 
 @root_giving(float)
-def _deepest(i, first, last, t, h, run):
-    """Place of a value of margin ``i`` below zero near its minimum on the cubic, between tangents
-    at both ends; 1 if there is none.
-
-    The minimum is sought where a cubic through both tangents has it. A margin that is convex is
-    nowhere below where its tangents meet: the search ends where that is not below zero.
-    """
-    floor = -LANDED * max(abs(first.value), abs(last.value))
-    for _ in range(TANGENTS):
-        if _meeting(first, last) >= floor or last.place - first.place < NEAR:
-            return 1.0
-        x = _bottom(first, last)
-        value = _margin_on_cubic(i, x, t, h, run)
-        if value < floor:
-            return x
-        slope_there = (_margin_on_cubic(i, x + NEAR, t, h, run) - value) / NEAR
-        if slope_there < 0.0:
-            first = Tangent(x, value, slope_there)
+def _deepest(i, floor, t, h, run):
+    """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
+    section; 1 if there is none."""
+    golden = 0.6180339887498949
+    lo = 0.0
+    hi = 1.0
+    a = 1.0 - golden
+    b = golden
+    f_a = _margin_on_cubic(i, a, t, h, run)
+    f_b = _margin_on_cubic(i, b, t, h, run)
+    for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
+        if min(f_a, f_b) < floor:
+            return a if f_a < f_b else b
+        if f_a < f_b:
+            hi = b
+            b = a
+            f_b = f_a
+            a = hi - golden * (hi - lo)
+            f_a = _margin_on_cubic(i, a, t, h, run)
         else:
-            last = Tangent(x, value, slope_there)
+            lo = a
+            a = b
+            f_a = f_b
+            b = lo + golden * (hi - lo)
+            f_b = _margin_on_cubic(i, b, t, h, run)
     return 1.0
-
-
-@kernel
-def _meeting(first, last):
-    """Value where two tangents meet, of which the first falls."""
-    width = last.place - first.place
-    rest = last.value - last.slope * width - first.value
-    return first.value + first.slope * rest / (first.slope - last.slope)
-
-
-@kernel
-def _bottom(first, last):
-    """Place of the minimum of the cubic with these tangents, the first falling and the last not,
-    kept off both."""
-    width = last.place - first.place
-    mean = (last.value - first.value) / width
-    bend = first.slope + last.slope - 3.0 * mean
-    root = sqrt(max(bend * bend - first.slope * last.slope, 0.0))
-    share = 1.0 - (last.slope + root - bend) / (last.slope - first.slope + 2.0 * root)
-    return first.place + min(max(share, 0.01), 0.99) * width
 
 
 @root_giving(float)
