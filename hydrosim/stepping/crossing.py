@@ -50,8 +50,7 @@ from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-ON_CUBIC = 1e-10  # of the step, or of phi: a zero on the cubic is located to this
-SECANTS = 20  # tries to land by secants; then by halves
+CHORDS = 1000  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
 NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
@@ -73,6 +72,7 @@ def cut(t, stop, located, run):
             stop = t + _land(t, stop - t, run)
         else:
             assign(scratch.margins[NOW], after)
+        _find_end_reactions(stop, run)
         part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
             if left:
@@ -84,6 +84,7 @@ def cut(t, stop, located, run):
         left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, run)
+        _find_end_reactions(stop, run)
         assign(scratch.margins[LATE], scratch.margins[BEFORE])
     return stop, left
 
@@ -93,20 +94,39 @@ def _measure_end(t, run, out):
     """Margins at the end of the step. Reactions are margins of what is held: the right hand side
     gives them, and the slope there is kept."""
     scratch = run.scratch
+    _find_end_reactions(t, run)
+    _measure(t, scratch.states[END], run, AT_END, scratch.watched[EVERY], out)
+
+
+@root
+def _measure_try(t, run, out):
+    """Margins at the end of a step that is tried: what is known of the uncut one is kept."""
+    scratch = run.scratch
     end = scratch.states[END]
     if is_held(run):
-        _find_end_slope(t, run)
-    keep_reactions(AT_END, run)
-    _measure(t, end, run, AT_END, scratch.watched[EVERY], out)
+        slope(t, end, run, scratch.states[SPARE])
+    keep_reactions(BETWEEN, run)
+    _measure(t, end, run, BETWEEN, scratch.watched[EVERY], out)
 
 
 @root
 def _find_end_slope(t, run):
-    """The slope at the end of the step into ``states[SLOPE]``, if it is not known."""
+    """The slope at the end of the step into ``states[SLOPE]``, and the reactions there, if they are
+    not known."""
     scratch = run.scratch
     if scratch.known[END_SLOPE] == 0:
         slope(t, scratch.states[END], run, scratch.states[SLOPE])
         scratch.known[END_SLOPE] = 1
+        keep_reactions(AT_END, run)
+
+
+@kernel
+def _find_end_reactions(t, run):
+    """Reactions at the end of the step; nothing is evaluated for those that are zero."""
+    if is_held(run):
+        _find_end_slope(t, run)
+    else:
+        keep_reactions(AT_END, run)
 
 
 @root
@@ -182,9 +202,9 @@ def _find_reactions(which, t, h, run):
 def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
-    The first guess is the zero on the cubic through both ends. From there on it is sought by
-    secants through ends of the method's own steps, within a bracket that always shrinks. Returns
-    the length of the cut step.
+    The zero is sought on the cubic through both ends, and the difference between the method's own
+    step and the cubic at that place is then taken off (a contraction of order h^3), within a
+    bracket that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
     before = scratch.margins[BEFORE]
@@ -195,76 +215,68 @@ def _land(t, h, run):
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo = 0.0
-    f_lo = max(phi(before, before, after), 0.0)
+    f_lo = phi(before, before, after)
     hi = 1.0
     f_hi = phi(after, before, after)
-    x, rise = _zero_on_cubic(t, h, run)
-    last = x
-    f_last = 0.0
+    x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
     while True:  # halves the bracket in the end, so that it does end
         tries += 1
         step(t, x * h, run)
         if run.counters[STATUS] != RUNNING:
             return x * h
-        _measure_end(t + x * h, run, now)
+        _measure_try(t + x * h, run, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
-        if tries > 1:
-            rise = (value - f_last) / (x - last)
-        last = x
-        f_last = value
         if value >= 0.0:
             lo = x
             f_lo = value
         else:  # or a step that is no longer finite
             hi = x
             f_hi = value
-        x -= value / rise
-        if tries > SECANTS or not (isfinite(f_lo) and isfinite(f_hi)):
+        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
+        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
-            x = between(lo, f_lo, hi, f_hi)
+            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
 
 
 @root_giving(float, float)
-def _zero_on_cubic(t, h, run):
-    """First x in [0, 1] where phi on the cubic turns negative, and its slope there; zero if phi is
-    never positive (a mode that ends as soon as it begins)."""
+def _zero_on_cubic(defect, t, h, run):
+    """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
+    zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
     lo = 0.0
-    f_lo = phi(before, before, after)
+    f_lo = phi(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
-        f_hi = _phi_on_cubic(hi, t, h, run)
+        f_hi = _phi_on_cubic(hi, t, h, run) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo = hi
         f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
-        return 0.0, -1.0
+        return 0.0, f_lo - defect
     x = hi
     f = f_hi
-    side = 0.0
-    while hi - lo > ON_CUBIC and abs(f) > ON_CUBIC:
+    for _ in range(60):
+        if hi - lo < 1e-14 or abs(f) < 1e-13:
+            break
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, t, h, run)
+        f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
             lo = x
             f_lo = f
-            f_hi *= 0.5 if side > 0.0 else 1.0  # Illinois: an end that stays loses its weight
-            side = 1.0
         else:
             hi = x
             f_hi = f
-            f_lo *= 0.5 if side < 0.0 else 1.0
-            side = -1.0
-    early = (1.0 - NEAR) * x
-    return x, (f - _phi_on_cubic(early, t, h, run)) / (x - early)
+    return x, f - defect
 
 
 @kernel
