@@ -8,8 +8,7 @@ contact.
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
-from typing import NamedTuple
+from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
@@ -51,19 +50,9 @@ from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
 SWITCHED = 1e-8  # margins this near to zero switch together
-ON_CUBIC = 1e-10  # of the step, or of phi: a zero on the cubic is located to this
-SECANTS = 20  # tries to land by secants; then by halves
+CHORDS = 1000  # tries to land by chords; then by halves
 DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: slopes of margins are taken over this
-TANGENTS = 20  # at most, in search of a minimum
-
-
-class Tangent(NamedTuple):
-    """Of a margin at a ``place`` in a step, as a part of it, by which slopes are."""
-
-    place: float
-    value: float
-    slope: float
+NEAR = 1e-4  # of a step: as far from its ends as slopes of margins are taken
 
 
 @root_giving(float, bool)
@@ -83,6 +72,7 @@ def cut(t, stop, located, run):
             stop = t + _land(t, stop - t, run)
         else:
             assign(scratch.margins[NOW], after)
+        _find_end_reactions(stop, run)
         part = _dip(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
             if left:
@@ -94,6 +84,7 @@ def cut(t, stop, located, run):
         left = any_negative(after)
     if left:
         stop = t + _land(t, stop - t, run)
+        _find_end_reactions(stop, run)
         assign(scratch.margins[LATE], scratch.margins[BEFORE])
     return stop, left
 
@@ -103,20 +94,39 @@ def _measure_end(t, run, out):
     """Margins at the end of the step. Reactions are margins of what is held: the right hand side
     gives them, and the slope there is kept."""
     scratch = run.scratch
+    _find_end_reactions(t, run)
+    _measure(t, scratch.states[END], run, AT_END, scratch.watched[EVERY], out)
+
+
+@root
+def _measure_try(t, run, out):
+    """Margins at the end of a step that is tried: what is known of the uncut one is kept."""
+    scratch = run.scratch
     end = scratch.states[END]
     if is_held(run):
-        _find_end_slope(t, run)
-    keep_reactions(AT_END, run)
-    _measure(t, end, run, AT_END, scratch.watched[EVERY], out)
+        slope(t, end, run, scratch.states[SPARE])
+    keep_reactions(BETWEEN, run)
+    _measure(t, end, run, BETWEEN, scratch.watched[EVERY], out)
 
 
 @root
 def _find_end_slope(t, run):
-    """The slope at the end of the step into ``states[SLOPE]``, if it is not known."""
+    """The slope at the end of the step into ``states[SLOPE]``, and the reactions there, if they are
+    not known."""
     scratch = run.scratch
     if scratch.known[END_SLOPE] == 0:
         slope(t, scratch.states[END], run, scratch.states[SLOPE])
         scratch.known[END_SLOPE] = 1
+        keep_reactions(AT_END, run)
+
+
+@kernel
+def _find_end_reactions(t, run):
+    """Reactions at the end of the step; nothing is evaluated for those that are zero."""
+    if is_held(run):
+        _find_end_slope(t, run)
+    else:
+        keep_reactions(AT_END, run)
 
 
 @root
@@ -192,9 +202,9 @@ def _find_reactions(which, t, h, run):
 def _land(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there in ``states[END]``.
 
-    The first guess is the zero on the cubic through both ends. From there on it is sought by
-    secants through ends of the method's own steps, within a bracket that always shrinks. Returns
-    the length of the cut step.
+    The zero is sought on the cubic through both ends, and the difference between the method's own
+    step and the cubic at that place is then taken off (a contraction of order h^3), within a
+    bracket that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
     before = scratch.margins[BEFORE]
@@ -205,76 +215,68 @@ def _land(t, h, run):
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     lo = 0.0
-    f_lo = max(phi(before, before, after), 0.0)
+    f_lo = phi(before, before, after)
     hi = 1.0
     f_hi = phi(after, before, after)
-    x, rise = _zero_on_cubic(t, h, run)
-    last = x
-    f_last = 0.0
+    x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
     while True:  # halves the bracket in the end, so that it does end
         tries += 1
         step(t, x * h, run)
         if run.counters[STATUS] != RUNNING:
             return x * h
-        _measure_end(t + x * h, run, now)
+        _measure_try(t + x * h, run, now)
         value = phi(now, before, after)
         if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
             return x * h
-        if tries > 1:
-            rise = (value - f_last) / (x - last)
-        last = x
-        f_last = value
         if value >= 0.0:
             lo = x
             f_lo = value
         else:  # or a step that is no longer finite
             hi = x
             f_hi = value
-        x -= value / rise
-        if tries > SECANTS or not (isfinite(f_lo) and isfinite(f_hi)):
+        x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
+        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
-            x = between(lo, f_lo, hi, f_hi)
+            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            on_cubic = _phi_on_cubic(x, t, h, run)
 
 
 @root_giving(float, float)
-def _zero_on_cubic(t, h, run):
-    """First x in [0, 1] where phi on the cubic turns negative, and its slope there; zero if phi is
-    never positive (a mode that ends as soon as it begins)."""
+def _zero_on_cubic(defect, t, h, run):
+    """First x in [0, 1] where phi on the cubic, plus ``defect``, turns negative, and phi there;
+    zero if phi is never positive (a mode that ends as soon as it begins)."""
     before = run.scratch.margins[BEFORE]
     after = run.scratch.margins[AFTER]
     lo = 0.0
-    f_lo = phi(before, before, after)
+    f_lo = phi(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
         hi = (j / 8) ** 2  # closer together where a mode has just begun
-        f_hi = _phi_on_cubic(hi, t, h, run)
+        f_hi = _phi_on_cubic(hi, t, h, run) + defect
         if f_hi < 0.0 <= f_lo:
             break
         lo = hi
         f_lo = f_hi
     if not f_hi < 0.0 <= f_lo:
-        return 0.0, -1.0
+        return 0.0, f_lo - defect
     x = hi
     f = f_hi
-    side = 0.0
-    while hi - lo > ON_CUBIC and abs(f) > ON_CUBIC:
+    for _ in range(60):
+        if hi - lo < 1e-14 or abs(f) < 1e-13:
+            break
         x = between(lo, f_lo, hi, f_hi)
-        f = _phi_on_cubic(x, t, h, run)
+        f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
             lo = x
             f_lo = f
-            f_hi *= 0.5 if side > 0.0 else 1.0  # Illinois: an end that stays loses its weight
-            side = 1.0
         else:
             hi = x
             f_hi = f
-            f_lo *= 0.5 if side < 0.0 else 1.0
-            side = -1.0
-    early = (1.0 - NEAR) * x
-    return x, (f - _phi_on_cubic(early, t, h, run)) / (x - early)
+    return x, f - defect
 
 
 @kernel
@@ -360,9 +362,12 @@ def _dip(t, h, run):
         falling = (margin[EARLY, i] - first) / NEAR
         rising = (last - margin[LATE, i]) / NEAR
         if falling < 0.0 < rising:
-            x = _deepest(i, Tangent(0.0, first, falling), Tangent(1.0, last, rising), t, h, run)
-            if x < 1.0:
-                return x
+            meet = (last - rising - first) / (falling - rising)
+            floor = -LANDED * max(abs(first), abs(last))
+            if first + falling * meet < floor:
+                x = _deepest(i, floor, t, h, run)
+                if x < 1.0:
+                    return x
     return 1.0
 
 
@@ -377,47 +382,32 @@ def _may_dip(margin):
 
 
 @root_giving(float)
-def _deepest(i, first, last, t, h, run):
-    """Place of a value of margin ``i`` below zero near its minimum on the cubic, between tangents
-    at both ends; 1 if there is none.
-
-    The minimum is sought where a cubic through both tangents has it. A margin that is convex is
-    nowhere below where its tangents meet: the search ends where that is not below zero.
-    """
-    floor = -LANDED * max(abs(first.value), abs(last.value))
-    for _ in range(TANGENTS):
-        if _meeting(first, last) >= floor or last.place - first.place < NEAR:
-            return 1.0
-        x = _bottom(first, last)
-        value = _margin_on_cubic(i, x, t, h, run)
-        if value < floor:
-            return x
-        slope_there = (_margin_on_cubic(i, x + NEAR, t, h, run) - value) / NEAR
-        if slope_there < 0.0:
-            first = Tangent(x, value, slope_there)
+def _deepest(i, floor, t, h, run):
+    """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
+    section; 1 if there is none."""
+    golden = 0.6180339887498949
+    lo = 0.0
+    hi = 1.0
+    a = 1.0 - golden
+    b = golden
+    f_a = _margin_on_cubic(i, a, t, h, run)
+    f_b = _margin_on_cubic(i, b, t, h, run)
+    for _ in range(20):  # to 1e-4 of the step, and so to 1e-8 of the depth
+        if min(f_a, f_b) < floor:
+            return a if f_a < f_b else b
+        if f_a < f_b:
+            hi = b
+            b = a
+            f_b = f_a
+            a = hi - golden * (hi - lo)
+            f_a = _margin_on_cubic(i, a, t, h, run)
         else:
-            last = Tangent(x, value, slope_there)
+            lo = a
+            a = b
+            f_a = f_b
+            b = lo + golden * (hi - lo)
+            f_b = _margin_on_cubic(i, b, t, h, run)
     return 1.0
-
-
-@kernel
-def _meeting(first, last):
-    """Value where two tangents meet, of which the first falls."""
-    width = last.place - first.place
-    rest = last.value - last.slope * width - first.value
-    return first.value + first.slope * rest / (first.slope - last.slope)
-
-
-@kernel
-def _bottom(first, last):
-    """Place of the minimum of the cubic with these tangents, the first falling and the last not,
-    kept off both."""
-    width = last.place - first.place
-    mean = (last.value - first.value) / width
-    bend = first.slope + last.slope - 3.0 * mean
-    root = sqrt(max(bend * bend - first.slope * last.slope, 0.0))
-    share = 1.0 - (last.slope + root - bend) / (last.slope - first.slope + 2.0 * root)
-    return first.place + min(max(share, 0.01), 0.99) * width
 
 
 @root_giving(float)
