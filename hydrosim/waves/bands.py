@@ -5,14 +5,14 @@ frequencies of its database, which are fewer than the waves.
     F2(t, psi) =    sum_f D_f(b - psi) Re(z* E_f(t)) + D'_f(b - psi) Re(z* S_f(t)),    z = sum_f E_f
     E_f(t) = sum_i H_f(w_i) a_i exp(i w_i t),    S_f(t) = sum_i G_f(w_i) a_i exp(i w_i t)
 
-Between the frequencies of a database its loads are cubic polynomials of their values X_f, D_f and
-slopes X'_f, D'_f there; H_f and G_f are the Hermite polynomials, which are zero but in the two cells
-beside f. So these sums are those over the waves of `slow`, at every yaw, and E_f and S_f know of
-none. F2 is Newman's approximation; of the mean load, z* E_f is sum_i H_f(w_i) |a_i|^2.
+Between two frequencies of a database its loads are cubic polynomials of the values X_f, D_f and the
+slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, which are zero but in the two cells
+beside f. So these sums are those over the waves of `slow`, at every yaw, and no E_f and S_f depend on
+the yaw. F2 is Newman's approximation; for the mean load, z* E_f is sum_i H_f(w_i) |a_i|^2.
 
-A band is one E_f or S_f. It is narrow, so that its envelope E_f(t) exp(-i w_b t) about a frequency
-w_b in its middle is read from few times of the repeat period, by 6-point Lagrange polynomials that
-are within 1e-9 of it. The envelopes are made by FFT.
+A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b in
+its middle, is read from few times of the repeat period, by 6-point Lagrange polynomials that are
+within 3e-9 of each wave. The envelopes are made by FFT.
 """
 
 from __future__ import annotations
@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 PHASE = 0.09
 """By how much [rad] a wave turns about the middle of its band between two times, at most."""
 WORTH = 2  # waves to a band, at least
+TRAINS = 8  # headings of a sea of long crests, at most
+WIDE = 3.0
+"""The widest cell of frequencies over the mean one, at most: envelopes are as fine as it asks for."""
 NONE = -1
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """What a band multiplies: the value or the slope of X and D at a frequency of the database, or
@@ -96,7 +99,8 @@ def body_bands(
 ) -> list[Set]:
     """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and so many
     ``nodes`` of heading; none where these do not do, or are not far fewer than the waves."""
-    if not _has_bands(body) or any(one.spacing <= 0.0 for one in seas):
+    on_grid = all(one.spacing > 0.0 for one in seas)
+    if not (on_grid and _has_bands(body) and _are_regular(waves, w)):
         return []
     found = []
     for number in np.unique(waves.sea):
@@ -114,6 +118,14 @@ def _has_bands(body: WaveBody) -> bool:
     known = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
     second = wanted.second_order in known and not wanted.sum_frequency
     return turns and stays and (second or not moves_second_order(body))
+
+
+def _are_regular(waves: Waves, w: np.ndarray) -> bool:
+    """Whether the headings of waves are few, and the cells of ``w`` that hold them alike."""
+    cells = np.unique(cells_of(w, waves.omega)[0])
+    width = np.diff(w)[cells]
+    even = bool(np.all(width <= WIDE * width.mean()))
+    return even and np.unique(waves.heading).size <= TRAINS
 
 
 def _set(
@@ -176,7 +188,7 @@ def _shares(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
         (inside, cell + 1, VALUE, u * u * (1.0 + 2.0 * v)),
         (inside, cell + 1, SLOPE, -h * u * u * v),
         (low, below, LOW, np.ones(omega.size)),
-        (low, below, LOW_DRIFT, omega / w[0]),
+        (low, below, LOW_DRIFT, omega / (w[0] or 1.0)),
         (high, above, VALUE, np.ones(omega.size)),
     )
     return (

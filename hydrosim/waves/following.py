@@ -24,7 +24,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
-from hydrosim.waves.bands import Bands, Set, bands_model, body_bands
+from hydrosim.waves.bands import TRAINS, Bands, Set, bands_model, body_bands
 from hydrosim.waves.forms import (
     SUM,
     BodyForms,
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 NODES = 6  # of heading between two of a database
 CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
 STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
-TRAINS = 8  # headings of a sea of long crests, at most
 SMALL = 1e-9  # of the largest wave: those below it are left out
 
 

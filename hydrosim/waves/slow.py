@@ -15,7 +15,7 @@ from its value at the block's first heading to that at its last in a straight li
 (psi' T k L / 2)^2 / 8 of a hull of length L. A sum over the waves at each row, once: about a
 hundredth of what a sum at each stage costs. Second-order loads (`forms`) are taken along the same
 path, from those at the block's first heading to those at its last. Where a body stays in its place
-and the waves have few headings, `bands` gives the same sums at a fiftieth of that.
+and the waves have few headings, `bands` gives the same sums at a thirtieth of that.
 """
 
 from __future__ import annotations
