@@ -5,13 +5,13 @@ frequencies of its database, which are fewer than the waves.
     F2(t, psi) =    sum_f D_f(b - psi) Re(z* E_f(t)) + D'_f(b - psi) Re(z* S_f(t)),    z = sum_f E_f
     E_f(t) = sum_i H_f(w_i) a_i exp(i w_i t),    S_f(t) = sum_i G_f(w_i) a_i exp(i w_i t)
 
-Between two frequencies of a database its loads are cubic polynomials of the values X_f, D_f and the
-slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, which are zero but in the two cells
-beside f. So these sums are those over the waves of `slow`, at every yaw, and no E_f and S_f depend on
-the yaw. F2 is Newman's approximation; for the mean load, z* E_f is sum_i H_f(w_i) |a_i|^2.
+Between two frequencies of a database its loads are cubic polynomials of the values X_f, D_f and
+the slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, which are zero but in the two
+cells beside f. So these sums are those over the waves of `slow`, at every yaw, and no E_f or S_f
+depends on the yaw. F2 is Newman's approximation; for the mean load, z* E_f is sum_i H_f |a_i|^2.
 
-A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b in
-its middle, is read from few times of the repeat period, by 6-point Lagrange polynomials that are
+A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b
+in its middle, is read from few times of the repeat period, by 6-point Lagrange polynomials that are
 within 3e-9 of each wave. The envelopes are made by FFT.
 """
 
@@ -40,7 +40,7 @@ PHASE = 0.09
 WORTH = 2  # waves to a band, at least
 TRAINS = 8  # headings of a sea of long crests, at most
 WIDE = 3.0
-"""The widest cell of frequencies over the mean one, at most: envelopes are as fine as it asks for."""
+"""The widest cell of frequencies over the mean one, at most: it says how fine envelopes are."""
 NONE = -1
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """What a band multiplies: the value or the slope of X and D at a frequency of the database, or
