@@ -24,6 +24,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
+from hydrosim.waves.bands import TRAINS, Bands, Set, bands_model, body_bands
 from hydrosim.waves.forms import (
     SUM,
     BodyForms,
@@ -51,7 +52,6 @@ if TYPE_CHECKING:
 NODES = 6  # of heading between two of a database
 CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
 STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
-TRAINS = 8  # headings of a sea of long crests, at most
 SMALL = 1e-9  # of the largest wave: those below it are left out
 
 
@@ -85,6 +85,7 @@ class FollowingLoads(NamedTuple):
     width: np.ndarray  # (nw,) of the cell [rad/s]
     load: np.ndarray  # complex
     second: Forms  # loads of second order
+    bands: Bands  # of the waves of slow bodies, where these come in some
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -107,6 +108,7 @@ class _Part(NamedTuple):
     table: np.ndarray
     cut: float
     forms: BodyForms
+    bands: list[Set]
 
 
 def follows(body: WaveBody) -> bool:
@@ -155,6 +157,7 @@ def following_model(
         cell=joined("cell", np.int64),
         load=np.concatenate([np.zeros(0, complex), *(part.table.ravel() for part in parts)]),
         second=forms_model([part.forms for part in parts]),
+        bands=bands_model([part.bands for part in parts]),
         slow=slow,
         state=STATES * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
         cut=np.array([cuts[body.index] for body in chosen]),
@@ -191,6 +194,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
         *(omega, wavenumber, heading, ramp, elevation[order]),
         *cells_of(w, omega),
         *(table, CUT * float(mean), forms),
+        body_bands(body, seas, known, forms, w, table.shape[1]),
     )
 
 

@@ -1,0 +1,169 @@
+"""Waves in bands: against the sum over all of them, and against sums written out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+from known_box import Box, box_at
+from moored_barge import SEA, in_waves, motion, scene_of, with_body
+
+import hydrosim as hs
+from hydrosim.dofs import loads_about_z
+from hydrosim.scene import (
+    Environment,
+    Jonswap,
+    Place,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    Solver,
+    Start,
+    Symmetry,
+    WaveForces,
+    WaveTrain,
+)
+from hydrosim.waves import WaveBody, following_model, sea
+from hydrosim.waves.bands import bands_model
+from hydrosim.waves.following import FollowingLoads
+from hydrosim.waves.slow import BEGIN, PLACE, RATE, STATES, new_block, slow_loads
+from hydrosim.waves.transfer import excitation_at, mean_drift_at
+
+SWELL = WaveTrain(Jonswap(2.0, 12.0), heading=radians(30.0), ramp=40.0, repeat_period=3600.0)
+ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)
+OTHER = WaveTrain(Jonswap(1.0, 9.0), heading=radians(80.0), ramp=20.0, repeat_period=3000.0)
+SEAS = {"a train": (SWELL,), "two trains": (SWELL, ACROSS), "two seas": (SWELL, OTHER)}
+LOADS = (
+    (True, SecondOrder.NONE),
+    (True, SecondOrder.NEWMAN),
+    (True, SecondOrder.MEAN_DRIFT),
+    (False, SecondOrder.NEWMAN),
+)
+YAWS = np.radians([0.0, 1.0, 7.3, 8.0, 24.0, 91.0, -179.9])
+
+
+def box() -> Box:
+    """A box whose frequencies end within the sea, below and above."""
+    return box_at(np.linspace(0.44, 0.95, 35), np.arange(0.0, 360.0, 7.5))
+
+
+def body(order: SecondOrder, **loads: object) -> WaveBody:
+    wanted = WaveForces(second_order=order, headings=Place.SLOW, position=Place.MEAN)
+    free = np.array([True, True, True, True, False, True])
+    changed = replace(wanted, **loads)  # type: ignore[arg-type]
+    return WaveBody(box(), (30.0, -12.0), changed, 0, free, heading=0.3)
+
+
+def loads_along(model: FollowingLoads, begin: float, yaw: float, rate: float) -> np.ndarray:
+    """Loads of both orders (rows, 2, 6) in the block from ``begin`` on."""
+    y = np.zeros(STATES)
+    y[PLACE + 2] = yaw
+    y[RATE + 2] = rate
+    y[BEGIN] = begin
+    block = new_block(model)
+    slow_loads(begin, y, model, block, np.zeros(6), np.zeros(6))
+    return block.rows[0].copy()
+
+
+@pytest.mark.parametrize("name", SEAS)
+@pytest.mark.parametrize(("first", "order"), LOADS)
+def test_bands_are_the_sum_over_all_waves(name: str, first: bool, order: SecondOrder) -> None:
+    """At any yaw and rate, in the ramp and after it, across the end of the repeat period."""
+    at = body(order, first_order=first)
+    model = following_model(sea(Environment(waves=SEAS[name])), [at], 2.0)
+    assert 0 < 2 * model.bands.omega.size <= model.omega.size
+    waves = model._replace(bands=bands_model([[]]))
+    found, expected = [], []
+    for yaw in YAWS:
+        for begin, rate in ((0.0, 0.0), (18.0, 0.004), (2100.0, -0.01), (3598.0, 0.02)):
+            found.append(loads_along(model, begin, yaw, rate))
+            expected.append(loads_along(waves, begin, yaw, rate))
+    size = np.ptp(expected, axis=(0, 1))
+    assert np.all(np.abs(np.subtract(found, expected)).max(axis=(0, 1)) <= 1e-9 * size)
+    assert np.all((size[0, :3] > 0.0) == first)
+    assert np.all((size[1, [0, 1, 5]] > 0.0) == (order != SecondOrder.NONE))
+
+
+def test_bands_are_the_sums_of_the_theory() -> None:
+    """Re sum X a exp(iwt) and sum_ij a_i a_j (D_i + D_j) / 2 cos(...), written out with what the
+    database gives at the yaw. Between headings X is within 1e-5."""
+    at = body(SecondOrder.NEWMAN)
+    (waves,) = sea(Environment(waves=(replace(SWELL, ramp=0.0),)))
+    model = following_model((waves,), [at], 2.0)
+    database = at.database
+    assert database is not None
+    assert model.bands.omega.size > 0
+    elevation = waves.at(*at.place())
+    for yaw in YAWS:
+        rows = loads_along(model, 640.0, yaw, 0.0)
+        heading = at.heading + yaw
+        X = excitation_at(database, waves.heading - heading, waves.omega)
+        D = mean_drift_at(database, waves.heading - heading, waves.omega)
+        first = round(640.0 / model.row_step - 0.5) - 3
+        for r in (2, len(rows) - 3):
+            t = (first + r) * model.row_step
+            a = elevation * np.exp(1j * waves.omega * t)
+            loads = np.array([(a @ X).real, (a.sum().conj() * a).real @ D])
+            expected = loads_about_z(loads, heading) * at.active
+            for order, within in ((0, 1e-5), (1, 1e-9)):
+                missed = np.abs(rows[r, order] - expected[order]).max()
+                assert missed <= within * np.abs(expected[order]).max()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"position": Place.SLOW},
+        {"headings": Place.INSTANTANEOUS},
+        {"second_order": SecondOrder.NEWMAN_SQUARE_ROOT},
+    ],
+)
+def test_loads_that_are_no_sums_over_bands_have_none(changed: dict[str, object]) -> None:
+    model = following_model(sea(Environment(waves=(SWELL,))), [body(SecondOrder.NEWMAN, **changed)])
+    assert model.bands.omega.size == 0
+
+
+def test_seas_that_are_not_of_many_waves_of_few_headings_have_none() -> None:
+    """Short crests, waves off the grid, few waves; and a body that turns about another point."""
+    tone = WaveTrain(RegularWave(0.8, 9.0), heading=0.2)
+    few = replace(SWELL, repeat_period=400.0)
+    for waves in ((replace(SWELL, spreading=5.0),), (SWELL, tone), (few,)):
+        model = following_model(sea(Environment(waves=waves)), [body(SecondOrder.NEWMAN)])
+        assert model.bands.omega.size == 0
+    directions = tuple(replace(SWELL, heading=0.1 * n, seed=n) for n in range(9))
+    model = following_model(sea(Environment(waves=directions)), [body(SecondOrder.NEWMAN)])
+    assert model.bands.omega.size == 0
+    aside = replace(body(SecondOrder.NEWMAN), centre=(4.0, 1.0))
+    assert following_model(sea(Environment(waves=(SWELL,))), [aside]).bands.omega.size == 0
+
+
+def test_frequencies_with_a_gap_make_no_bands() -> None:
+    """One cell is ten times as wide as the others, so that its envelopes would be as fine."""
+    w = np.concatenate([np.linspace(0.3, 0.6, 31), np.linspace(0.7, 1.2, 51)])
+    at = replace(body(SecondOrder.NEWMAN), database=box_at(w, np.arange(0.0, 360.0, 7.5)))
+    assert following_model(sea(Environment(waves=(SWELL,))), [at]).bands.omega.size == 0
+
+
+def yawing(duration: float) -> Scene:
+    """A moored barge that waves turn, from a yaw on."""
+    base = in_waves(
+        scene_of("free_floating"),
+        WaveTrain(SEA, heading=radians(60.0), ramp=10.0, repeat_period=10800.0),
+    )
+    loads = WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.SLOW, position=Place.MEAN)
+    moved = with_body(base, wave_forces=loads, velocity=(0.0, 0.0, 0.0, 0.0, 0.0, 0.005))
+    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    return replace(
+        moved, forces={}, duration=duration, solver=solver, output_step=2.0, output_states=True
+    )
+
+
+def test_a_run_in_bands_restarts_to_the_bit() -> None:
+    """From the midst of a longer run and from the end of a shorter one."""
+    whole = hs.simulate(yawing(40.0))
+    assert np.ptp(motion(whole)[:, 5]) > radians(5.0)
+    for before in (whole, hs.simulate(yawing(22.0))):
+        after = hs.simulate(replace(yawing(18.0), initial=Start(before, 22.0)))
+        np.testing.assert_array_equal(motion(after), motion(whole)[11:])
