@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import linalg
 
 from hydrosim.compiling.hydrostatics.hulls import lopsided
 from hydrosim.compiling.mirror import COUPLES, couples, without_image
@@ -32,6 +31,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
+from hydrosim.linear.components import find_eigenvalues
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
@@ -212,7 +212,7 @@ def _growth(calm: Compiled, aside: np.ndarray) -> float:
     """The fastest growth of motions out of the plane about a start from rest [1/s]."""
     state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
     J = linearise(calm.model, state, time=calm.begin).jacobian
-    return float(linalg.eigvals(J[: aside.size, : aside.size][np.ix_(aside, aside)]).real.max())
+    return float(find_eigenvalues(J[: aside.size, : aside.size][np.ix_(aside, aside)]).real.max())
 
 
 def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:

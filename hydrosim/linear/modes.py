@@ -10,7 +10,7 @@ constraints hold something, K, M and shapes are those of the motions that they a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -93,6 +93,51 @@ class NaturalMode:
 def natural_modes(linear: Linear) -> list[NaturalMode]:
     """As many modes as free coordinates less constraints, in the order of the coordinates they are
     named after."""
+    return _of_components(linear, _decaying_modes)
+
+
+def natural_periods(linear: Linear) -> dict[int, float]:
+    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
+    6 nb) that each mode is named after."""
+    modes = _of_components(linear, _undamped_modes)
+    return {mode.coordinate: mode.natural_period for mode in modes}
+
+
+def _of_components(
+    linear: Linear, find: Callable[[Linear], list[NaturalMode]]
+) -> list[NaturalMode]:
+    """The modes that ``find`` finds of each component, with shapes of all coordinates, in the order
+    of the coordinates that they are named after."""
+    solved: dict[int, list[NaturalMode]] = {}
+    found = []
+    for part in linear.components:
+        first = part.alike or part
+        if id(first) not in solved:
+            solved[id(first)] = find(first) if first.active.size else []
+        own = np.searchsorted(linear.active, part.active)
+        named = np.searchsorted(first.active, [mode.coordinate for mode in solved[id(first)]])
+        for k, mode in zip(named, solved[id(first)], strict=True):
+            found.append(_on_all(mode, int(part.active[k]), own, linear.active.size))
+    return sorted(found, key=lambda mode: mode.coordinate)
+
+
+def _on_all(mode: NaturalMode, coordinate: int, own: np.ndarray, n: int) -> NaturalMode:
+    """A mode of the coordinates at ``own`` as one of all ``n``."""
+    shape = np.zeros(n, dtype=mode.shape.dtype)
+    share = np.zeros(n)
+    shape[own] = mode.shape
+    share[own] = mode.share
+    return replace(mode, coordinate=coordinate, shape=shape, share=share)
+
+
+def _undamped_modes(linear: Linear) -> list[NaturalMode]:
+    """The modes of one component, without their decays."""
+    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
+    return _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
+
+
+def _decaying_modes(linear: Linear) -> list[NaturalMode]:
+    """The modes of one component."""
     squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
     values, share = modal_participation(linear, shapes)
     # what does not change with time is no decay: a place without stiffness, a node's own place
@@ -101,14 +146,6 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
     decays = np.zeros(squares.size, dtype=complex)
     decays[bound] = values[moving[_matched(share[bound][:, moving])[1]]]
     return _named(squares, shapes, decays, linear)
-
-
-def natural_periods(linear: Linear) -> dict[int, float]:
-    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
-    6 nb) that each mode is named after."""
-    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
-    modes = _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
-    return {mode.coordinate: mode.natural_period for mode in modes}
 
 
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:
@@ -181,7 +218,7 @@ def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (k,) [1/s], and the share (m, k) that each state (row) has in the mode of each
     (column): participation factors, the products of the left and right eigenvectors' entries, which
     do not depend on units (Perez-Arriaga et al. 1982)."""
-    values, left, right = linear.eigenvectors()
+    values, left, right = linear.eigenvectors
     return values, shares(left, right)
 
 
@@ -194,7 +231,7 @@ def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row): the same in
     coordinates along the ``shapes`` (n, k)."""
-    values, left, right = linear.eigenvectors()
+    values, left, right = linear.eigenvectors
     # free shapes may be parallel
     n = linear.active.size
     along = np.linalg.pinv(shapes, FLAT)
@@ -209,10 +246,10 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    if len(share) == 1:
-        return np.zeros(1, dtype=int), share.argmax(axis=1)
     if not share.size:
         return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    if len(share) == 1:
+        return np.zeros(1, dtype=int), share.argmax(axis=1)
 
     from scipy.optimize import linear_sum_assignment  # slow to load, few runs need it
 

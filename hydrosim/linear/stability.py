@@ -24,7 +24,7 @@ from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
-from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.linearise import Linear, linearise, share_equal
 from hydrosim.linear.modes import participation
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
@@ -60,12 +60,16 @@ class StepLimit:
 
 class Combination(NamedTuple):
     """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
-    says in words, and its eigenvalues ``values`` (m,) [1/s]."""
+    says in words, as its ``components``, which nothing couples."""
 
     contact: str
     modes: np.ndarray
-    linear: Linear
-    values: np.ndarray
+    components: tuple[Linear, ...]
+
+    @property
+    def values(self) -> np.ndarray:
+        """The eigenvalues (m,) of all components [1/s]."""
+        return np.concatenate([part.eigenvalues for part in self.components])
 
 
 Watch = Callable[[Sequence[Any], str], Iterable[Any]]
@@ -92,13 +96,14 @@ def combinations(
         for kind, p in posing
     ]
     found = []
+    known: dict[bytes, Linear] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = new_modes(model)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        linear = _linearise(model, state, modes, time)
-        found.append(Combination(text, modes, linear, linear.eigenvalues()))
+        parts = _linearise(model, state, modes, time).components
+        found.append(Combination(text, modes, tuple(share_equal(parts, known))))
     return found
 
 
@@ -151,13 +156,14 @@ def step_limits(
     that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
     empty if no step is too large.
     """
-    least = [_steps(method, x.values).min(initial=np.inf) for x in found]
-    bound = max(step, min(least) * (1.0 + ALIKE))
+    parts = [(x.contact, part) for x in found for part in x.components]
+    least = _least_steps(method, [part for _, part in parts])
+    bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
     limits = [
         limit
-        for combination, smallest in zip(found, least, strict=True)
+        for (contact, part), smallest in zip(parts, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, combination, method, layout)
+        for limit in _below(bound, contact, part, method, layout)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -166,20 +172,30 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
 
 
+def _least_steps(method: Method, parts: Sequence[Linear]) -> list[float]:
+    """The largest stable step [s] of each of the ``parts``."""
+    solved: dict[int, float] = {}
+    for part in parts:
+        first = part.alike or part
+        if id(first) not in solved:
+            solved[id(first)] = float(_steps(method, first.eigenvalues).min(initial=np.inf))
+    return [solved[id(part.alike or part)] for part in parts]
+
+
 def _steps(method: Method, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
 
 def _below(
-    bound: float, combination: Combination, method: Method, layout: StateLayout
+    bound: float, contact: str, part: Linear, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
-    """The limits below ``bound`` of one linearisation."""
-    values, share = participation(combination.linear)
+    """The limits below ``bound`` of one component."""
+    values, share = participation(part)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = what_moves(combination.linear, share[:, k], layout)
-        yield StepLimit(float(steps[k]), complex(values[k]), combination.contact, what)
+        what = what_moves(part, share[:, k], layout)
+        yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
 def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:

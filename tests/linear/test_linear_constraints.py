@@ -222,10 +222,10 @@ def test_eigenvalues_are_those_of_what_can_move() -> None:
     both, K, M = joined()
     linear, N = linear_of(both), as_one()
     w = np.sqrt(linalg.eigvalsh(N.T @ K @ N, N.T @ M @ N))
-    found = linear.eigenvalues()
+    found = linear.eigenvalues
     assert found.size == 12
     assert_allclose(np.sort(found.imag), np.sort([*w, *-w]), rtol=1e-6)
-    values, left, right = linear.eigenvectors()
+    values, left, right = linear.eigenvectors
     for k, value in enumerate(values):
         assert_allclose(linear.jacobian @ right[:, k], value * right[:, k], atol=1e-6)
         assert np.vdot(left[:, k], right[:, k]) != 0.0
@@ -556,7 +556,7 @@ def test_a_row_through_the_door_reaches_everything() -> None:
         compiled = hs.compile_scene(each)
         linear = hs.linearise(*compiled)
         assert len(hs.natural_modes(linear)) == count
-        assert linear.eigenvalues().size == 2 * count
+        assert linear.eigenvalues.size == 2 * count
         assert np.linalg.matrix_rank(linear_equation(*compiled).G) == count
         sticking = scene_combinations(compiled)[1 if each is held else 0]
         assert sticking.values.size == 2 * count
