@@ -1,5 +1,5 @@
-"""Kernels as Python runs them, for a debugger: nothing is compiled, and all takes a thousand times
-as long. Numbers are numpy's, so that a division by zero is as in machine code."""
+"""Kernels as Python runs them, for a debugger: nothing is compiled, and all takes long.
+Numbers are numpy's, so that a division by zero is as in machine code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ _kept: dict[int, tuple[tuple, tuple]] = {}
 class Part:
     """A function that takes arrays of records as those whose fields are attributes."""
 
-    def __init__(self, function: Callable[..., Any], folder: Callable[[], str]) -> None:
+    def __init__(
+        self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
+    ) -> None:
         self.py_func = function
 
     def __call__(self, *args: Any) -> Any:
@@ -25,19 +27,10 @@ class Part:
             return self.py_func(*map(_as_python_reads, args))
 
     def __reduce__(self) -> str:
-        return str(self.py_func.__qualname__)
+        return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
-Summing = Part
-
-
-class Whole(Part):
-    """The same."""
-
-    def __init__(
-        self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
-    ) -> None:
-        super().__init__(function, folder)
+Summing = Whole = Part
 
 
 class _Record:

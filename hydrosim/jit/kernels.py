@@ -63,7 +63,8 @@ def _way() -> ModuleType:
             raise
         warnings.warn(
             f"numba {numba.__version__} is none that hydrosim.jit.linking knows ({error}): kernels"
-            " are compiled in the plain way, which takes many minutes, once. Results are the same."
+            " are compiled in the plain way, which takes minutes, once for each kind of scene."
+            " Results are the same."
             f" Install numba {'.'.join(map(str, TRIED))} for the fast way.",
             stacklevel=2,
         )

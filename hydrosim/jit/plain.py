@@ -1,6 +1,6 @@
 """Kernels as numba compiles them by itself: `njit`, each with all that it calls.
 
-It takes many minutes, but it asks nothing of numba but what is documented: `njit`, its cache, and
+It takes minutes, but it asks nothing of numba but what is documented: `njit`, its cache, and
 `typeof_impl` (https://numba.readthedocs.io/en/stable/extending/). So it stands in where numba is
 another than `hydrosim.jit.linking` knows.
 """
@@ -21,11 +21,13 @@ settings: Any = config
 
 
 class Part:
-    """A kernel, for Python and for other kernels."""
+    """A kernel, for Python and for other kernels; what it returns numba finds out."""
 
     fastmath: frozenset[str] = frozenset()
 
-    def __init__(self, function: Callable[..., Any], folder: Callable[[], str]) -> None:
+    def __init__(
+        self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
+    ) -> None:
         self.py_func = function
         self._folder = folder
         self._made: Any = None
@@ -51,19 +53,13 @@ class Part:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
+Whole = Part
+
+
 class Summing(Part):
     """A kernel whose sums may be taken in any order."""
 
     fastmath = frozenset({"reassoc", "contract"})
-
-
-class Whole(Part):
-    """A kernel that `hydrosim.jit.linking` would compile by itself."""
-
-    def __init__(
-        self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
-    ) -> None:
-        super().__init__(function, folder)
 
 
 @typeof_impl.register(Part)

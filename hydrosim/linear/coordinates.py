@@ -7,8 +7,17 @@ import numpy as np
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
 from hydrosim.stepping.blending import blend
 from hydrosim.stepping.dynamics import Model, find_mass, look_inside, new_work
+from hydrosim.waves.build import wave_loads_model
+from hydrosim.waves.following import following_model
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
+CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)
+STILL = following_model((), ())
+
+
+def without_waves(model: Model) -> Model:
+    """The model in calm water."""
+    return model._replace(waves=CALM, following=STILL)
 
 
 def velocity_map(model: Model, q: np.ndarray) -> np.ndarray:

@@ -246,10 +246,8 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    if not share.size:
-        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-    if len(share) == 1:
-        return np.zeros(1, dtype=int), share.argmax(axis=1)
+    if len(share) < 2:
+        return np.arange(len(share)), np.array([row.argmax() for row in share], dtype=int)
 
     from scipy.optimize import linear_sum_assignment  # slow to load, few runs need it
 

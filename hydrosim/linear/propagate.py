@@ -34,11 +34,11 @@ from hydrosim.integrate.exponential import (
     interval,
 )
 from hydrosim.jit.refs import Held
+from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.stepping.state import STATUS, Clock, Run, State
-from hydrosim.waves import following_model, wave_loads_model
 
 PHASE = 0.15  # rad between two nodes, at most, of waves and forces of one frequency
 # parts of an interval
@@ -46,8 +46,6 @@ FEWEST = POINTS
 WANTED = 16
 MOST = 24
 TOGETHER = 1024  # intervals at a time: what they need stays in a core's cache
-CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)
-STILL = following_model((), ())
 CLOSE = 1e-9  # of the distance of records: times as close are the same
 
 
@@ -89,7 +87,7 @@ class _Rest:
     objects, as those of runs that differ in their waves alone are, and the modes are equal."""
 
     def __init__(self, model: Model, state: State) -> None:
-        self.model = model._replace(waves=CALM, following=STILL)
+        self.model = without_waves(model)
         self.state = state._replace(y=np.zeros(model.size))
 
     def __hash__(self) -> int:

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -265,15 +266,15 @@ def _by_slow_part(x: np.ndarray, count: int, record: _Record) -> Extremes:
     as what is quadratic in the waves does. Of what leans the other way, and of what is clipped,
     where that says nothing, the tail may have any shape from exponential to that of the levels
     that are often crossed. Where leaning and levels do not agree, intervals span both."""
-    exponential = _by_shape(x, float(x.mean()), 1.0, 0.0, count, record)
+    exponential = partial(_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
     tail = _tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN):
-        return exponential
+        return exponential()
     lightest = float(np.clip(tail.shape, *LIGHTEST))
     error = (lightest - 1.0) / np.sqrt(12.0)  # of an even distribution
     between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
-    return _spanning(between, exponential) if leans else between
+    return _spanning(between, exponential()) if leans else between
 
 
 def _spanning(first: Extremes, second: Extremes) -> Extremes:

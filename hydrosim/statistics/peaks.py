@@ -75,20 +75,24 @@ class _Falls(NamedTuple):
         shape, offset = np.polyfit(np.log(self.levels), np.log(self.fallen), 1, w=weight)
         return float(shape), float(np.exp(-offset / shape))
 
+    def tail(self, origin: float, waves: int) -> Tail:
+        """The tail by all of these levels; of not a number where they are too few."""
+        shape, scale = self.fit() if self.fits() else (np.nan, np.nan)
+        return Tail(origin, shape, scale, waves, waves)
+
 
 def fit_tail(x: np.ndarray, origin: float) -> Tail:
     """The tail of a record x (nt,) above an origin, by its upcrossings of those levels that it
     crosses often; of not a number where these are too few."""
     falls, waves = _falls(x, origin)
-    shape, scale = falls.fit() if falls.fits() else (np.nan, np.nan)
-    return Tail(origin, shape, scale, waves, waves)
+    return falls.tail(origin, waves)
 
 
 def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
     """`fit_tail`, but by the upper half of the levels where these fall faster than the lower ones,
     again and again."""
     falls, waves = _falls(x, origin)
-    tail = fit_tail(x, origin)
+    tail = falls.tail(origin, waves)
     while True:
         lower, falls = falls.halves()
         if not (lower.fits() and falls.fits()):

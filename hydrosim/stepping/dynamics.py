@@ -88,7 +88,7 @@ from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
 from hydrosim.tanks.surface import Liquids, level_surfaces
 from hydrosim.waves.following import FollowingLoads, Sums, following_loads, new_sums
-from hydrosim.waves.loads import WaveLoads, wave_loads
+from hydrosim.waves.loads import WaveLoads, any_waves, wave_loads
 from hydrosim.waves.slow import Block, new_block, slow_loads, slow_rates
 
 
@@ -422,7 +422,7 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
     if model.convolution.row.size > 0:
         radiation_memory(t, u, history, model.convolution, radiated)
     radiation_damping(u, model.damping, radiated)
-    if model.waves.ramp.size + model.waves.line_ramp.size > 0:
+    if any_waves(model.waves):
         wave_loads(t, model.waves, first, second)
     if model.following.body.size > 0:
         follow(t, y[model.slow :], model.following, work, first, second, dy[model.slow :])

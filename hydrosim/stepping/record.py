@@ -12,7 +12,7 @@ from hydrosim.jit.kernels import assign, root
 from hydrosim.rigid.kinematics import accelerations
 from hydrosim.stepping.dynamics import Model, momentum, rhs, stored_energies
 from hydrosim.stepping.state import EVENTS, RECORDS, START_SLOPE, Clock, Places, Record
-from hydrosim.waves.loads import wave_loads
+from hydrosim.waves.loads import any_waves, wave_loads
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -94,6 +94,6 @@ def keep(t, run):
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
     row[at.elevation] = 0.0
-    if model.waves.ramp.size + model.waves.line_ramp.size > 0:
+    if any_waves(model.waves):
         row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)
     counters[RECORDS] += 1

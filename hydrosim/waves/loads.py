@@ -46,6 +46,12 @@ class WaveLoads(NamedTuple):
     second_dof: np.ndarray
 
 
+@kernel
+def any_waves(p):
+    """Whether there are waves at all."""
+    return p.ramp.size + p.line_ramp.size > 0
+
+
 @root_giving(float)
 def wave_loads(t, p, first, second):
     """Elevation at the earth's origin [m] at time t; adds the loads to first and second (n,).

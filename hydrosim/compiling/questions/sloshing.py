@@ -17,14 +17,13 @@ from hydrosim.compiling.questions.periods import natural_periods
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.linear import modes
+from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
 from hydrosim.tanks.contents import changing, level_of, tank_names
 from hydrosim.tanks.events import unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
 from hydrosim.tanks.timeline import follow
-from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.following import following_model
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,11 +71,7 @@ def sloshing(about: About) -> Iterator[Doubt]:
 def _roll_period(about: About, i: int, body: Body, db: HydroDatabase) -> float:
     """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` finds it: with
     the free surfaces of its tanks and all else that holds it. Infinite if it does not roll."""
-    scene = about.scene
-    calm = about.model._replace(
-        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
-        following=following_model((), ()),
-    )
+    calm = without_waves(about.model)
     try:
         periods = modes.natural_periods(linearise(calm, about.state))
     except InputError:  # forces of constraints are not defined, or there is no inertia

@@ -22,7 +22,7 @@ from hydrosim.compiling.facts import facts_of
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
-from hydrosim.linear.coordinates import STEP
+from hydrosim.linear.coordinates import STEP, without_waves
 from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import STATIC
@@ -33,8 +33,6 @@ from hydrosim.tanks.loading import Loading, at_start, body_without, loaded
 from hydrosim.tanks.pieces import LEVEL, at
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces
 from hydrosim.tanks.timeline import follow
-from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.following import following_model
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -104,10 +102,7 @@ def as_at(compiled: Compiled, time: float) -> Compiled:
     waves along a slow path are a table of the block that the state is in, and nothing beyond it."""
     state = pumped(compiled, time)
     scene = compiled.scene
-    waveless = compiled.model._replace(
-        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
-        following=following_model((), ()),
-    )
+    waveless = without_waves(compiled.model)
     still = _still(waveless)
     calm = still._replace(elements=without_friction(still.elements))
     weight = sum(body.mass for body in scene.bodies) * scene.environment.gravity
