@@ -36,6 +36,7 @@ import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
+from hydrosim.linear.components import spread
 from hydrosim.linear.modes import TINY, shares
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
@@ -178,8 +179,8 @@ def _moving(
     amplitudes and what of velocities they feel, of all free coordinates (n,)."""
     values, left, right = part.eigenvectors
     n = part.active.size
-    own = np.searchsorted(model.bodies.active, part.active)
-    every = model.bodies.active.size
+    active = model.bodies.active
+    own = np.searchsorted(active, part.active)
     for k in np.flatnonzero(wrong(values)):
         felt = left[n : 2 * n, k].conj()
         rate = right[n : 2 * n, k]
@@ -189,11 +190,8 @@ def _moving(
         K = remembered(model, values[k].imag)[np.ix_(own, own)]
         value = complex(values[k] - felt @ np.linalg.solve(part.inertia, K @ rate) / whole)
         if wrong(np.array([value])).any():
-            amplitude = np.zeros(every)
-            moved = np.zeros(every, dtype=complex)
-            amplitude[own] = 2.0 * np.abs(right[:n, k])
-            moved[own] = felt / (felt @ rate)
-            yield int(k), value, amplitude, moved
+            amplitude = spread(2.0 * np.abs(right[:n, k]), part.active, active)
+            yield int(k), value, amplitude, spread(felt / (felt @ rate), part.active, active)
 
 
 def remembered(model: Model, omega: float) -> np.ndarray:

@@ -11,7 +11,7 @@ D q = F + J^T lambda.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg
 
 from hydrosim.errors import InputError
-from hydrosim.linear.components import digest_arrays, find_components
+from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import STEP, inertia
 from hydrosim.linear.freedom import Freedom, find_constraint_rows, freedom_of
 from hydrosim.stepping.dynamics import (
@@ -54,8 +54,8 @@ class Linear:
     """``jacobian`` (m, m) of the ``states`` (m,) of y, the first 2 n of which are the n free
     coordinates ``active`` (among 6 nb) and their rates. ``freedom`` are the motions that the c
     constraints allow, and ``reactions`` (c, m) the changes of their forces by state; NaN where
-    what is held changes with the place. A component that equals one which is known has its
-    eigenvalues and vectors, ``alike``."""
+    what is held changes with the place. Eigenvalues and vectors are those of ``alike``, if given:
+    a component whose arrays are equal."""
 
     jacobian: np.ndarray
     states: np.ndarray
@@ -103,19 +103,30 @@ class Linear:
         motion = self.freedom.solve_motions(D, load)
         return self.freedom.solve_reactions(D @ motion - load)
 
-    @cached_property
-    def content(self) -> bytes:
-        """What eigenvalues and vectors depend on."""
-        return digest_arrays([self.jacobian, self.inertia, self.constraints])
+    @property
+    def content(self) -> tuple[bytes, ...]:
+        """What eigenvalues and vectors depend on: equal for equal components."""
+        return self.jacobian.tobytes(), self.inertia.tobytes(), self.constraints.tobytes()
 
-    @cached_property
-    def components(self) -> tuple[Linear, ...]:
-        """The parts that nothing couples, neither forces nor inertia nor constraints."""
-        places = find_components(self._coupled)
+    @property
+    def coupled(self) -> np.ndarray:
+        """Which states (m, m) forces, inertia or constraints couple."""
+        n = self.active.size
+        coupled = self.jacobian != 0.0
+        coupled[:n, :n] |= self.inertia != 0.0
+        held = self.constraints != 0.0
+        coupled[:n, :n] |= held.T @ held
+        if len(held):
+            coupled[:n] |= held.T @ (self.reactions != 0.0)
+        return coupled
+
+    def split(self, coupled: np.ndarray) -> tuple[Linear, ...]:
+        """The components of the states, of which (m, m) are ``coupled``."""
+        places = find_components(coupled)
         # a row that holds nothing that moves is of no part
-        if len(places) == 1 or not self.constraints.any(axis=1).all():
+        if len(places) < 2 or not self.constraints.any(axis=1).all():
             return (self,)
-        return tuple(share_equal([self._restrict(own) for own in places], {}))
+        return tuple(self._restrict(own) for own in places)
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
@@ -135,19 +146,6 @@ class Linear:
             return values, left, right
         free = self.freedom
         return values, self._each(free.expand_covectors, left), self._each(free.expand, right)
-
-    @property
-    def _coupled(self) -> np.ndarray:
-        """Which states (m, m) forces, inertia or constraints couple."""
-        n = self.active.size
-        coupled = self.jacobian != 0.0
-        held = self.constraints != 0.0
-        coupled[:n, :n] |= held.T @ held
-        if len(held):
-            coupled[:n] |= held.T @ (self.reactions != 0.0)
-        coupled[:n, :n] |= self.inertia != 0.0
-        coupled[np.arange(n), n + np.arange(n)] = True
-        return coupled
 
     def _restrict(self, places: np.ndarray) -> Linear:
         """The part with the states at ``places`` (k,), rising."""
@@ -218,15 +216,6 @@ def _separate(J: np.ndarray, n: int) -> Others | None:
     place, speed = (felt.T[:, :, None] * x[:, None, :] for x in (driven[:, :n], driven[:, n:]))
     share = place + poles[:, None, None] * speed
     return Others(poles.astype(complex), share + 0j, speed.sum(axis=0))
-
-
-def share_equal(parts: Iterable[Linear], known: dict[bytes, Linear]) -> Iterator[Linear]:
-    """The ``parts``, each with the eigenvalues and vectors of an equal one that is ``known``; those
-    that are new become known."""
-    for part in parts:
-        own = part.alike or part
-        first = known.setdefault(own.content, own)
-        yield part if first is own else replace(part, alike=first)
 
 
 def linearise(

@@ -19,6 +19,7 @@ from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.linear.components import spread
 
 if TYPE_CHECKING:
     from hydrosim.linear.freedom import Freedom
@@ -108,26 +109,13 @@ def _of_components(
 ) -> list[NaturalMode]:
     """The modes that ``find`` finds of each component, with shapes of all coordinates, in the order
     of the coordinates that they are named after."""
-    solved: dict[int, list[NaturalMode]] = {}
     found = []
-    for part in linear.components:
-        first = part.alike or part
-        if id(first) not in solved:
-            solved[id(first)] = find(first) if first.active.size else []
-        own = np.searchsorted(linear.active, part.active)
-        named = np.searchsorted(first.active, [mode.coordinate for mode in solved[id(first)]])
-        for k, mode in zip(named, solved[id(first)], strict=True):
-            found.append(_on_all(mode, int(part.active[k]), own, linear.active.size))
+    for part in linear.split(linear.coupled):
+        for mode in find(part) if part.active.size else []:
+            shape = spread(mode.shape, part.active, linear.active)
+            share = spread(mode.share, part.active, linear.active)
+            found.append(replace(mode, shape=shape, share=share))
     return sorted(found, key=lambda mode: mode.coordinate)
-
-
-def _on_all(mode: NaturalMode, coordinate: int, own: np.ndarray, n: int) -> NaturalMode:
-    """A mode of the coordinates at ``own`` as one of all ``n``."""
-    shape = np.zeros(n, dtype=mode.shape.dtype)
-    share = np.zeros(n)
-    shape[own] = mode.shape
-    share[own] = mode.share
-    return replace(mode, coordinate=coordinate, shape=shape, share=share)
 
 
 def _undamped_modes(linear: Linear) -> list[NaturalMode]:

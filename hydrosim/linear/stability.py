@@ -13,7 +13,7 @@ instability: else no second-order method could take an undamped mode.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -24,7 +24,7 @@ from hydrosim.forces.postures import PosingKind, Posture
 from hydrosim.integrate import Method
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, freedom_of
-from hydrosim.linear.linearise import Linear, linearise, share_equal
+from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import participation
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
@@ -96,15 +96,22 @@ def combinations(
         for kind, p in posing
     ]
     found = []
-    known: dict[bytes, Linear] = {}
+    known: dict[tuple[bytes, ...], Linear] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = new_modes(model)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        parts = _linearise(model, state, modes, time).components
-        found.append(Combination(text, modes, tuple(share_equal(parts, known))))
+        linear = _linearise(model, state, modes, time)
+        parts = tuple(_solved_once(part, known) for part in linear.split(linear.coupled))
+        found.append(Combination(text, modes, parts))
     return found
+
+
+def _solved_once(part: Linear, known: dict[tuple[bytes, ...], Linear]) -> Linear:
+    """The component with the eigenvalues of an equal one that is ``known``, if there is one."""
+    first = known.setdefault(part.content, part)
+    return part if first is part else replace(part, alike=first)
 
 
 def _chosen(
@@ -174,12 +181,10 @@ def step_limits(
 
 def _least_steps(method: Method, parts: Sequence[Linear]) -> list[float]:
     """The largest stable step [s] of each of the ``parts``."""
-    solved: dict[int, float] = {}
-    for part in parts:
-        first = part.alike or part
-        if id(first) not in solved:
-            solved[id(first)] = float(_steps(method, first.eigenvalues).min(initial=np.inf))
-    return [solved[id(part.alike or part)] for part in parts]
+    values = [part.eigenvalues for part in parts]
+    ends = np.cumsum([own.size for own in values])
+    steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
+    return [float(own.min(initial=np.inf)) for own in steps]
 
 
 def _steps(method: Method, values: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ from hydrosim.linear import equilibrium as places
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.linear.freedom import freedom_of
-from hydrosim.linear.impedance import impedance, largest_change
+from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
@@ -500,12 +500,12 @@ def test_what_a_change_of_radiation_does_to_what_is_held() -> None:
     both, K, M = joined()
     model, state = hs.compile_scene(both)
     s = np.array([0.05 + 0.7j])
-    Z = impedance(s, np.zeros((1, 12, 12)), model, state)
     dZ = np.diag(np.arange(1.0, 13.0))[None] * (1 + 0.2j)
     root = np.sqrt(np.diag(M))
     N = linalg.orth(root[:, None] * as_one()) / root[:, None]
     by_hand = linalg.solve(N.T @ (s[0] * M + K / s[0]) @ N, N.T @ dZ[0] @ N)
-    change = largest_change(np.array([0.7]), Z, dZ, model, state)
+    (admittance,) = find_admittances(s, [np.arange(12)], [np.zeros((1, 12, 12))], model, state)
+    change = admittance.largest_change(np.array([0.7]), dZ)
     assert change.size == pytest.approx(np.linalg.norm(by_hand, 2), rel=1e-6)
 
 
