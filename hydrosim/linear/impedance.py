@@ -32,10 +32,10 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Admittance:
-    """Velocities of the bodies with the coordinates ``dofs`` (k,) among 6 nb, and of all that is
-    coupled with them, ``active`` (n,), under forces on ``dofs``: (nw, p, k), along the ``motions``
-    (n, p) that constraints allow, orthonormal in coordinates that are scaled. A velocity along
-    these is one of the ``dofs`` of as many ``units`` (k, r), rotated among themselves."""
+    """The ``velocities`` (nw, p, k) per force on the k coordinates of a database. They are those of
+    the component ``active`` (n,), along the ``motions`` (n, p) that constraints allow, orthonormal
+    in scaled coordinates. ``units`` (k, r) are velocities of the k coordinates: all that a unit of
+    these motions can give, up to a rotation, which changes no norm."""
 
     active: np.ndarray
     motions: np.ndarray
@@ -61,10 +61,10 @@ def find_admittances(
     state: State,
     time: float = 0.0,
 ) -> list[Admittance]:
-    """For each of the databases with coordinates ``dofs`` (k,) among 6 nb, at ``s`` (nw,) [1/s],
-    with K^ ``memories`` (nw, k, k) in place of the model's; contacts as they are in ``state`` at
-    ``time`` [s]. Forces of constraints are in Z, too, but take no part in motions that are
-    allowed. Each component is solved by itself."""
+    """Z^-1 for the coordinates ``dofs`` (k,) of each database, among 6 nb, at ``s`` (nw,) [1/s].
+    K^ of the databases are ``memories`` (nw, k, k), in place of the model's. Contacts are as in
+    ``state`` at ``time`` [s]. Forces of constraints are in Z, too, but take no part in motions
+    that are allowed. Each component is solved by itself."""
     model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
     active = model.bodies.active
     linear = linearise(model, state, time=time, states=np.arange(2 * active.size))

@@ -234,8 +234,9 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    if len(share) < 2:
-        return np.arange(len(share)), np.array([row.argmax() for row in share], dtype=int)
+    if min(share.shape) == 0 or len(share) == 1:
+        rows = np.arange(min(share.shape))
+        return rows, np.array([share[k].argmax() for k in rows], dtype=int)
 
     from scipy.optimize import linear_sum_assignment  # slow to load, few runs need it
 

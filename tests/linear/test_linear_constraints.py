@@ -509,6 +509,17 @@ def test_what_a_change_of_radiation_does_to_what_is_held() -> None:
     assert change.size == pytest.approx(np.linalg.norm(by_hand, 2), rel=1e-6)
 
 
+def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
+    """One of two bodies that nothing couples is held in all that it could do."""
+    bodies = [block(2.0, ("surge",), name) for name in ("free", "held")]
+    grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "held", force=1.0)
+    model, state = hs.compile_scene(scene(bodies, {"grip": grip}, 1.0, 0.1))
+    dofs, none = [np.arange(6), np.arange(6, 12)], np.zeros((1, 6, 6))
+    found = find_admittances(np.array([1j]), dofs, [none, none], model, state)
+    sizes = [each.largest_change(np.ones(1), np.ones((1, 6, 6))).size for each in found]
+    assert sizes == pytest.approx([0.5, 0.0])
+
+
 # what is told, and what is refused
 
 
