@@ -28,9 +28,8 @@ is small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,9 +41,6 @@ from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.state_layout import StateLayout
-
-if TYPE_CHECKING:
-    from hydrosim.linear.linearise import Linear
 
 WRONG = 2.0  # error of a vibration that is out of phase
 FINER = 2.0**0.125  # ratio of steps that are looked at
@@ -162,36 +158,29 @@ def vibrations(
     def wrong(values: np.ndarray) -> np.ndarray:
         return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
 
-    for contact, modes, components in found:
-        for part in components:
-            if not wrong(part.eigenvalues).any():
-                continue
-            for k, value, amplitude, felt in _moving(part, model, wrong):
-                share = shares(part.eigenvectors[1][:, [k]], part.eigenvectors[2][:, [k]])[:, 0]
-                what = what_moves(part, share, layout)
-                yield Vibration(contact, modes, value, what, amplitude, felt)
-
-
-def _moving(
-    part: Linear, model: Model, wrong: Callable[[np.ndarray], np.ndarray]
-) -> Iterator[tuple[int, complex, np.ndarray, np.ndarray]]:
-    """Modes of a component that are ``wrong`` and move bodies: number, eigenvalue [1/s],
-    amplitudes and what of velocities they feel, of all free coordinates (n,)."""
-    values, left, right = part.eigenvectors
-    n = part.active.size
     active = model.bodies.active
-    own = np.searchsorted(active, part.active)
-    for k in np.flatnonzero(wrong(values)):
-        felt = left[n : 2 * n, k].conj()
-        rate = right[n : 2 * n, k]
-        whole = np.vdot(left[:, k], right[:, k])
-        if abs(felt @ rate) <= MOVES * abs(whole):
-            continue  # hardly a motion of bodies
-        K = remembered(model, values[k].imag)[np.ix_(own, own)]
-        value = complex(values[k] - felt @ np.linalg.solve(part.inertia, K @ rate) / whole)
-        if wrong(np.array([value])).any():
-            amplitude = spread(2.0 * np.abs(right[:n, k]), part.active, active)
-            yield int(k), value, amplitude, spread(felt / (felt @ rate), part.active, active)
+    for combination, part in [(x, part) for x in found for part in x.components]:
+        if not wrong(part.eigenvalues).any():
+            continue
+        values, left, right = part.eigenvectors
+        share = shares(left, right)
+        n = part.active.size
+        own = np.searchsorted(active, part.active)
+        for k in np.flatnonzero(wrong(values)):
+            felt = left[n : 2 * n, k].conj()
+            rate = right[n : 2 * n, k]
+            whole = np.vdot(left[:, k], right[:, k])
+            if abs(felt @ rate) <= MOVES * abs(whole):
+                continue  # hardly a motion of bodies
+            K = remembered(model, values[k].imag)[np.ix_(own, own)]
+            memory = np.linalg.solve(part.inertia, K @ rate)
+            value = complex(values[k] - felt @ memory / whole)
+            if wrong(np.array([value])).any():
+                what = what_moves(part, share[:, k], layout)
+                amplitude = spread(2.0 * np.abs(right[:n, k]), part.active, active)
+                sensed = spread(felt / (felt @ rate), part.active, active)
+                at = combination.contact, combination.modes
+                yield Vibration(*at, value, what, amplitude, sensed)
 
 
 def remembered(model: Model, omega: float) -> np.ndarray:

@@ -234,7 +234,7 @@ def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray,
 
 def _matched(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows, rising, and the column of each, each once, such that the sum of shares is largest."""
-    if min(share.shape) == 0 or len(share) == 1:
+    if len(share) == 1 or not share.size:
         rows = np.arange(min(share.shape))
         return rows, np.array([share[k].argmax() for k in rows], dtype=int)
 
