@@ -12,6 +12,8 @@ from scipy.linalg import block_diag
 
 from hydrosim.dofs import about_z
 from hydrosim.linear.impedance import Admittance, Change, at_frequencies, find_admittances
+from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.radiation.convolution import convolution_model
 from hydrosim.radiation.retardation import resolved_length
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
@@ -99,7 +101,8 @@ def memory_errors(
         for group, of in zip(groups, found, strict=True)
     ]
     s = 1.0 / duration + 1j * w
-    admittances = find_admittances(s, [group.dofs for group in groups], K, model, state, time)
+    linear = _without_memory(model, state, time)
+    admittances = find_admittances(s, [group.dofs for group in groups], K, linear)
 
     def change(group: WetGroup, admittance: Admittance, missed: np.ndarray) -> tuple[Change, str]:
         largest = admittance.largest_change(w, _turned(group, missed))
@@ -116,6 +119,12 @@ def memory_errors(
         )
         for group, of, own in zip(groups, found, admittances, strict=True)
     )
+
+
+def _without_memory(model: Model, state: State, time: float) -> Linear:
+    """Places and rates, with all forces but the memory made linear."""
+    others = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
+    return linearise(others, state, time=time, states=np.arange(2 * model.bodies.active.size))
 
 
 def _remembers(group: WetGroup) -> bool:

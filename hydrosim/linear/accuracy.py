@@ -159,10 +159,10 @@ def vibrations(
         return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
 
     active = model.bodies.active
-    for combination, part in [(x, part) for x in found for part in x.components]:
-        if not wrong(part.eigenvalues).any():
+    for combination, (part, known) in [(x, part) for x in found for part in x.components]:
+        if not wrong(known).any():
             continue
-        values, left, right = part.eigenvectors
+        values, left, right = part.eigenvectors()
         share = shares(left, right)
         n = part.active.size
         own = np.searchsorted(active, part.active)

@@ -11,14 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.radiation import convolution_model
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.state import State
+if TYPE_CHECKING:
+    from hydrosim.linear.linearise import Linear
 
 
 class Change(NamedTuple):
@@ -57,17 +55,13 @@ def find_admittances(
     s: np.ndarray,
     dofs: Sequence[np.ndarray],
     memories: Sequence[np.ndarray],
-    model: Model,
-    state: State,
-    time: float = 0.0,
+    linear: Linear,
 ) -> list[Admittance]:
     """Z^-1 for the coordinates ``dofs`` (k,) of each database, among 6 nb, at ``s`` (nw,) [1/s].
-    K^ of the databases are ``memories`` (nw, k, k), in place of the model's. Contacts are as in
-    ``state`` at ``time`` [s]. Forces of constraints are in Z, too, but take no part in motions
-    that are allowed. Each component is solved by itself."""
-    model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
-    active = model.bodies.active
-    linear = linearise(model, state, time=time, states=np.arange(2 * active.size))
+    K^ of the databases are ``memories`` (nw, k, k); ``linear`` has places and rates, and no memory.
+    Forces of constraints are in Z, too, but take no part in motions that are allowed. Each
+    component is solved by itself."""
+    active = linear.active
     coupled = linear.coupled
     for each in dofs:
         at = np.flatnonzero(np.isin(active, each))

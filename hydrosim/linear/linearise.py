@@ -54,15 +54,13 @@ class Linear:
     """``jacobian`` (m, m) of the ``states`` (m,) of y, the first 2 n of which are the n free
     coordinates ``active`` (among 6 nb) and their rates. ``freedom`` are the motions that the c
     constraints allow, and ``reactions`` (c, m) the changes of their forces by state; NaN where
-    what is held changes with the place. Eigenvalues and vectors are those of ``alike``, if given:
-    a component whose arrays are equal."""
+    what is held changes with the place."""
 
     jacobian: np.ndarray
     states: np.ndarray
     active: np.ndarray
     freedom: Freedom
     reactions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
-    alike: Linear | None = None
 
     @property
     def inertia(self) -> np.ndarray:
@@ -105,7 +103,7 @@ class Linear:
 
     @property
     def content(self) -> tuple[bytes, ...]:
-        """What eigenvalues and vectors depend on: equal for equal components."""
+        """What eigenvalues depend on: equal for equal components."""
         return self.jacobian.tobytes(), self.inertia.tobytes(), self.constraints.tobytes()
 
     @property
@@ -128,19 +126,13 @@ class Linear:
             return (self,)
         return tuple(self._restrict(own) for own in places)
 
-    @cached_property
     def eigenvalues(self) -> np.ndarray:
         """Of the jacobian (k,) [1/s], in motions that constraints allow."""
-        if self.alike is not None:
-            return self.alike.eigenvalues
         return np.asarray(linalg.eigvals(self._allowed))
 
-    @cached_property
     def eigenvectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The eigenvalues (k,), left and right eigenvectors (m, k) over all states, a column each.
         With constraints, only products of left ones with motions that they allow have a meaning."""
-        if self.alike is not None:
-            return self.alike.eigenvectors
         values, left, right = linalg.eig(self._allowed, left=True, right=True)
         if self.freedom.unconstrained:
             return values, left, right

@@ -206,7 +206,7 @@ def participation(linear: Linear) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (k,) [1/s], and the share (m, k) that each state (row) has in the mode of each
     (column): participation factors, the products of the left and right eigenvectors' entries, which
     do not depend on units (Perez-Arriaga et al. 1982)."""
-    values, left, right = linear.eigenvectors
+    values, left, right = linear.eigenvectors()
     return values, shares(left, right)
 
 
@@ -219,7 +219,7 @@ def shares(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 def modal_participation(linear: Linear, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (m,), and the share (k, m) of each natural mode with its rate (row): the same in
     coordinates along the ``shapes`` (n, k)."""
-    values, left, right = linear.eigenvectors
+    values, left, right = linear.eigenvectors()
     # free shapes may be parallel
     n = linear.active.size
     along = np.linalg.pinv(shapes, FLAT)

@@ -13,7 +13,7 @@ instability: else no second-order method could take an undamped mode.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -58,18 +58,26 @@ class StepLimit:
         )
 
 
+class Component(NamedTuple):
+    """A part of a scene made linear that nothing couples with others, and its eigenvalues
+    ``values`` (m,) [1/s]."""
+
+    linear: Linear
+    values: np.ndarray
+
+
 class Combination(NamedTuple):
     """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
-    says in words, as its ``components``, which nothing couples."""
+    says in words, as its ``components``."""
 
     contact: str
     modes: np.ndarray
-    components: tuple[Linear, ...]
+    components: tuple[Component, ...]
 
     @property
     def values(self) -> np.ndarray:
         """The eigenvalues (m,) of all components [1/s]."""
-        return np.concatenate([part.eigenvalues for part in self.components])
+        return np.concatenate([part.values for part in self.components])
 
 
 Watch = Callable[[Sequence[Any], str], Iterable[Any]]
@@ -96,22 +104,24 @@ def combinations(
         for kind, p in posing
     ]
     found = []
-    known: dict[tuple[bytes, ...], Linear] = {}
+    known: dict[tuple[bytes, ...], np.ndarray] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = new_modes(model)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
         linear = _linearise(model, state, modes, time)
-        parts = tuple(_solved_once(part, known) for part in linear.split(linear.coupled))
+        parts = tuple(_solve(part, known) for part in linear.split(linear.coupled))
         found.append(Combination(text, modes, parts))
     return found
 
 
-def _solved_once(part: Linear, known: dict[tuple[bytes, ...], Linear]) -> Linear:
-    """The component with the eigenvalues of an equal one that is ``known``, if there is one."""
-    first = known.setdefault(part.content, part)
-    return part if first is part else replace(part, alike=first)
+def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Component:
+    """A component with its eigenvalues, which are ``known`` of an equal one, or from now on."""
+    content = part.content
+    if content not in known:
+        known[content] = part.eigenvalues()
+    return Component(part, known[content])
 
 
 def _chosen(
@@ -164,13 +174,13 @@ def step_limits(
     empty if no step is too large.
     """
     parts = [(x.contact, part) for x in found for part in x.components]
-    least = _least_steps(method, [part for _, part in parts])
+    least = _least_steps(method, [part.values for _, part in parts])
     bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
     limits = [
         limit
         for (contact, part), smallest in zip(parts, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, contact, part, method, layout)
+        for limit in _below(bound, contact, part.linear, method, layout)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -179,9 +189,8 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + ALIKE)]
 
 
-def _least_steps(method: Method, parts: Sequence[Linear]) -> list[float]:
-    """The largest stable step [s] of each of the ``parts``."""
-    values = [part.eigenvalues for part in parts]
+def _least_steps(method: Method, values: Sequence[np.ndarray]) -> list[float]:
+    """The largest stable step [s] of each component, with its eigenvalues ``values``."""
     ends = np.cumsum([own.size for own in values])
     steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
     return [float(own.min(initial=np.inf)) for own in steps]

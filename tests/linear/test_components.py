@@ -70,8 +70,8 @@ def test_eigenvalues_of_components_are_those_of_the_whole(figure) -> None:
     linear = linear_of(barges())
     parts = parts_of(linear)
     assert len(parts) == 3 * PARTS
-    each = np.concatenate([part.eigenvalues for part in parts])
-    whole = linear.eigenvalues
+    each = np.concatenate([part.eigenvalues() for part in parts])
+    whole = linear.eigenvalues()
     moving = np.abs(whole) > 1e-6  # what is free has none but rounding
     assert each.size == whole.size
     off = max(distance(whole[moving], each), distance(each[np.abs(each) > 1e-6], whole))
@@ -130,8 +130,7 @@ def test_changes_of_components_are_those_of_the_whole(forces: dict[str, Spring])
     free = (DOFS, ("sway", "roll", "yaw"), ("surge",))
     bodies = [block(2.0, own, name) for own, name in zip(free, NAMES, strict=True)]
     moored = {f"k {name}": LinearMooring(name, np.diag(np.arange(5.0, 11.0))) for name in NAMES}
-    model, state = hs.compile_scene(scene(bodies, {**moored, **forces}, 20.0, 0.1))
-    linear = linearise(model, state)
+    linear = linear_of(scene(bodies, {**moored, **forces}, 20.0, 0.1))
     w = np.linspace(0.3, 3.0, 7)
     s = 0.01 + 1j * w
     dofs = [np.arange(6, 12), np.r_[12:18, 0:6]]
@@ -140,7 +139,7 @@ def test_changes_of_components_are_those_of_the_whole(forces: dict[str, Spring])
     memory = np.zeros((w.size, 18, 18), dtype=complex)
     for own, K in zip(dofs, memories, strict=True):
         memory[:, own[:, None], own] = K
-    found = find_admittances(s, dofs, memories, model, state)
+    found = find_admittances(s, dofs, memories, linear)
     for own, admittance in zip(dofs, found, strict=True):
         dZ = rng.normal(size=(w.size, own.size, own.size))
         change = np.zeros(memory.shape)
