@@ -11,7 +11,9 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrosim.dofs import about_z
-from hydrosim.linear.impedance import Change, at_frequencies, impedance, largest_change
+from hydrosim.linear.impedance import Admittance, Change, at_frequencies, find_admittances
+from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.radiation.convolution import convolution_model
 from hydrosim.radiation.retardation import resolved_length
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
@@ -87,22 +89,23 @@ def memory_errors(
     scene: Scene, wet: Sequence[WetGroup], model: Model, state: State, time: float
 ) -> tuple[MemoryErrors, ...]:
     """Of all databases with a memory, with all other forces made linear about ``state``."""
-    groups = [group for group in wet if group.free.size and _remembers(group)]
-    if not groups or not model.bodies.active.size:
+    moving = model.bodies.active
+    groups = [group for group in wet if np.isin(group.dofs, moving).any() and _remembers(group)]
+    if not groups:
         return ()
     duration = time + scene.duration  # a run that goes on remembers what was before
     found = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_between(of.w) for of in found]))
-    size = 6 * len(scene.bodies)
-    memory = np.zeros((w.size, size, size), dtype=complex)
-    for group, of in zip(groups, found, strict=True):
-        memory[:, group.dofs[:, None], group.dofs] = _turned(group, at_frequencies(w, of.w, of.K))
-    Z = impedance(1.0 / duration + 1j * w, memory, model, state, time)
+    K = [
+        _turned(group, at_frequencies(w, of.w, of.K))
+        for group, of in zip(groups, found, strict=True)
+    ]
+    s = 1.0 / duration + 1j * w
+    linear = _without_memory(model, state, time)
+    admittances = find_admittances(s, [group.dofs for group in groups], K, linear)
 
-    def change(group: WetGroup, of: np.ndarray) -> tuple[Change, str]:
-        dZ = np.zeros_like(memory)
-        dZ[:, group.dofs[:, None], group.dofs] = _turned(group, of)
-        largest = largest_change(w, Z, dZ, model, state)
+    def change(group: WetGroup, admittance: Admittance, missed: np.ndarray) -> tuple[Change, str]:
+        largest = admittance.largest_change(w, _turned(group, missed))
         return largest, dofs_of([largest.coordinate], [body.name for body in scene.bodies])
 
     return tuple(
@@ -111,11 +114,17 @@ def memory_errors(
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
-            change(group, _missed(group, w, of, duration)) if group.fits else None,
-            change(group, at_frequencies(w, of.w, of.cut)),
+            change(group, own, _missed(group, w, of, duration)) if group.fits else None,
+            change(group, own, at_frequencies(w, of.w, of.cut)),
         )
-        for group, of in zip(groups, found, strict=True)
+        for group, of, own in zip(groups, found, admittances, strict=True)
     )
+
+
+def _without_memory(model: Model, state: State, time: float) -> Linear:
+    """Places and rates, with all forces but the memory made linear."""
+    others = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
+    return linearise(others, state, time=time, states=np.arange(2 * model.bodies.active.size))
 
 
 def _remembers(group: WetGroup) -> bool:

@@ -32,6 +32,7 @@ from hydrosim.compiling.wet import WetGroup, each_alone, each_database
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
+from hydrosim.linear.components import find_components
 from hydrosim.linear.linearise import linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Scene, SecondOrder, Symmetry, WaveForces
@@ -211,8 +212,10 @@ def _mirrored(model: Model, state: State) -> bool:
 def _growth(calm: Compiled, aside: np.ndarray) -> float:
     """The fastest growth of motions out of the plane about a start from rest [1/s]."""
     state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
-    J = linearise(calm.model, state, time=calm.begin).jacobian
-    return float(linalg.eigvals(J[: aside.size, : aside.size][np.ix_(aside, aside)]).real.max())
+    jacobian = linearise(calm.model, state, time=calm.begin).jacobian
+    J = jacobian[: aside.size, : aside.size][np.ix_(aside, aside)]
+    blocks = (J[np.ix_(own, own)] for own in find_components(J))
+    return max(float(linalg.eigvals(block).real.max()) for block in blocks)
 
 
 def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:

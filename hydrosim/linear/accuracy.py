@@ -35,6 +35,7 @@ import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.integrate import Method
+from hydrosim.linear.components import spread
 from hydrosim.linear.modes import TINY, shares
 from hydrosim.linear.stability import Combination, what_moves
 from hydrosim.modes import MODE, SEGMENT
@@ -157,24 +158,29 @@ def vibrations(
     def wrong(values: np.ndarray) -> np.ndarray:
         return (values.imag > SLOW) & (vibration_errors(method, step, duration, values) > error)
 
-    for contact, modes, linear, eigenvalues in found:
-        if not wrong(eigenvalues).any():
+    active = model.bodies.active
+    for combination, (part, known) in [(x, part) for x in found for part in x.components]:
+        if not wrong(known).any():
             continue
-        values, left, right = linear.eigenvectors()
+        values, left, right = part.eigenvectors()
         share = shares(left, right)
-        n = linear.active.size
+        n = part.active.size
+        own = np.searchsorted(active, part.active)
         for k in np.flatnonzero(wrong(values)):
             felt = left[n : 2 * n, k].conj()
             rate = right[n : 2 * n, k]
             whole = np.vdot(left[:, k], right[:, k])
             if abs(felt @ rate) <= MOVES * abs(whole):
                 continue  # hardly a motion of bodies
-            memory = np.linalg.solve(linear.inertia, remembered(model, values[k].imag) @ rate)
+            K = remembered(model, values[k].imag)[np.ix_(own, own)]
+            memory = np.linalg.solve(part.inertia, K @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
-                what = what_moves(linear, share[:, k], layout)
-                amplitude = 2.0 * np.abs(right[:n, k])
-                yield Vibration(contact, modes, value, what, amplitude, felt / (felt @ rate))
+                what = what_moves(part, share[:, k], layout)
+                amplitude = spread(2.0 * np.abs(right[:n, k]), part.active, active)
+                sensed = spread(felt / (felt @ rate), part.active, active)
+                at = combination.contact, combination.modes
+                yield Vibration(*at, value, what, amplitude, sensed)
 
 
 def remembered(model: Model, omega: float) -> np.ndarray:

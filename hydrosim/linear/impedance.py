@@ -9,15 +9,14 @@ which knows no resonance sharper than 1/T, s = 1/T + i w. Only motions that cons
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.linear.coordinates import STEP, inertia
-from hydrosim.linear.freedom import find_constraint_rows, freedom_of
-from hydrosim.radiation import convolution_model
-from hydrosim.stepping.dynamics import Model, jacobian, new_work
-from hydrosim.stepping.state import State
+if TYPE_CHECKING:
+    from hydrosim.linear.linearise import Linear
 
 
 class Change(NamedTuple):
@@ -29,46 +28,70 @@ class Change(NamedTuple):
     coordinate: int
 
 
-def impedance(
-    s: np.ndarray, memory: np.ndarray, model: Model, state: State, time: float = 0.0
-) -> np.ndarray:
-    """Z (nw, n, n) of the free coordinates at ``s`` (nw,) [1/s], with K^ ``memory``
-    (nw, 6 nb, 6 nb) in place of the model's; contacts as they are in ``state`` at ``time`` [s].
-    Forces of constraints are in Z, too, but take no part in motions that are allowed."""
-    model = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
-    n = model.bodies.active.size
-    active = model.bodies.active
-    work = new_work(model)
-    own = np.arange(2 * n)
-    scratch = np.zeros((3, model.size))
-    J = np.zeros((2 * n, 2 * n))
-    y = state.y
-    jacobian(time, y, state.modes, state.history, model, work, own, STEP, scratch, J)
-    M = inertia(model, y)
+@dataclass(frozen=True, eq=False)
+class Admittance:
+    """The ``velocities`` (nw, p, k) per force on the k coordinates of a database. They are those of
+    the component ``active`` (n,), along the ``motions`` (n, p) that constraints allow, orthonormal
+    in scaled coordinates. ``units`` (k, r) are velocities of the k coordinates: all that a unit of
+    these motions can give, up to a rotation, which changes no norm."""
+
+    active: np.ndarray
+    motions: np.ndarray
+    units: np.ndarray
+    velocities: np.ndarray
+
+    def largest_change(self, w: np.ndarray, dZ: np.ndarray) -> Change:
+        """What ``dZ`` (nw, k, k) changes at most, at the frequencies ``w`` (nw,)."""
+        relative = self.velocities @ dZ @ self.units
+        if not relative.size:  # nothing of it can move
+            return Change(0.0, float(w[0]), int(self.active[0]))
+        size = np.linalg.norm(relative, 2, axis=(1, 2))
+        k = int(size.argmax())
+        most = self.motions @ np.linalg.svd(relative[k])[0][:, 0]
+        return Change(float(size[k]), float(w[k]), int(self.active[np.abs(most).argmax()]))
+
+
+def find_admittances(
+    s: np.ndarray,
+    dofs: Sequence[np.ndarray],
+    memories: Sequence[np.ndarray],
+    linear: Linear,
+) -> list[Admittance]:
+    """Z^-1 for the coordinates ``dofs`` (k,) of each database, among 6 nb, at ``s`` (nw,) [1/s].
+    K^ of the databases are ``memories`` (nw, k, k); ``linear`` has places and rates, and no memory.
+    Forces of constraints are in Z, too, but take no part in motions that are allowed. Each
+    component is solved by itself."""
+    active = linear.active
+    coupled = linear.coupled
+    for each in dofs:
+        at = np.flatnonzero(np.isin(active, each))
+        coupled[at[:, None], at] = True
+    found: dict[int, Admittance] = {}
+    for part in linear.split(coupled):
+        own = [k for k, each in enumerate(dofs) if np.isin(each, part.active).any()]
+        solved = _admittances(s, [dofs[k] for k in own], [memories[k] for k in own], part)
+        found.update(zip(own, solved, strict=True))
+    return [found[k] for k in range(len(dofs))]
+
+
+def _admittances(
+    s: np.ndarray, dofs: Sequence[np.ndarray], memories: Sequence[np.ndarray], part: Linear
+) -> Iterator[Admittance]:
+    """Those of the databases of one component."""
+    n = part.active.size
+    N = part.freedom.basis
+    # velocities of the databases' coordinates, zero where they are held
+    felt = [(own[:, None] == part.active) @ N for own in dofs]
+    MJ = part.inertia @ part.jacobian[n:]
     s = s[:, None, None]
-    return np.asarray(
-        s * M - M @ J[n:, n:] - M @ J[n:, :n] / s + memory[:, active[:, None], active]
-    )
-
-
-def largest_change(
-    w: np.ndarray, Z: np.ndarray, dZ: np.ndarray, model: Model, state: State
-) -> Change:
-    """What ``dZ`` (nw, 6 nb, 6 nb) changes at most, ``Z`` (nw, n, n) being the `impedance`."""
-    active = model.bodies.active
-    M = inertia(model, state.y)
-    root = np.sqrt(np.diag(M))
-    free = freedom_of(find_constraint_rows(model, state.y, state.modes), M)
-    # N is orthonormal in coordinates that are scaled by these roots
-    more = free.project_matrix(dZ[:, active[:, None], active])
-    changed = np.linalg.solve(free.project_matrix(Z), more)
-    relative = free.expand(changed) * root[:, None]
-    if free.unconstrained:
-        relative = relative / root
-    size = np.linalg.norm(relative, 2, axis=(1, 2))
-    k = int(size.argmax())
-    left = np.linalg.svd(relative[k])[0][:, 0]
-    return Change(float(size[k]), float(w[k]), int(active[np.abs(left).argmax()]))
+    Z = s * (N.T @ part.inertia @ N) - N.T @ MJ[:, n:] @ N - N.T @ MJ[:, :n] @ N / s
+    for S, memory in zip(felt, memories, strict=True):
+        Z += S.T @ memory @ S
+    velocities = np.linalg.inv(Z)
+    motions = np.sqrt(np.diag(part.inertia))[:, None] * N
+    for S in felt:
+        units = np.asarray(np.linalg.qr(S.T, mode="r"))
+        yield Admittance(part.active, motions, units.T, velocities @ S.T)
 
 
 def at_frequencies(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg
 
 from hydrosim.errors import InputError
+from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import STEP, inertia
 from hydrosim.linear.freedom import Freedom, find_constraint_rows, freedom_of
 from hydrosim.stepping.dynamics import (
@@ -100,6 +101,31 @@ class Linear:
         motion = self.freedom.solve_motions(D, load)
         return self.freedom.solve_reactions(D @ motion - load)
 
+    @property
+    def content(self) -> tuple[bytes, ...]:
+        """What eigenvalues depend on: equal for equal components."""
+        return self.jacobian.tobytes(), self.inertia.tobytes(), self.constraints.tobytes()
+
+    @property
+    def coupled(self) -> np.ndarray:
+        """Which states (m, m) forces, inertia or constraints couple."""
+        n = self.active.size
+        coupled = self.jacobian != 0.0
+        coupled[:n, :n] |= self.inertia != 0.0
+        held = self.constraints != 0.0
+        coupled[:n, :n] |= held.T @ held
+        if len(held):
+            coupled[:n] |= held.T @ (self.reactions != 0.0)
+        return coupled
+
+    def split(self, coupled: np.ndarray) -> tuple[Linear, ...]:
+        """The components of the states, of which (m, m) are ``coupled``."""
+        places = find_components(coupled)
+        # a row that holds nothing that moves is of no part
+        if len(places) < 2 or not self.constraints.any(axis=1).all():
+            return (self,)
+        return tuple(self._restrict(own) for own in places)
+
     def eigenvalues(self) -> np.ndarray:
         """Of the jacobian (k,) [1/s], in motions that constraints allow."""
         return np.asarray(linalg.eigvals(self._allowed))
@@ -112,6 +138,19 @@ class Linear:
             return values, left, right
         free = self.freedom
         return values, self._each(free.expand_covectors, left), self._each(free.expand, right)
+
+    def _restrict(self, places: np.ndarray) -> Linear:
+        """The part with the states at ``places`` (k,), rising."""
+        own = places[places < self.active.size]
+        rows = np.flatnonzero(self.constraints[:, own].any(axis=1))
+        held = self.constraints[np.ix_(rows, own)]
+        return Linear(
+            self.jacobian[np.ix_(places, places)],
+            self.states[places],
+            self.active[own],
+            freedom_of(held, self.inertia[np.ix_(own, own)]),
+            self.reactions[np.ix_(rows, places)] if len(held) else np.zeros((0, 0)),
+        )
 
     @property
     def _allowed(self) -> np.ndarray:

@@ -10,7 +10,7 @@ constraints hold something, K, M and shapes are those of the motions that they a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.linear.components import spread
 
 if TYPE_CHECKING:
     from hydrosim.linear.freedom import Freedom
@@ -93,6 +94,38 @@ class NaturalMode:
 def natural_modes(linear: Linear) -> list[NaturalMode]:
     """As many modes as free coordinates less constraints, in the order of the coordinates they are
     named after."""
+    return _of_components(linear, _decaying_modes)
+
+
+def natural_periods(linear: Linear) -> dict[int, float]:
+    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
+    6 nb) that each mode is named after."""
+    modes = _of_components(linear, _undamped_modes)
+    return {mode.coordinate: mode.natural_period for mode in modes}
+
+
+def _of_components(
+    linear: Linear, find: Callable[[Linear], list[NaturalMode]]
+) -> list[NaturalMode]:
+    """The modes that ``find`` finds of each component, with shapes of all coordinates, in the order
+    of the coordinates that they are named after."""
+    found = []
+    for part in linear.split(linear.coupled):
+        for mode in find(part) if part.active.size else []:
+            shape = spread(mode.shape, part.active, linear.active)
+            share = spread(mode.share, part.active, linear.active)
+            found.append(replace(mode, shape=shape, share=share))
+    return sorted(found, key=lambda mode: mode.coordinate)
+
+
+def _undamped_modes(linear: Linear) -> list[NaturalMode]:
+    """The modes of one component, without their decays."""
+    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
+    return _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
+
+
+def _decaying_modes(linear: Linear) -> list[NaturalMode]:
+    """The modes of one component."""
     squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
     values, share = modal_participation(linear, shapes)
     # what does not change with time is no decay: a place without stiffness, a node's own place
@@ -101,14 +134,6 @@ def natural_modes(linear: Linear) -> list[NaturalMode]:
     decays = np.zeros(squares.size, dtype=complex)
     decays[bound] = values[moving[_matched(share[bound][:, moving])[1]]]
     return _named(squares, shapes, decays, linear)
-
-
-def natural_periods(linear: Linear) -> dict[int, float]:
-    """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among
-    6 nb) that each mode is named after."""
-    squares, shapes = _undamped_shapes(linear.dynamic_stiffness, linear)
-    modes = _named(squares, shapes, np.zeros(squares.size, dtype=complex), linear)
-    return {mode.coordinate: mode.natural_period for mode in modes}
 
 
 def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode]:

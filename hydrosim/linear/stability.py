@@ -58,14 +58,26 @@ class StepLimit:
         )
 
 
+class Component(NamedTuple):
+    """A part of a scene made linear that nothing couples with others, and its eigenvalues
+    ``values`` (m,) [1/s]."""
+
+    linear: Linear
+    values: np.ndarray
+
+
 class Combination(NamedTuple):
     """A scene made linear with its contacts and springs in the ``modes`` (rows, 3) that ``contact``
-    says in words, and its eigenvalues ``values`` (m,) [1/s]."""
+    says in words, as its ``components``."""
 
     contact: str
     modes: np.ndarray
-    linear: Linear
-    values: np.ndarray
+    components: tuple[Component, ...]
+
+    @property
+    def values(self) -> np.ndarray:
+        """The eigenvalues (m,) of all components [1/s]."""
+        return np.concatenate([part.values for part in self.components])
 
 
 Watch = Callable[[Sequence[Any], str], Iterable[Any]]
@@ -92,14 +104,24 @@ def combinations(
         for kind, p in posing
     ]
     found = []
+    known: dict[tuple[bytes, ...], np.ndarray] = {}
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = new_modes(model)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             own_modes(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
         linear = _linearise(model, state, modes, time)
-        found.append(Combination(text, modes, linear, linear.eigenvalues()))
+        parts = tuple(_solve(part, known) for part in linear.split(linear.coupled))
+        found.append(Combination(text, modes, parts))
     return found
+
+
+def _solve(part: Linear, known: dict[tuple[bytes, ...], np.ndarray]) -> Component:
+    """A component with its eigenvalues, which are ``known`` of an equal one, or from now on."""
+    content = part.content
+    if content not in known:
+        known[content] = part.eigenvalues()
+    return Component(part, known[content])
 
 
 def _chosen(
@@ -151,13 +173,14 @@ def step_limits(
     that moves its smallest; of what has the same limit, one. If none is below, the smallest of all;
     empty if no step is too large.
     """
-    least = [_steps(method, x.values).min(initial=np.inf) for x in found]
-    bound = max(step, min(least) * (1.0 + ALIKE))
+    parts = [(x.contact, part) for x in found for part in x.components]
+    least = _least_steps(method, [part.values for _, part in parts])
+    bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
     limits = [
         limit
-        for combination, smallest in zip(found, least, strict=True)
+        for (contact, part), smallest in zip(parts, least, strict=True)
         if smallest < bound
-        for limit in _below(bound, combination, method, layout)
+        for limit in _below(bound, contact, part.linear, method, layout)
     ]
     rising: dict[str, StepLimit] = {}
     for limit in sorted(limits, key=lambda limit: limit.step):
@@ -171,20 +194,27 @@ def smallest_step(found: Sequence[Combination], method: Method) -> float:
     return float(min(_steps(method, x.values).min(initial=np.inf) for x in found))
 
 
+def _least_steps(method: Method, values: Sequence[np.ndarray]) -> list[float]:
+    """The largest stable step [s] of each component, with its eigenvalues ``values``."""
+    ends = np.cumsum([own.size for own in values])
+    steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
+    return [float(own.min(initial=np.inf)) for own in steps]
+
+
 def _steps(method: Method, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
 
 def _below(
-    bound: float, combination: Combination, method: Method, layout: StateLayout
+    bound: float, contact: str, part: Linear, method: Method, layout: StateLayout
 ) -> Iterator[StepLimit]:
-    """The limits below ``bound`` of one linearisation."""
-    values, share = participation(combination.linear)
+    """The limits below ``bound`` of one component."""
+    values, share = participation(part)
     steps = _steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = what_moves(combination.linear, share[:, k], layout)
-        yield StepLimit(float(steps[k]), complex(values[k]), combination.contact, what)
+        what = what_moves(part, share[:, k], layout)
+        yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
 def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ from hydrosim.linear import equilibrium as places
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.linear.freedom import freedom_of
-from hydrosim.linear.impedance import impedance, largest_change
+from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
@@ -498,15 +498,25 @@ def test_natural_periods_of_a_held_barge() -> None:
 def test_what_a_change_of_radiation_does_to_what_is_held() -> None:
     """The norm of (N^T Z N)^-1 N^T dZ N with N orthonormal over the roots of inertias."""
     both, K, M = joined()
-    model, state = hs.compile_scene(both)
     s = np.array([0.05 + 0.7j])
-    Z = impedance(s, np.zeros((1, 12, 12)), model, state)
     dZ = np.diag(np.arange(1.0, 13.0))[None] * (1 + 0.2j)
     root = np.sqrt(np.diag(M))
     N = linalg.orth(root[:, None] * as_one()) / root[:, None]
     by_hand = linalg.solve(N.T @ (s[0] * M + K / s[0]) @ N, N.T @ dZ[0] @ N)
-    change = largest_change(np.array([0.7]), Z, dZ, model, state)
+    (admittance,) = find_admittances(s, [np.arange(12)], [np.zeros((1, 12, 12))], linear_of(both))
+    change = admittance.largest_change(np.array([0.7]), dZ)
     assert change.size == pytest.approx(np.linalg.norm(by_hand, 2), rel=1e-6)
+
+
+def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
+    """One of two bodies that nothing couples is held in all that it could do."""
+    bodies = [block(2.0, ("surge",), name) for name in ("free", "held")]
+    grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "held", force=1.0)
+    linear = linear_of(scene(bodies, {"grip": grip}, 1.0, 0.1))
+    dofs, none = [np.arange(6), np.arange(6, 12)], np.zeros((1, 6, 6))
+    found = find_admittances(np.array([1j]), dofs, [none, none], linear)
+    sizes = [each.largest_change(np.ones(1), np.ones((1, 6, 6))).size for each in found]
+    assert sizes == pytest.approx([0.5, 0.0])
 
 
 # what is told, and what is refused
