@@ -113,7 +113,7 @@ NEEDLESS: tuple[Any, ...] = (
     InlineOverloads,  # nor is any function inlined before LLVM does it
     NopythonRewrites,  # they join operations on whole arrays, which would allocate
 )
-"""Steps of numba that take 6 to 11 % of the time to compile, and change nothing in kernels."""
+"""Steps of numba that take about 6 % of the time to compile, and change nothing in kernels."""
 
 
 class _PartCompiler(compiler.Compiler):
