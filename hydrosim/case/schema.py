@@ -20,6 +20,7 @@ from pydantic import (
     Tag,
     model_validator,
 )
+from pydantic.config import JsonDict
 
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.elements.fender import Plane
@@ -259,9 +260,20 @@ EitherTolerance = Annotated[
 ]
 
 
+_OF_STEPS: JsonDict = {
+    "if": {
+        "properties": {"method": {"not": {"const": Method.AUTOMATIC.value}}},
+        "required": ["method"],
+    },
+    "then": {"properties": {"tolerance": {"type": "object"}}},
+}
+
+
 class Solver(Strict):
     """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
     range; that of adaptive methods is the error of each step."""
+
+    model_config = ConfigDict(json_schema_extra=_OF_STEPS)
 
     method: Method = Method.RK4
     step: of.Period = 0.1
