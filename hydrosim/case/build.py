@@ -65,10 +65,13 @@ def _place(folder: Path, file: str) -> Path:
 
 def _solver(solver: schema.Solver) -> scene.Solver:
     given = solver.tolerance
+    settings = dict(solver)
     if isinstance(given, schema.Tolerance):
-        tolerance = scene.Tolerance(**dict(given))
-        return scene.Solver(**{**dict(solver), "tolerance": tolerance})
-    return scene.Solver(**{**dict(solver), "tolerance": scene.Tolerance(), "accuracy": given})
+        settings["tolerance"] = scene.Tolerance(**dict(given))
+    else:
+        del settings["tolerance"]
+        settings["accuracy"] = given
+    return scene.Solver(**settings)
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:

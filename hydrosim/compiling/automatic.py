@@ -95,12 +95,18 @@ def _ratio(method: Method) -> float:
     return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
 
 
+def _rate(method: Method, accuracy: float, changing: bool) -> float:
+    """The tolerance of each step [1/s], where contacts or springs are ``changing`` or are none."""
+    rough = ROUGH_IMPLICIT if method == Method.ESDIRK4 else ROUGH
+    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), FINEST)
+
+
 @one_thread
 def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     """The method, and why."""
     looked_at = combinations(compiled.scene, compiled.model, compiled.state)
     stable = smallest_step(looked_at, DOPRI5)
-    rate = max(min(accuracy / OF_ESDIRK4, ROUGH_IMPLICIT), FINEST)
+    rate = _rate(Method.ESDIRK4, accuracy, changing=True)
     implicit = REACH * rate**0.25 / _frequency(looked_at)
     stiff = EXPLICIT * CLOSED / stable > IMPLICIT / implicit
     why = f"steps above {stable:.2g} s are unstable if explicit, implicit ones are {implicit:.2g} s"
@@ -116,10 +122,7 @@ def _frequency(looked_at: Sequence[Combination]) -> float:
 
 def _settings(compiled: Compiled, chosen: Method, accuracy: float) -> Solver:
     """The solver with the method ``chosen``, and its tolerances."""
-    changing = len(new_modes(compiled.model)) > 0
-    rough = ROUGH_IMPLICIT if chosen == Method.ESDIRK4 else ROUGH
-    rate = accuracy / _ratio(chosen)
-    rate = max(min(rate, rough if changing else SMOOTH), FINEST)
+    rate = _rate(chosen, accuracy, changing=len(new_modes(compiled.model)) > 0)
     tolerance = Tolerance(rate, rate, rate / ARM)
     solver = compiled.scene.solver
     return replace(solver, method=chosen, tolerance=tolerance, accuracy=accuracy)

@@ -174,7 +174,7 @@ def step_limits(
     empty if no step is too large.
     """
     parts = [(x.contact, part) for x in found for part in x.components]
-    least = _least_steps(method, [part.values for _, part in parts])
+    least = _least_steps(found, method)
     bound = max(step, min(least, default=np.inf) * (1.0 + ALIKE))
     limits = [
         limit
@@ -191,11 +191,12 @@ def step_limits(
 
 def smallest_step(found: Sequence[Combination], method: Method) -> float:
     """The smallest of the limits [s] of all ``found`` combinations; infinite if there is none."""
-    return float(min(_steps(method, x.values).min(initial=np.inf) for x in found))
+    return min(_least_steps(found, method), default=np.inf)
 
 
-def _least_steps(method: Method, values: Sequence[np.ndarray]) -> list[float]:
-    """The largest stable step [s] of each component, with its eigenvalues ``values``."""
+def _least_steps(found: Sequence[Combination], method: Method) -> list[float]:
+    """The largest stable step [s] of each component of each combination."""
+    values = [part.values for x in found for part in x.components]
     ends = np.cumsum([own.size for own in values])
     steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
     return [float(own.min(initial=np.inf)) for own in steps]
