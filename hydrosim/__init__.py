@@ -2,6 +2,7 @@
 
 import hydrosim as hs
 case = hs.load_case("cases/reverse_float_over/base.yaml")
+print(hs.check(case))            # warnings, step limits, natural periods
 run = hs.simulate(case)          # xarray.Dataset
 """
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.studies.many.many import simulate_many
     from hydrosim.studies.run.simulation import simulate
+    from hydrosim.wording.check import check
 
 _HOME = {
     "Case": "case",
@@ -38,6 +40,7 @@ _HOME = {
     "Scene": "scene",
     "simulate": "studies.run.simulation",
     "simulate_many": "studies.many.many",
+    "check": "wording.check",
 }
 __all__ = sorted(_HOME)
 _OF_RUNS = {"open_run", "simulate", "simulate_many"}

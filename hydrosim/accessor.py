@@ -19,6 +19,8 @@ import xarray as xr
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from hydrosim.presentation.document import Document
+
 
 @xr.register_dataset_accessor("hydrosim")
 class RunAccessor:
@@ -32,20 +34,13 @@ class RunAccessor:
         return f"<run: {attributes.get('title', '')}, {attributes.get('status', 'unknown')}>"
 
     def _repr_html_(self) -> str:
-        from hydrosim.documents.html import element, table
-        from hydrosim.report.assumptions import outcome
-        from hydrosim.report.blocks import Points, Table
+        return self.summary()._repr_html_()
 
-        title = str(self._run.attrs.get("title", ""))
-        warnings = Points(str(self._run.attrs.get("warnings", "")).splitlines())
-        parts = [element("h3", title)]
-        for block in (warnings, *outcome(self._run)):
-            if isinstance(block, Table):
-                rows = ([str(getattr(cell, "text", cell)) for cell in row] for row in block.rows)
-                parts.append(table(block.head, rows))
-            elif isinstance(block, Points) and block.items:
-                parts.append(element("p", *block.items))
-        return "".join(parts)
+    def summary(self) -> Document:
+        """What `hydrosim run` prints: how the run ended, warnings, motions, contacts, lines."""
+        from hydrosim.wording.run import run_document
+
+        return run_document(self._run)
 
     def channels(self) -> list[str]:
         """The names of all channels, also of those that follow from what is recorded."""

@@ -21,7 +21,7 @@ locks
 outputs
 leftovers
 jit documents scene
-rigid integrate waves radiation recordings
+rigid integrate waves radiation recordings presentation
 tanks
 database forces
 case stepping
@@ -29,6 +29,7 @@ linear results
 statistics
 compiling compare
 studies
+wording
 plot report
 accessor
 commands

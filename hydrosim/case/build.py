@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -16,10 +18,14 @@ from hydrosim.case.hydrostatics import hull_of
 from hydrosim.case.resolve import resolved
 from hydrosim.case.seas import wave_trains
 from hydrosim.case.tanks import Lightship
+from hydrosim.presentation.units import as_attribute
 
 
-def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
-    """The scene of a case; relative paths begin at the folder of ``path``."""
+def build_scene(
+    data: schema.CaseFile, path: Path, text: str, units: Mapping[str, str] = MappingProxyType({})
+) -> scene.Scene:
+    """The scene of a case; relative paths begin at the folder of ``path``. Its results are read in
+    ``units``, by SI unit."""
     return scene.Scene(
         title=data.title,
         duration=data.duration,
@@ -43,6 +49,7 @@ def build_scene(data: schema.CaseFile, path: Path, text: str) -> scene.Scene:
             "case_file": str(path),
             "case": text,
             "case_resolved": resolved(data, path.parent),
+            **as_attribute(units),
         },
     )
 

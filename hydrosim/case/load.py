@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,27 +12,33 @@ from yaml.nodes import Node
 
 from hydrosim.case.checks import check, recorded
 from hydrosim.case.schema import CaseFile
-from hydrosim.documents.layers import apply_setting, read_case, settings_of, written
+from hydrosim.documents.layers import apply_setting, read_case, settings_of
+from hydrosim.documents.layers import written as yaml_text
 from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.units import units_written
 from hydrosim.documents.validate import validated
 from hydrosim.outputs import files_named, settings_text
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.units import Units, chosen_units
 from hydrosim.scene import Scene
 
 
 @dataclass(frozen=True)
 class Case:
     """A validated case: the file's ``path``, its whole ``text`` in YAML (with what it extends and
-    the settings laid over it), its ``data`` in SI and radians."""
+    the settings laid over it), its ``data`` in SI and radians, the ``units`` that it is read in by
+    SI unit."""
 
     path: Path
     text: str
     data: CaseFile
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def scene(self) -> Scene:
         """The scene to simulate; databases are files in it, not yet read."""
         from hydrosim.case.build import build_scene  # the force elements load numba
 
-        return build_scene(self.data, self.path, self.text)
+        return build_scene(self.data, self.path, self.text, self.units)
 
     def __repr__(self) -> str:
         data = self.data
@@ -40,15 +46,17 @@ class Case:
         return f"<case {self.path}: {data.title}, {data.duration:g} s; {held}>"
 
     def _repr_html_(self) -> str:
-        """What notebooks show of it: its title, and its surroundings, bodies and elements."""
+        return self.document()._repr_html_()
+
+    def document(self) -> Document:
+        """Its title, and its surroundings, bodies and elements."""
         from hydrosim.case.resolve import resolved
-        from hydrosim.case.tables import plain, tables
-        from hydrosim.documents.html import element, table
+        from hydrosim.case.tables import case_tables, plain
 
         data = self.data
         lasts = f"{data.duration:g} s by {data.solver.method}, from {self.path}"
-        parts = (table(*each) for each in tables(plain(resolved(data, self.path.parent))))
-        return "".join([element("h3", data.title), element("p", lasts), *parts])
+        tables = case_tables(plain(resolved(data, self.path.parent)))
+        return Document(data.title, list(tables), lasts, Units(self.units))
 
     def inputs(self) -> tuple[Path, ...]:
         """The case file and all files that it names: databases, series, the run to start from."""
@@ -99,5 +107,7 @@ def laid_over(
         document = apply_setting(document, setting)
     if texts:
         remarks = "".join(f"# {SETTING}{' '.join(setting.split())}\n" for setting in texts)
-        text = f"# {path.name}\n{remarks}{written(document)}"
-    return Case(path, text, validated(document, CaseFile, lambda data: check(data, path.parent)))
+        text = f"# {path.name}\n{remarks}{yaml_text(document)}"
+    with units_written() as written:
+        data = validated(document, CaseFile, lambda data: check(data, path.parent))
+    return Case(path, text, data, chosen_units(written))

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import CaseFile, Settings, quantity
-from hydrosim.commands.terminal import progress_console, show
+from hydrosim.commands.options import CaseFile, Settings, Verbose, quantity
+from hydrosim.commands.terminal import progress_console, show, show_document
 
 err = progress_console()
 
@@ -20,18 +20,19 @@ def check(
         str,
         typer.Option(help='Tell step limits and periods at these times, too: "30 min, 1 hour".'),
     ] = "",
+    verbose: Verbose = False,
     settings: Settings = [],  # noqa: B006
 ) -> None:
-    """Validate a case; print what the scene needs and skips, step limits and natural periods.
+    """Validate a case; print verdicts, step limits and natural periods.
 
-    Where tanks change, those are told of the start and of the end. Of a case that is driven by the
-    runs of others it says which of those have to be made first.
+    --verbose adds what the scene needs and skips. If tanks change, limits and periods are printed
+    for the start and the end. If runs of other cases are needed first, it names them.
     """
     from rich.progress import track
 
     from hydrosim.case.load import load_case
-    from hydrosim.studies.run.check import survey
     from hydrosim.studies.run.stages import outdated
+    from hydrosim.wording.check import check_document
 
     times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)
@@ -51,5 +52,5 @@ def check(
         )
 
     with announced(err):
-        for part in survey(case.scene(), times, watch):
-            show(part)
+        document = check_document(case.scene(), times, watch)
+    show_document(document, verbose)

@@ -10,7 +10,7 @@ import typer
 from hydrosim.commands.compiling import announced
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, numbers, one_of, placed
 from hydrosim.commands.running import complete, simulate_with_progress
-from hydrosim.commands.terminal import progress_console, show
+from hydrosim.commands.terminal import progress_console, show, show_document
 from hydrosim.errors import InputError
 
 err = progress_console()
@@ -32,12 +32,12 @@ def converge(
 ) -> None:
     """Hold error against run time, over methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
-    from hydrosim.commands.summary import convergence
     from hydrosim.plot.work_precision import draw_work_precision
     from hydrosim.results.netcdf import write
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
     from hydrosim.studies.run.converge import to_dataset
+    from hydrosim.wording.convergence import study_document
 
     chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
     if Method.AUTOMATIC in chosen:
@@ -68,4 +68,5 @@ def converge(
         dataset = to_dataset(study, scene.title)
         write(dataset, made)
     draw_work_precision(dataset, page)
-    show(convergence(study), f"result    {made.path}, {page.path}")
+    show_document(study_document(study, scene.title))
+    show(f"result    {made.path}, {page.path}")

@@ -33,6 +33,7 @@ To = Annotated[
     str,
     typer.Option("--to", metavar="TIME", help='Leave out what is after: "1 hour", or seconds.'),
 ]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print the details, too.")]
 Overwrite = Annotated[
     bool,
     typer.Option(

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import CaseFile, Overwrite, Settings, placed, seconds
+from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, placed, seconds
 from hydrosim.commands.plot import plot
 from hydrosim.commands.running import complete, simulate_with_progress
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
@@ -40,9 +40,11 @@ def run(
             help='Keep the run on the disk every so often: "10 min", or seconds.',
         ),
     ] = "60 s",
+    verbose: Verbose = False,
 ) -> None:
     """Simulate a case; write netCDF and print a summary."""
     from hydrosim.case.load import load_case
+    from hydrosim.wording.run import run_document
 
     case = load_case(case_file, settings)
     result = placed(
@@ -73,7 +75,8 @@ def run(
             show(f"result    {_save(error.dataset, result)}")
             raise
         path = _save(dataset, result)
-    _summary(dataset, path)
+    show_document(run_document(dataset), verbose)
+    show(f"result    {path}")
     if plot_too:
         plot(path, overwrite=overwrite)
     if dataset.attrs["status"] == "interrupted":
@@ -116,9 +119,3 @@ def _save(dataset: xr.Dataset, result: Output) -> Path:
     if status != "interrupted":
         checkpoint_of(result).clear()
     return place.path
-
-
-def _summary(dataset: xr.Dataset, path: Path) -> None:
-    from hydrosim.commands.summary import lines
-
-    show(*lines(dataset), f"result    {path}")

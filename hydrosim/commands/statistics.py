@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, names_in, placed, seconds
-from hydrosim.commands.terminal import not_complete, show
+from hydrosim.commands.options import From, Overwrite, Verbose, names_in, placed, seconds
+from hydrosim.commands.terminal import not_complete, show, show_document
 
 SHORTEST = 0.1  # of the record: what extremes can be asked for
 
@@ -37,6 +37,7 @@ def statistics(
         Path | None,
         typer.Option("--output", "-o", metavar="STATISTICS.nc", help="Where to write the result."),
     ] = None,
+    verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
@@ -45,9 +46,9 @@ def statistics(
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
     from hydrosim.results.netcdf import read, write
-    from hydrosim.statistics.sentences import lines
     from hydrosim.statistics.statistics import enough_from
     from hydrosim.statistics.statistics import statistics as of_run
+    from hydrosim.wording.statistics import statistics_document
 
     if (runs := runs_at(run_file)) is not None:
         table = place_table(run_file, output, overwrite=overwrite)
@@ -73,4 +74,6 @@ def statistics(
     asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
     found = of_run(run, begin, exposure, chosen(known, asked, "--channels"))
     write(found, result)
-    show(*not_complete(run.attrs), *lines(found), f"result    {result.path}")
+    show(*not_complete(run.attrs))
+    show_document(statistics_document(run, found), verbose)
+    show(f"result    {result.path}")

@@ -1,35 +1,29 @@
-"""What commands print: tables, and lines of text as they are."""
+"""What commands print: documents, and lines of text as they are."""
 
 from __future__ import annotations
 
 import sys
-import unicodedata
 from collections.abc import Mapping
 
-from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.segment import Segment
+from rich.console import Console, RenderableType
 
-
-def printable(text: str) -> str:
-    """The text, with what would steer a terminal, or is no character, as its number: names in files
-    of others may hold anything."""
-    if text.isprintable():
-        return text
-    return "".join(c if c in "\n\t" or not _odd(c) else f"\\u{ord(c):04x}" for c in text)
-
-
-def _odd(character: str) -> bool:
-    return unicodedata.category(character) in ("Cc", "Cf", "Cs")
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.terminal import parts_of, print_document, print_parts, printable
 
 
 def show(*parts: RenderableType) -> None:
     """Tables, and lines as they are: no markup, no colours, not broken."""
-    out = Console()
-    for part in parts:
-        if isinstance(part, str):
-            out.print(printable(part), markup=False, highlight=False, soft_wrap=True)
-        else:
-            out.print(_Shown(part))
+    print_parts(Console(), *parts)
+
+
+def show_document(document: Document, verbose: bool = False) -> None:
+    """A document, with its details if ``verbose``."""
+    print_document(document, Console(), verbose)
+
+
+def show_nodes(document: Document, verbose: bool = True) -> None:
+    """What is below the title of a document."""
+    print_parts(Console(), *parts_of(document, verbose))
 
 
 def say(text: str) -> None:
@@ -49,14 +43,3 @@ def progress_console() -> Console:
     upon a stream that keeps every state of a bar."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     return Console(stderr=True, force_terminal=is_terminal)
-
-
-class _Shown:
-    """What is drawn, of characters that can be printed."""
-
-    def __init__(self, part: RenderableType) -> None:
-        self._part = part
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        for text, style, control in console.render(self._part, options):
-            yield Segment(text if control else printable(text), style, control)

@@ -68,6 +68,11 @@ class MemoryErrors:
             )
 
     @property
+    def largest(self) -> float:
+        """The largest change of motions, by the fits or by the cut."""
+        return max(change.size for change, _ in filter(None, (self.fit, self.cut)))
+
+    @property
     def _is_all(self) -> bool:
         """Whether no longer memory is resolved."""
         return self.length > ALL * self.resolved

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, isfinite, pi
@@ -52,6 +55,20 @@ def _number_or_text(what: str, example: str, **bounds: float | None) -> dict[str
     text = {"type": "string", "pattern": UNSIGNED if positive else SIGNED}
     said = f"{what}, in SI or with a unit"
     return {"anyOf": [number, text], "description": said, "examples": [example]}
+
+
+_WRITTEN: ContextVar[list[tuple[str, str]] | None] = ContextVar("written", default=None)
+
+
+@contextmanager
+def units_written() -> Iterator[list[tuple[str, str]]]:
+    """Notes every quantity that is read meanwhile with a unit: its SI unit and the one written."""
+    written: list[tuple[str, str]] = []
+    token = _WRITTEN.set(written)
+    try:
+        yield written
+    finally:
+        _WRITTEN.reset(token)
 
 
 @dataclass(frozen=True)
@@ -110,7 +127,12 @@ class Quantity:
         if number is None:
             raise self._wrong(text)
         unit = text.strip()[number.end() :].strip()
-        return float(number.group()) * (self._factor(text, unit) if unit else 1.0)
+        if not unit:
+            return float(number.group())
+        factor = self._factor(text, unit)
+        if (written := _WRITTEN.get()) is not None:
+            written.append((self.unit, unit))
+        return float(number.group()) * factor
 
     def _factor(self, text: str, unit: str) -> float:
         try:

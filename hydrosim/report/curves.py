@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.documents.digits import digits_of
-from hydrosim.report.blocks import Curve, Curves
+from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.units import Units
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 320, 70, 700, 24, 270
 PAD = 0.05  # of a range, on both sides
@@ -29,6 +30,8 @@ class Point(NamedTuple):
 class Drawn(NamedTuple):
     """A picture of curves."""
 
+    x_label: str
+    y_label: str
     lines: list[list[Point]]
     x_ticks: list[tuple[float, str]]
     y_ticks: list[tuple[float, str]]
@@ -40,15 +43,21 @@ class Drawn(NamedTuple):
     bottom: int = BOTTOM
 
 
-def drawn(of: Curves) -> Drawn:
-    """The picture of curves, of those points that are numbers."""
-    each = list(of.curves.values())
+def drawn(of: Curves, units: Units) -> Drawn:
+    """The picture of curves, in the units that they are read in, without points that are not
+    finite."""
+    x_unit, x_scale = units.shown(of.x_unit)
+    y_unit, y_scale = units.shown(of.y_unit)
+    curves = {name: _scaled(curve, x_scale, y_scale) for name, curve in of.curves.items()}
+    each = list(curves.values())
     x = _range(np.concatenate([c.x for c in each]))
     y = _range(np.concatenate([part for c in each for part in (c.y, c.low, c.high)]))
     across, up = _scale(x, LEFT, RIGHT), _scale(y, BOTTOM, TOP)
-    lines = [list(_points(name, c, across, up)) for name, c in of.curves.items()]
+    lines = [list(_points(name, c, across, up)) for name, c in curves.items()]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
-    return Drawn(lines, x_ticks, [(up(t), digits_of(t)) for t in ticks(*y)])
+    y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
+    labels = _label(of.x_label, x_unit), _label(of.y_label, y_unit)
+    return Drawn(*labels, lines, x_ticks, y_ticks)
 
 
 def ticks(low: float, high: float, count: int = 6) -> list[float]:
@@ -56,6 +65,15 @@ def ticks(low: float, high: float, count: int = 6) -> list[float]:
     power = 10.0 ** floor(log10((high - low) / count))
     step = next(s * power for s in STEPS if s * power >= (high - low) / count)
     return [k * step for k in range(ceil(low / step), floor(high / step) + 1)]
+
+
+def _scaled(curve: Curve, across: float, up: float) -> Curve:
+    ends = (up * curve.y, up * curve.low, up * curve.high)
+    return Curve(across * curve.x, *ends, curve.remarks)
+
+
+def _label(label: str, unit: str) -> str:
+    return f"{label} [{unit}]" if unit else label
 
 
 def _points(

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.report.blocks import Chart
+from hydrosim.presentation.figures import Chart
+from hydrosim.presentation.units import Units
 from hydrosim.results.envelopes import envelope
 
 ROOM = 4_000_000  # bytes of all series of a page together, as numbers of four bytes
@@ -25,13 +26,14 @@ def stretch(count: int, lines: int) -> int:
     return -(-count // stretches)
 
 
-def packed(chart: Chart, size: int) -> dict[str, Any]:
+def packed(chart: Chart, size: int, units: Units) -> dict[str, Any]:
     """What the page draws of a chart, of stretches of ``size`` records."""
     rows = [shares(x) if chart.modes else envelope(x, size) for x in chart.series.values()]
+    unit, scale = units.shown(chart.unit)
     return {
         "title": chart.title,
-        "unit": chart.unit,
-        "scale": chart.scale,
+        "unit": unit,
+        "scale": scale,
         "modes": chart.modes,
         "names": list(chart.series),
         "values": [base64_of(row) for row in rows],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Iterator
+from functools import partial
 from hashlib import sha256
 from importlib.resources import files
 from itertools import count
@@ -16,7 +16,9 @@ from typing import Any
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
-from hydrosim.report.blocks import Block, Chart, Document, Replay
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.figures import Chart, Replay
+from hydrosim.presentation.layout import laid_out, text_of
 from hydrosim.report.curves import drawn
 from hydrosim.report.envelopes import base64_of, packed, stretch
 
@@ -65,7 +67,10 @@ def html(document: Document, mark: str) -> str:
         style=style,
         data=embedded(_data(document)),
         next_chart=lambda: next(numbers),
-        drawn=drawn,
+        drawn=partial(drawn, units=document.units),
+        laid_out=partial(laid_out, units=document.units),
+        text_of=partial(text_of, units=document.units),
+        shown=document.units.shown,
     )
 
 
@@ -83,18 +88,13 @@ def _data(document: Document) -> dict[str, Any]:
         "time": base64_of(time[::size]),
         "end": float(time[-1]) if time.size else 0.0,
         "stretch": size,
-        "charts": [packed(chart, size) for chart in charts],
+        "charts": [packed(chart, size, document.units) for chart in charts],
         "replay": replays[0] if replays else None,
     }
 
 
 def _of(document: Document, kind: type[Any]) -> list[Any]:
-    return [block for block in _blocks(document) if isinstance(block, kind)]
-
-
-def _blocks(document: Document) -> Iterator[Block]:
-    for section in document.sections:
-        yield from section.blocks
+    return [node for node in document.nodes if isinstance(node, kind)]
 
 
 def _policy(scripts: list[str], style: str) -> str:

@@ -12,14 +12,15 @@ from hydrosim.errors import InputError
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.landing import Landing
 from hydrosim.forces.spring import Spring
-from hydrosim.report.blocks import Block, Document, Replay, Section
+from hydrosim.presentation.document import Document, Heading, Node
+from hydrosim.presentation.figures import Replay
 from hydrosim.report.envelopes import base64_of
-from hydrosim.report.parts import title_of
 from hydrosim.report.scenery import scene_of, shape_of, waves_of
 from hydrosim.report.supports import EARTH, keel_of, supports_of
 from hydrosim.report.supports import SAID as FOR_THE_EYE
 from hydrosim.report.tanks import SAID, tanks_of
 from hydrosim.scene import Scene
+from hydrosim.wording.parts import title_of
 
 ROOM = 2_200_000  # bytes of all moments, in numbers of four bytes
 FACTORS = (1, 2, 5, 10, 20, 50)  # of motions
@@ -32,13 +33,14 @@ PLANE = 0.12  # of the size of the scene: half a side of a plane without corners
 
 def replay_document(run: xr.Dataset) -> Document:
     """The replay of a run alone."""
-    section = Section("replay", "Replay", list(replay_blocks(run)))
-    if not section.blocks:
+    nodes = list(replay_nodes(run))
+    if not nodes:
         raise InputError("the run has fewer than two records: there is nothing to replay.")
-    return Document(title_of(run), f"{run.time.values[-1]:g} s", [section])
+    lasts = f"{run.time.values[-1]:g} s"
+    return Document(title_of(run), [Heading("Replay", "replay"), *nodes], lasts)
 
 
-def replay_blocks(run: xr.Dataset) -> Iterator[Block]:
+def replay_nodes(run: xr.Dataset) -> Iterator[Node]:
     """The replay of a run of two records or more."""
     if run.time.size < 2:
         return

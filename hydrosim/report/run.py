@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.report.assumptions import assumed, case_blocks, outcome
-from hydrosim.report.blocks import Block, Document, Text
-from hydrosim.report.convergence import convergence
+from hydrosim.presentation.document import Document, Node, Sentence
+from hydrosim.presentation.units import units_of
 from hydrosim.report.envelopes import stretch
-from hydrosim.report.figures import contact_blocks, statistics_blocks
-from hydrosim.report.parts import sections_of, title_of
-from hydrosim.report.replay import replay_blocks
-from hydrosim.report.series import READING, energies, ledger, main_charts, more_charts
+from hydrosim.report.replay import replay_nodes
 from hydrosim.results.netcdf import REMEDY
+from hydrosim.wording.assumptions import assumed, case_nodes
+from hydrosim.wording.convergence import convergence
+from hydrosim.wording.parts import Parts, nodes_of, title_of
+from hydrosim.wording.run import summary
+from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
+from hydrosim.wording.statistics import statistics_nodes
 
 DIMENSIONS = ("time", "body", "dof")
 
@@ -26,10 +28,11 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
-    return Document(title_of(run), _subtitle(run), sections_of(PARTS, run), time)
+    nodes = nodes_of(PARTS, run)
+    return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
 
 
-def _energy(run: xr.Dataset) -> Iterator[Block]:
+def _energy(run: xr.Dataset) -> Iterator[Node]:
     yield from ledger(run)
     if run.time.size > 1:
         yield from energies(run)
@@ -41,34 +44,33 @@ def _subtitle(run: xr.Dataset) -> str:
     return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
 
 
-def _series(run: xr.Dataset) -> Iterator[Block]:
+def _series(run: xr.Dataset) -> Iterator[Node]:
     if run.time.size < 2:
-        yield Text("The run has fewer than two records: there is nothing to draw.")
+        yield Sentence("The run has fewer than two records: there is nothing to draw.")
         return
     charts = [*main_charts(run), *more_charts(run)]
     every = [*charts, *energies(run)]
     size = stretch(run.time.size, sum(len(chart.series) for chart in every if not chart.modes))
     step = float(run.time[1] - run.time[0])
     if size > 1:
-        yield Text(
+        yield Sentence(
             f"Lines are envelopes: the smallest and the largest of each {size} records"
-            f" ({size * step:g} s); the result file holds every record, {step:g} s apart."
+            f" ({size * step:g} s). The result file holds every record, {step:g} s apart."
         )
     else:
-        yield Text(f"Lines show every record, {step:g} s apart.")
-    yield Text(READING)
+        yield Sentence(f"Lines show every record, {step:g} s apart.")
+    yield Sentence(READING)
     yield from charts
 
 
-PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
-    "outcome": ("Outcome", outcome),
-    "case": ("Case", case_blocks),
+PARTS: Parts = {
+    "outcome": ("Outcome", summary),
+    "case": ("Case", case_nodes),
     "assumptions": ("Assumptions and warnings", assumed),
-    "stages": ("Stages and contact", contact_blocks),
-    "statistics": ("Statistics", statistics_blocks),
-    "replay": ("Replay", replay_blocks),
+    "statistics": ("Statistics", statistics_nodes),
+    "replay": ("Replay", replay_nodes),
     "series": ("Series", _series),
     "energy": ("Energy", _energy),
     "convergence": ("Convergence", convergence),
 }
-"""Sections by name: the heading, and what makes it of a run."""
+"""Sections by name: the heading, and what gives the nodes below it."""

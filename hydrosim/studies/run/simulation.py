@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
+from math import isfinite
 from time import thread_time
 from typing import TYPE_CHECKING
 
@@ -300,6 +301,7 @@ def _provenance(compiled: Compiled) -> dict[str, object]:
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
         "radiation_errors": "\n".join(notes.memory) or None,
+        "radiation_error": notes.radiation_error if isfinite(notes.radiation_error) else None,
         **_met(compiled),
         **{
             f"{key}_{name}": value

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.report.blocks import Block, Curve, Curves, Document, Number, Table, Text, number
-from hydrosim.report.comparison import compared, files
-from hydrosim.report.parts import drawn_as, sections_of
+from hydrosim.presentation.document import Cell, Document, Node, Sentence, Table, Value
+from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.units import units_of
+from hydrosim.wording.comparison import compared, files
+from hydrosim.wording.parts import Parts, nodes_of
 
 NEEDED = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
 PICTURES, ROWS = 12, 300  # at most
@@ -23,30 +25,30 @@ def is_of_studies(found: xr.Dataset) -> bool:
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
     said = f"{found.sizes['run']} and {found.sizes['other_run']} runs: {found.attrs['compared']}"
-    return Document(compared(found), said, sections_of(PARTS, found))
+    return Document(compared(found), said, nodes_of(PARTS, found))
 
 
-def _outcome(found: xr.Dataset) -> Iterator[Block]:
+def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "theirs")))
     differing, equal = _differing(found), _equal(found)
     all_, level = found.sizes["channel"], float(found.attrs["level"])
-    yield Text(
+    yield Sentence(
         f"{differing.sizes['channel']} of {all_} channels differ by more than chance;"
         f" {int(equal.sum())} are equal in all runs, and differences of the other"
         f" {all_ - differing.sizes['channel'] - int(equal.sum())} may be chance. Were there no"
         f" difference at all, one or more would be named in {level:.0%} of such comparisons."
     )
     if differing.sizes["channel"]:
-        yield Text("What differs, the most certain first:")
+        yield Sentence("What differs, the most certain first:")
         yield _table(differing)
 
 
-def _pictures(found: xr.Dataset) -> Iterator[Block]:
+def _pictures(found: xr.Dataset) -> Iterator[Node]:
     differing, paired = _differing(found), bool(found.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
     order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
-    yield Text(
+    yield Sentence(
         f"Values in all runs of the channels that differ most certainly, {PICTURES} at most:"
         f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
     )
@@ -65,16 +67,16 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
     return Curves(str(one.channel.values), label, f"[{unit or 1}]", curves)
 
 
-def _others(found: xr.Dataset) -> Iterator[Block]:
+def _others(found: xr.Dataset) -> Iterator[Node]:
     rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:
         yield _table(rest.isel(channel=slice(ROWS)))
     if names := [str(name) for name in found.channel.values[_equal(found)]]:
-        yield Text(f"Equal in all runs: {', '.join(names)}.")
+        yield Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Block]:
+def _assumed(found: xr.Dataset) -> Iterator[Node]:
     paired = bool(found.attrs.get("paired"))
     test = (
         "Runs of the same seed and parameters are pairs; their differences are tested by"
@@ -84,8 +86,8 @@ def _assumed(found: xr.Dataset) -> Iterator[Block]:
         " and their means are tested by Welch's t."
     )
     interval = float(found.attrs["interval_probability"])
-    yield Text(f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}.")
-    yield Text(
+    yield Sentence(f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}.")
+    yield Sentence(
         f"A channel differs if it does at {float(found.attrs['level']):.0%} for all channels"
         " together, by Holm's procedure (1979). Both tests take values that are about normal over"
         " runs. A difference that is certain may be too small to matter, and one that may be chance"
@@ -114,7 +116,7 @@ def _table(rows: xr.Dataset) -> Table:
     return Table(head, [_row(each) for each in _rows(rows)])
 
 
-def _row(one: xr.Dataset) -> list[str | Number]:
+def _row(one: xr.Dataset) -> list[Cell]:
     unit, scale = drawn_as(str(one.units.values))
     mean = [number(scale * float(one[name]), unit) for name in ("ours_mean", "theirs_mean")]
     low, high = (number(scale * float(one[name])).text for name in ("low", "high"))
@@ -130,10 +132,10 @@ def _curve(values: np.ndarray, unit: str) -> Curve:
     return Curve(share, values, none, none, [unit] * values.size)
 
 
-PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+PARTS: Parts = {
     "outcome": ("What differs", _outcome),
     "pictures": ("Both sets of runs", _pictures),
     "others": ("What may be chance", _others),
     "assumptions": ("How it was tested", _assumed),
 }
-"""Sections by name: the heading, and what makes it of a comparison of studies."""
+"""Sections by name: the heading, and what gives the nodes below it, of a comparison of studies."""

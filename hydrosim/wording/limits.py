@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.report.assumptions import case_blocks
-from hydrosim.report.blocks import (
-    Block,
-    Curve,
-    Curves,
-    Document,
-    Number,
-    Points,
-    Table,
-    Text,
-    number,
-)
-from hydrosim.report.parts import sections_of, title_of
+from hydrosim.wording.assumptions import case_nodes
+from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value, warnings
+from hydrosim.presentation.figures import Curve, Curves
+from hydrosim.presentation.units import units_of
+from hydrosim.wording.parts import Parts, nodes_of, title_of
 
 NEEDED = ("limit", "low", "high", "governing")
 SAID = {
@@ -55,14 +47,14 @@ def limits_document(found: xr.Dataset) -> Document:
     """The report of limits of operation."""
     share = float(found.attrs.get("probability", np.nan))
     said = f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
-    return Document(title_of(found), said, sections_of(PARTS, found))
+    return Document(title_of(found), said, nodes_of(PARTS, found))
 
 
 def _criteria(found: xr.Dataset) -> Iterator[str]:
     yield from str(found.attrs.get("criteria", "none are named")).splitlines()
 
 
-def _outcome(found: xr.Dataset) -> Iterator[Block]:
+def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Points(list(_criteria(found)))
     if "failed" in found.attrs:
         yield Points([str(found.attrs["failed"])], grave=True)
@@ -76,20 +68,20 @@ def _outcome(found: xr.Dataset) -> Iterator[Block]:
     yield from _weather(found)
 
 
-def _weather(found: xr.Dataset) -> Iterator[Block]:
+def _weather(found: xr.Dataset) -> Iterator[Node]:
     """What the limits are worth in a scatter diagram and a hindcast."""
     if "scatter_workable" in found:
         workable, outside = (
             f"{float(found[f'scatter_{name}']):.1%}" for name in ("workable", "outside")
         )
-        yield Text(
+        yield Sentence(
             f"Of the scatter diagram {workable} is workable; {outside} is at peak periods without a"
             " limit and counts as not workable."
         )
     if "waiting" not in found:
         return
     length = float(found.waiting.attrs["window"]) / HOUR
-    yield Text(
+    yield Sentence(
         f"Of the hindcast {float(found.hindcast_outside):.1%} is in seas without a limit and counts"
         f" as not workable. A window lasts {length:g} h."
     )
@@ -97,7 +89,7 @@ def _weather(found: xr.Dataset) -> Iterator[Block]:
     yield Table(head, [_season(found.sel(season=season)) for season in found.season.values])
 
 
-def _season(at: xr.Dataset) -> list[str | Number]:
+def _season(at: xr.Dataset) -> list[Cell]:
     workable, startable, never = (
         f"{float(at[f'hindcast_{name}']):.1%}" for name in ("workable", "startable", "never")
     )
@@ -129,7 +121,7 @@ def _governed(by: object) -> str:
     return f"governed by {by}" if str(by) else ""
 
 
-def _rows(found: xr.Dataset) -> Iterator[list[str | Number]]:
+def _rows(found: xr.Dataset) -> Iterator[list[Cell]]:
     for stage in found.stage.values:
         for name, at in _each(found.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
@@ -142,12 +134,12 @@ def _rows(found: xr.Dataset) -> Iterator[list[str | Number]]:
                 yield [str(stage), name, number(float(period), "s"), limit, interval, by]
 
 
-def _case(found: xr.Dataset) -> Iterator[Block]:
-    yield Text("The case of all seas; heights, peak periods, headings and seeds are the study's.")
-    yield from case_blocks(found)
+def _case(found: xr.Dataset) -> Iterator[Node]:
+    yield Sentence("The case of all seas; heights, peak periods, headings and seeds are the study's.")
+    yield from case_nodes(found)
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Block]:
+def _assumed(found: xr.Dataset) -> Iterator[Node]:
     spectra = _by_spectra(found)
     known = {
         said: _shown(found.attrs[name])
@@ -155,7 +147,7 @@ def _assumed(found: xr.Dataset) -> Iterator[Block]:
         if name in found.attrs and not (spectra and name in OF_RUNS)
     }
     yield Table(("assumption", ""), list(known.items()))
-    yield Text(
+    yield Sentence(
         "A limit of 0 is below all heights that were looked at; one at the highest of them may be"
         " higher. Between peak periods nothing was computed. hydrosim check says the warnings of"
         " the case; those of single runs are not kept."
@@ -171,17 +163,17 @@ def _shown(value: object) -> str | Number:
     return value if isinstance(value, str) else number(float(str(value)))
 
 
-def _convergence(found: xr.Dataset) -> Iterator[Block]:
+def _convergence(found: xr.Dataset) -> Iterator[Node]:
     if "otherwise" in found and found.attrs.get("runs"):
         inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
-        yield Text(f"Of {inferred} runs at limits inferred from other heights, {wrong} differ.")
-    yield Text("Not assessed: how limits change with the step of the solver.")
+        yield Sentence(f"Of {inferred} runs at limits inferred from other heights, {wrong} differ.")
+    yield Sentence("Not assessed: how limits change with the step of the solver.")
 
 
-PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+PARTS: Parts = {
     "outcome": ("Limits", _outcome),
     "case": ("Case", _case),
     "assumptions": ("Assumptions", _assumed),
     "convergence": ("Convergence", _convergence),
 }
-"""Sections by name: the heading, and what makes it of limits."""
+"""Sections by name: the heading, and what gives the nodes below it, of limits."""

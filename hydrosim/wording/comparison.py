@@ -3,15 +3,17 @@ series over one another."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.report.blocks import Block, Chart, Document, Number, Points, Table, Text, number
-from hydrosim.report.parts import drawn_as, sections_of
-from hydrosim.report.series import READING
+from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value, warnings
+from hydrosim.presentation.figures import Chart
+from hydrosim.presentation.units import units_of
+from hydrosim.wording.parts import Parts, nodes_of
+from hydrosim.wording.series import READING
 
 NEEDED = ("ours", "recorded", "residual", "verdict")
 SHARES = (1e-3, 0.01, 0.1)  # rms over std, between which channels are counted
@@ -44,7 +46,7 @@ def comparison_document(found: xr.Dataset) -> Document:
     """The report of a comparison."""
     time = found.time.values.astype(float)
     said = f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s"
-    return Document(compared(found), said, sections_of(PARTS, found), time)
+    return Document(compared(found), said, nodes_of(PARTS, found), time)
 
 
 def compared(found: xr.Dataset) -> str:
@@ -60,11 +62,11 @@ def files(found: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
     yield other, str(found.attrs.get("recording", "unknown"))
 
 
-def _outcome(found: xr.Dataset) -> Iterator[Block]:
+def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
-    yield Text(_counted(found))
+    yield Sentence(_counted(found))
     yield from _tolerances(found)
-    yield Text("Motions are first, then waves, contacts and the rest; the furthest apart first.")
+    yield Sentence("Motions are first, then waves, contacts and the rest; the furthest apart first.")
     yield Table(HEAD, [_row(found.isel(channel=k)) for k in _furthest(found)])
     yield Points(RULES)
 
@@ -101,23 +103,23 @@ def _kind(name: str) -> int:
     return ORDER.index(of)
 
 
-def _tolerances(found: xr.Dataset) -> Iterator[Block]:
+def _tolerances(found: xr.Dataset) -> Iterator[Node]:
     """Which channels are beyond what they may be."""
     limit = (
         found.tolerance.values if "tolerance" in found else np.full(found.sizes["channel"], np.nan)
     )
     if np.isnan(limit).all():
-        yield Text("No tolerance was given: whether a difference matters is not judged here.")
+        yield Sentence("No tolerance was given: whether a difference matters is not judged here.")
         return
     size = np.where(np.isnan(found.relative), found.rms, found.relative)
     out = np.flatnonzero(~(size <= limit) & ~np.isnan(limit))
-    yield Text(f"{out.size} of {np.count_nonzero(~np.isnan(limit))} channels are out of tolerance.")
+    yield Sentence(f"{out.size} of {np.count_nonzero(~np.isnan(limit))} channels are out of tolerance.")
     if out.size:
         each = zip(found.channel.values[out], size[out], limit[out], strict=True)
         yield Points([f"{name}: {s:.3g}, tolerance {most:g}" for name, s, most in each], grave=True)
 
 
-def _row(one: xr.Dataset) -> list[str | Number]:
+def _row(one: xr.Dataset) -> list[Cell]:
     unit, scale = drawn_as(str(one.units.values))
     figures = (number(scale * float(one[name]), unit) for name in ("rms", "peak"))
     rms, peak = figures
@@ -127,8 +129,8 @@ def _row(one: xr.Dataset) -> list[str | Number]:
     return [str(one.channel.values), str(one.verdict.values), rms, share, peak, at, correlation]
 
 
-def _series(found: xr.Dataset) -> Iterator[Block]:
-    yield Text(READING)
+def _series(found: xr.Dataset) -> Iterator[Node]:
+    yield Sentence(READING)
     for rank, k in enumerate(_furthest(found)):
         one = found.isel(channel=k)
         unit, scale = drawn_as(str(one.units.values))
@@ -139,9 +141,9 @@ def _series(found: xr.Dataset) -> Iterator[Block]:
         yield Chart(f"{name}: difference", unit or "1", apart, scale, folded=True)
 
 
-def _bands(found: xr.Dataset) -> Iterator[Block]:
+def _bands(found: xr.Dataset) -> Iterator[Node]:
     low, high = np.ravel(found.attrs["band_edges"])
-    yield Text(
+    yield Sentence(
         "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
         f" over that recorded: slow is below {low:g} rad/s, fast above {high:g} rad/s, waves are"
         " between. Drift is the mean of the last tenth of the time less that of the first."
@@ -151,7 +153,7 @@ def _bands(found: xr.Dataset) -> Iterator[Block]:
     yield Table(("channel", *names, "mean difference", "difference of drifts"), rows)
 
 
-def _of_bands(one: xr.Dataset, names: list[str]) -> list[str | Number]:
+def _of_bands(one: xr.Dataset, names: list[str]) -> list[Cell]:
     unit, scale = drawn_as(str(one.units.values))
     std = float(one["std"])
     bands = [_band(one.sel(band=name), std) for name in names]
@@ -167,7 +169,7 @@ def _band(at: xr.Dataset, std: float) -> str:
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if known else share
 
 
-def _contacts(found: xr.Dataset) -> Iterator[Block]:
+def _contacts(found: xr.Dataset) -> Iterator[Node]:
     own = found.isel(channel=np.flatnonzero(~np.isnan(found.share_ours.values)))
     if own.sizes["channel"] == 0:
         return
@@ -185,13 +187,13 @@ def _contacts(found: xr.Dataset) -> Iterator[Block]:
     yield Table(head, rows)
 
 
-def _assumed(found: xr.Dataset) -> Iterator[Block]:
+def _assumed(found: xr.Dataset) -> Iterator[Node]:
     shift = found.attrs.get("shift")
     rows = [("times", str(found.attrs.get("compared", "unknown")))]
     rows += [("added to the recorded times", f"{float(shift):+.3f} s")] if shift is not None else []
     yield Table(("assumption", ""), rows)
     if found.attrs.get("guessed"):
-        yield Text("Which column is which channel was guessed from names and units.")
+        yield Sentence("Which column is which channel was guessed from names and units.")
     pairs = zip(found.channel.values, found.column.values, found.units.values, strict=True)
     said = found.recorded_in.values if "recorded_in" in found else [""] * found.sizes["channel"]
     rows_ = [(*map(str, pair), str(s)) for pair, s in zip(pairs, said, strict=True)]
@@ -200,18 +202,18 @@ def _assumed(found: xr.Dataset) -> Iterator[Block]:
         yield Table(("channel", "column", "unit", "recorded in"), others)
     for name, what in (("unused", "Not compared"), ("zero_in_both", "Zero in both")):
         if left := str(found.attrs.get(name, "")).splitlines():
-            yield Text(f"{what}: {', '.join(left)}.")
-    yield Text(
+            yield Sentence(f"{what}: {', '.join(left)}.")
+    yield Sentence(
         "These are figures of two series, and have no intervals; hydrosim compare of two studies"
         " says which differences are more than chance. Which of the two is right is not judged."
     )
 
 
-PARTS: dict[str, tuple[str, Callable[[xr.Dataset], Iterator[Block]]]] = {
+PARTS: Parts = {
     "outcome": ("What differs", _outcome),
     "series": ("Both over time", _series),
     "contacts": ("Contacts", _contacts),
     "bands": ("Slow, waves, fast", _bands),
     "assumptions": ("How it was compared", _assumed),
 }
-"""Sections by name: the heading, and what makes it of a comparison."""
+"""Sections by name: the heading, and what gives the nodes below it, of a comparison."""

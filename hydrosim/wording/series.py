@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.report.blocks import Block, Chart, Table, number
+from hydrosim.presentation.document import Node, Table, Value
+from hydrosim.presentation.figures import Chart
 from hydrosim.results.channels import names
 from hydrosim.results.channels import series as channel
 from hydrosim.results.stages import IMPULSE, WEIGHT, transferred
@@ -26,11 +28,11 @@ PARTS = {"stored": "stored", "work": "work done", "dissipated": "lost"}
 
 class Motions(NamedTuple):
     """Charts of the translations and of the rotations of a variable over body and degree of
-    freedom: what they are called, their units and what SI is multiplied by."""
+    freedom: what they are called, and their SI units."""
 
     title: str
-    linear: tuple[str, float]
-    angular: tuple[str, float]
+    linear: str
+    angular: str
 
 
 class Lines(NamedTuple):
@@ -39,24 +41,23 @@ class Lines(NamedTuple):
     dim: str
     title: str
     unit: str
-    scale: float = 1.0
 
 
-PLACE = Motions("", ("m", 1.0), ("deg", float(np.degrees(1.0))))
-RATES = Motions("velocity ", ("m/s", 1.0), ("deg/s", float(np.degrees(1.0))))
-LOADS = Motions("force ", ("kN", 1e-3), ("kN m", 1e-3))
+PLACE = Motions("", "m", "rad")
+RATES = Motions("velocity ", "m/s", "rad/s")
+LOADS = Motions("force ", "N", "N m")
 FIRST = {
-    "fender_normal_force": Lines("fender", "Normal force of contacts", "kN", 1e-3),
-    "spring_tension": Lines("spring", "Tension of lines", "kN", 1e-3),
+    "fender_normal_force": Lines("fender", "Normal force of contacts", "N"),
+    "spring_tension": Lines("spring", "Tension of lines", "N"),
     "clearance": Lines("gap", "Clearances", "m"),
     "tank_level": Lines("tank", "Levels of tanks", "m"),
     "slow_draught": Lines("body", "Slow draught", "m"),
 }
 THEN = {
-    "contact_load": Lines("contact_group", "Load of groups of contacts", "kN", 1e-3),
+    "contact_load": Lines("contact_group", "Load of groups of contacts", "N"),
     "fender_compression": Lines("fender", "Compression of contacts, negative when open", "m"),
     "fender_slip_distance": Lines("fender", "Distance slipped", "m"),
-    "guide_force": Lines("guide", "Force of guides", "kN", 1e-3),
+    "guide_force": Lines("guide", "Force of guides", "N"),
     "pump_rate": Lines("pump", "Pump rates", "kg/s"),
     "wave_elevation_at_probe": Lines("probe", "Waves at probes", "m"),
 }
@@ -69,7 +70,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     if np.any(run.wave_elevation):
         yield Chart("Wave elevation at the origin", "m", {"wave": _over_time(run.wave_elevation)})
     if "fender_mode" in run:
-        yield Chart("Contact modes", "share of time", _each(run, "fender_mode", "fender"), 1, True)
+        yield Chart("Contact modes", "share of time", _each(run, "fender_mode", "fender"), True)
     yield from _lines(run, FIRST)
     used = {n: channel(run, n)[0] for n in names(run) if n.startswith("utilisation.")}
     yield from _shown(Chart("Utilisation of capacities", "1", used))
@@ -81,7 +82,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     if WEIGHT in run.coords and IMPULSE in run:
         share = transferred(run).to_dataset(name="share")
         each = _each(share, "share", "contact_group")
-        yield Chart("Share of the weight transferred", "%", each, 100.0)
+        yield Chart("Share of the weight transferred", "share", each)
 
 
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
@@ -89,7 +90,7 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
     yield from _lines(run, THEN, folded=True)
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
         each = _each(run.sel(axis=axis), "fender_friction", "fender")
-        yield from _shown(Chart(f"Friction of contacts in {axis}", "kN", each, 1e-3, folded=True))
+        yield from _shown(Chart(f"Friction of contacts in {axis}", "N", each, folded=True))
     for body in map(str, run.body.values):
         if "velocity" in run:
             yield from _motions(run.velocity, body, RATES, "of translation", "of rotation", True)
@@ -100,26 +101,26 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
 
 def energies(run: xr.Dataset) -> Iterator[Chart]:
     """The ledger over time."""
-    yield Chart("Kinetic energy", "MJ", {"kinetic": run.energy_kinetic.values}, 1e-6, folded=True)
+    yield Chart("Kinetic energy", "J", {"kinetic": run.energy_kinetic.values}, folded=True)
     for part, label in PARTS.items():
         each = {name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)}
-        yield from _shown(Chart(f"Energy {label}", "MJ", each, 1e-6, folded=True))
+        yield from _shown(Chart(f"Energy {label}", "J", each, folded=True))
     residual = {"residual": run.energy_residual.values}
-    yield Chart("Residual of the ledger", "MJ", residual, 1e-6, folded=True)
+    yield Chart("Residual of the ledger", "J", residual, folded=True)
 
 
-def ledger(run: xr.Dataset) -> Iterator[Block]:
+def ledger(run: xr.Dataset) -> Iterator[Node]:
     """What became of the energy from start to end."""
     if run.time.size < 1:
         return
     kinetic = run.energy_kinetic.values
-    rows = [("kinetic", number(kinetic[-1] * 1e-6, "MJ"), "held at the end")]
+    rows = [("kinetic", Value(float(kinetic[-1]), "J"), "held at the end")]
     for part, label in PARTS.items():
         for name in _ledger_names(run, part):
             value = float(run[f"energy_{part}_{name}"].values[-1])
-            rows.append((name.replace("_", " "), number(value * 1e-6, "MJ"), label))
+            rows.append((name.replace("_", " "), Value(value, "J"), label))
     last = float(run.energy_residual.values[-1])
-    rows.append(("residual", number(last * 1e-6, "MJ"), "not accounted for"))
+    rows.append(("residual", Value(last, "J"), "not accounted for"))
     yield Table(("energy", "at the end", "what it is, since the start"), rows)
 
 
@@ -133,20 +134,20 @@ def _motions(
     of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
 ) -> Iterator[Chart]:
     each = of.sel(body=body)
-    for label, dofs, (unit, scale) in (
+    for label, dofs, unit in (
         (linear, DOFS[:3], how.linear),
         (angular, DOFS[3:], how.angular),
     ):
         series = {dof: _over_time(each.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
-        yield from _shown(Chart(title, unit, series, scale, folded=folded))
+        yield from _shown(Chart(title, unit, series, folded=folded))
 
 
 def _lines(run: xr.Dataset, table: dict[str, Lines], folded: bool = False) -> Iterator[Chart]:
     for name, of in table.items():
         if name in run and run[name].dims:
             series = _each(run, name, of.dim)
-            yield from _shown(Chart(of.title, of.unit, series, of.scale, folded=folded))
+            yield from _shown(Chart(of.title, of.unit, series, folded=folded))
 
 
 def _shown(chart: Chart) -> Iterator[Chart]:
@@ -155,7 +156,7 @@ def _shown(chart: Chart) -> Iterator[Chart]:
     least = LITTLE * max(peaks.values(), default=0.0)
     kept = {name: values for name, values in chart.series.items() if peaks[name] > least}
     if kept:
-        yield Chart(chart.title, chart.unit, kept, chart.scale, chart.modes, chart.folded)
+        yield replace(chart, series=kept)
 
 
 def _peak(values: np.ndarray) -> float:

@@ -1,0 +1,130 @@
+"""In which unit a quantity is read. Results hold SI; people read degrees, kilonewtons, tonnes.
+
+A case that writes a unit for a kind of quantity is answered in that unit. What it does not write is
+read in `USUAL` units. Units of products follow those of their parts: with forces in kN and lengths
+in m, a moment is read in kN m.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+USUAL = {"N": "kN", "rad": "deg", "kg": "t"}
+"""Units of the bases that are not read in SI."""
+FACTORS = {("N", "kN"): 1e-3, ("rad", "deg"): 180.0 / math.pi, ("kg", "t"): 1e-3}
+WHOLE = {
+    "J": ("MJ", 1e-6),
+    "W": ("kW", 1e-3),
+    "Pa": ("kPa", 1e-3),
+    "kg/s": ("t/hour", 3.6),
+    "share": ("%", 100.0),
+}
+"""Units that are not read by their parts. A share is a number of which 1 is the whole."""
+SHORT = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
+BASES = ("N", "m", "rad", "kg")
+"""What a case can choose a unit for."""
+ATTRIBUTE = "units_read"
+"""The attribute of a result that holds the choice, as JSON."""
+PART = re.compile(r"([^\s*^]+)(?:\^(-?\d+))?")
+
+
+class Shown(NamedTuple):
+    """A unit that people read, and what a number in SI is multiplied by."""
+
+    unit: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class Units:
+    """The unit that is ``chosen`` for a base, by the base's SI unit: ``{"N": "tonne_force"}``."""
+
+    chosen: Mapping[str, str] = field(default_factory=dict)
+
+    def shown(self, unit: str) -> Shown:
+        """In which unit people read what is in an SI ``unit``. A number without unit has none, and
+        a unit that is not known stays as it is."""
+        if unit in ("", "1"):
+            return Shown("", 1.0)
+        if unit in self._known:
+            return self._known[unit]
+        if unit in WHOLE:
+            return Shown(*WHOLE[unit])
+        found = self._composed(unit)
+        self._known[unit] = found
+        return found
+
+    @cached_property
+    def _known(self) -> dict[str, Shown]:
+        return {}
+
+    @cached_property
+    def _bases(self) -> dict[str, Shown]:
+        named = USUAL | dict(self.chosen)
+        return {base: Shown(_short(unit), _factor(base, unit)) for base, unit in named.items()}
+
+    def _composed(self, unit: str) -> Shown:
+        numerator, *denominators = unit.split("/")
+        names = []
+        scale = 1.0
+        for sign, group in ((1, numerator), *((-1, each) for each in denominators)):
+            read = []
+            for base, power in _parts(group):
+                name, factor = self._bases.get(base, Shown(base, 1.0))
+                read.append(name if power == 1 else f"{name}^{power}")
+                scale *= factor ** (sign * power)
+            names.append(" ".join(read))
+        return Shown("/".join(names), scale)
+
+
+DEFAULT = Units()
+
+
+def chosen_units(written: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Of SI units and the units ``written`` in their place: the one written most often for each of
+    `BASES`, the first of those that are written equally often."""
+    counts = Counter(pair for pair in written if pair[0] in BASES)
+    chosen: dict[str, str] = {}
+    for (base, unit), _ in counts.most_common():
+        chosen.setdefault(base, unit)
+    return chosen
+
+
+def as_attribute(chosen: Mapping[str, str]) -> dict[str, str]:
+    """The choice as an attribute of a result; none where nothing was chosen."""
+    return {ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
+
+
+def units_of(attributes: Mapping[Any, Any]) -> Units:
+    """The units that a result asks to be read in, by its attributes."""
+    text = attributes.get(ATTRIBUTE)
+    return Units(json.loads(str(text))) if text else DEFAULT
+
+
+def _parts(group: str) -> Iterator[tuple[str, int]]:
+    """Bases of a product and their powers: "kg m^2" is kg and m with 2."""
+    for name, power in PART.findall(group):
+        yield name, int(power or 1)
+
+
+def _short(unit: str) -> str:
+    return SHORT.get(unit, unit)
+
+
+@lru_cache(maxsize=64)
+def _factor(base: str, unit: str) -> float:
+    """What a number in the SI unit ``base`` is multiplied by to be in ``unit``."""
+    if unit == base:
+        return 1.0
+    if (base, unit) in FACTORS:
+        return FACTORS[base, unit]
+    from hydrosim.documents.units import factor
+
+    return 1.0 / factor(unit, base)

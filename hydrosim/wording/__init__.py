@@ -1,0 +1,1 @@
+"""What each kind of result says, worded once: a file for each, which gives a document."""

@@ -1,0 +1,75 @@
+"""What a run rests on: its case, what was assumed, left out or warned of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import xarray as xr
+
+from hydrosim.case.tables import case_tables, plain
+from hydrosim.documents.digits import digits_of
+from hydrosim.presentation.document import Node, Sentence, Table, warnings
+from hydrosim.presentation.figures import Code
+from hydrosim.wording.parts import lines_of
+
+SAID = {
+    "skipped": "Left out",
+    "solver_symmetry": "Symmetry",
+    "zero_by_symmetry": "Zero by symmetry",
+    "wave_ramp": "Waves grow until [s]",
+    "seeds": "Seeds of waves",
+    "initial_run": "Starts from the run",
+    "initial_time": "at its time [s]",
+    "program": "Program",
+    "versions": "Versions",
+    "case_file": "Case file",
+}
+OF_BODIES = {
+    "radiation": "Radiation of",
+    "retardation": "Retardation functions of",
+    "waves_meet": "Where waves meet (place, headings) of",
+    "database": "Database of",
+    "database_checksum": "Checksum of the database of",
+}
+
+
+def case_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """The case in short, as it was written, and with every default."""
+    data = plain(str(run.attrs.get("case_resolved", "")))
+    yield from case_tables(data)
+    if text := run.attrs.get("case"):
+        yield Code("The case as it was written, with its units and remarks", str(text))
+    if text := run.attrs.get("case_resolved"):
+        yield Code("The case with every default, in SI and radians", str(text))
+    if not (data or run.attrs.get("case")):
+        yield Sentence("The result does not hold its case. It was made from Python or otherwise.")
+
+
+def assumed(run: xr.Dataset) -> Iterator[Node]:
+    """Warnings first, then all that the run says of its assumptions."""
+    if told := warnings(lines_of(run, "warnings")):
+        yield from told
+    else:
+        yield Sentence("The run holds no warnings.")
+    yield assumptions(run)
+
+
+def assumptions(run: xr.Dataset) -> Table:
+    """All that a run, or runs of which each has the same, says of its assumptions."""
+    rows = [(label, _shown(run.attrs[key])) for key, label in SAID.items() if key in run.attrs]
+    for start, label in OF_BODIES.items():
+        for body in map(str, run.body.values if "body" in run.coords else ()):
+            if (key := f"{start}_{body}") in run.attrs:
+                rows.append((f"{label} {body}", _shown(run.attrs[key])))
+    return Table(("assumption", ""), rows)
+
+
+def _shown(value: Any) -> str:
+    """An attribute: lines as sentences, numbers as numbers."""
+    if isinstance(value, str):
+        return "; ".join(value.splitlines())
+    try:
+        return digits_of(float(value), 6)
+    except (TypeError, ValueError):
+        return str(value)

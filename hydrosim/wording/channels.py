@@ -1,0 +1,65 @@
+"""Channels in statistics: what each is called, and its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import xarray as xr
+
+from hydrosim.presentation.document import Value
+from hydrosim.statistics.extremes import Basis
+from hydrosim.statistics.statistics import SIDES
+from hydrosim.wording.run import unit_of
+
+
+class Channel(NamedTuple):
+    """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
+    what it is called, and its SI unit."""
+
+    kind: str
+    at: dict[str, str]
+    title: str
+    unit: str
+
+    def figure(self, found: xr.Dataset, name: str) -> Value:
+        """A figure by its name among `statistics.NAMES`."""
+        number = float(found[self.kind].sel({**self.at, "statistic": name}))
+        return Value(number, "s" if name == "period" else self.unit)
+
+    def basis(self, found: xr.Dataset, side: str) -> Basis:
+        """What the extremes of a side are by, or why there are none."""
+        return Basis(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+
+    def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
+        """A figure of the extremes of a side."""
+        each = found[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
+        return Value(float(each), self.unit)
+
+    def recorded_mean(self, found: xr.Dataset) -> Value:
+        """The mean of the records, where that by impulses is another; else not a number."""
+        recorded = found.get(f"{self.kind}_recorded_mean")
+        number = float("nan") if recorded is None else float(recorded.sel(self.at))
+        return Value(number, self.unit)
+
+
+def channels_of(found: xr.Dataset) -> Iterator[Channel]:
+    """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
+    for channel in _every(found):
+        if Basis.CONSTANT not in {channel.basis(found, side) for side in SIDES}:
+            yield channel
+
+
+def _every(found: xr.Dataset) -> Iterator[Channel]:
+    for body in map(str, found.body.values):
+        for dof in map(str, found.dof.values):
+            yield Channel("motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of(dof))
+    if "wave" in found:
+        yield Channel("wave", {}, "wave elevation", "m")
+    for kind in ("fender", "spring"):
+        for name in map(str, found[kind].values if kind in found.coords else ()):
+            if f"{kind}_force" in found:
+                yield Channel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+    for name in map(str, found.channel.values if "channel" in found.dims else ()):
+        unit = str(found.unit.sel(channel=name).item())
+        yield Channel("named", {"channel": name}, name, unit)

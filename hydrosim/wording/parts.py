@@ -1,0 +1,45 @@
+"""The parts of a document, each from what a result holds of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import xarray as xr
+
+from hydrosim.presentation.document import Heading, Node, Outcome, Verdict
+
+Part = Callable[[xr.Dataset], Iterator[Node]]
+Parts = Mapping[str, tuple[str, Part]]
+"""Sections by name: the heading, and what gives the nodes below it."""
+
+
+def nodes_of(parts: Parts, result: xr.Dataset) -> list[Node]:
+    """The headings and nodes of those parts of a result that have anything to say."""
+    nodes: list[Node] = []
+    for name, (title, part) in parts.items():
+        if below := list(_tried(part, result)):
+            nodes += [Heading(title, name), *below]
+    return nodes
+
+
+def title_of(result: xr.Dataset) -> str:
+    """The title of a result, or that it has none."""
+    return str(result.attrs.get("title", "")).strip() or "Result without a title"
+
+
+def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
+    """The lines of an attribute; none where it is absent."""
+    return str(result.attrs.get(attribute, "")).splitlines()
+
+
+def _tried(part: Part, result: xr.Dataset) -> Iterator[Node]:
+    """The nodes of a part. A result of another version or origin gives those that can be made."""
+    try:
+        yield from part(result)
+    except (KeyError, ValueError, AttributeError, IndexError) as error:
+        yield Verdict(
+            Outcome.BAD,
+            "This result lacks what this version of hydrosim writes, so the rest of this part is"
+            " missing ({}). Run the case again.",
+            [f"{type(error).__name__}: {error}"],
+        )

@@ -1,0 +1,177 @@
+"""What a run comes down to: how it ended, what to be aware of, motions, contacts and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.documents.digits import digits_of
+from hydrosim.dofs import DOFS
+from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.trigger import BEFORE
+from hydrosim.presentation.document import (
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Table,
+    Value,
+    Verdict,
+    warnings,
+)
+from hydrosim.presentation.units import units_of
+from hydrosim.results.ledger import CLOSED
+from hydrosim.wording.parts import lines_of, title_of
+from hydrosim.wording.stages import stage_nodes
+
+MODES = (OPEN, STICK, SLIP)
+RADIATION_GOOD = 0.01
+"""Change of motions by the fits of radiation up to which they are good."""
+SOLVER = {
+    "solver_method": "method",
+    "solver_chosen": "chosen for its tolerance",
+    "solver_step": "step [s]",
+    "solver_linear": "linear parts",
+    "solver_steps": "steps",
+    "solver_rejected": "rejected steps",
+    "solver_events": "events",
+    "solver_evaluations": "evaluations of the equation of motion",
+    "twin_evaluations": "evaluations more, to estimate the error",
+    "wall_time": "computing time [s]",
+}
+
+
+def run_document(run: xr.Dataset) -> Document:
+    """The summary of a run, also of one that failed or was interrupted."""
+    return Document(title_of(run), list(summary(run)), units=units_of(run.attrs))
+
+
+def summary(run: xr.Dataset) -> Iterator[Node]:
+    """Verdicts first, then tables, then how the run was solved."""
+    yield from verdicts(run)
+    yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
+    if "fender" in run.dims:
+        modes = ("open", "stick", "slip")
+        head = ("contact", "first contact", *(f"{mode} after it" for mode in modes), "slipped")
+        yield Table(head, list(_contacts(run)))
+        yield from stage_nodes(run)
+    if "spring" in run.dims:
+        yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))
+    if "gap" in run.dims:
+        yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
+    yield Table(("solver", ""), list(_solver(run)), detail=True)
+    if told := list(_radiation(run)):
+        yield List(told, "Radiation", detail=True)
+
+
+def verdicts(run: xr.Dataset) -> Iterator[Node]:
+    """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
+    yield _status(run)
+    if "energy_residual_relative" in run.attrs:
+        yield _energy(float(run.attrs["energy_residual_relative"]))
+    if "radiation_error" in run.attrs:
+        yield radiation_verdict(float(run.attrs["radiation_error"]))
+    yield from warnings(lines_of(run, "warnings"))
+    if "trigger" in run.dims:
+        yield from _waiting(run)
+
+
+def _status(run: xr.Dataset) -> Verdict:
+    simulated = Value(float(np.ptp(run.time.values)) if run.time.size else 0.0, "s", 6)
+    status = str(run.attrs.get("status", "unknown"))
+    start = ""
+    if "initial_run" in run.attrs:
+        start = f", started from {run.attrs['initial_run']} at {run.attrs['initial_time']:g} s"
+    if status == "complete":
+        return Verdict(Outcome.GOOD, "The run is complete: {} simulated{}.", [simulated, start])
+    message = str(run.attrs.get("status_message", "")) or "no message was kept"
+    parts: list[Value | str] = [status, simulated, start, message]
+    return Verdict(Outcome.BAD, "The run is {} after {}{}: {}", parts)
+
+
+def _energy(residual: float) -> Verdict:
+    outcome = Outcome.GOOD if residual <= CLOSED else Outcome.WARNING
+    text = "The energy balance closes to {} of the energy exchanged; a warning is given above {}."
+    return Verdict(outcome, text, [Value(residual, digits=2), Value(CLOSED, digits=2)])
+
+
+def radiation_verdict(error: float) -> Verdict:
+    """How good radiation is, by the largest change of motions that its fits and cut make."""
+    outcome = Outcome.GOOD if error <= RADIATION_GOOD else Outcome.WARNING
+    return Verdict(outcome, "Radiation is good to {} of motions.", [Value(error, digits=2)])
+
+
+def _waiting(run: xr.Dataset) -> Iterator[Node]:
+    """Elements and pumps that have not begun by the end."""
+    before = np.all(run.trigger_stage.values == BEFORE, axis=0)
+    for name in run.trigger.values[before]:
+        text = "{} has not begun: its condition was not met."
+        yield Verdict(Outcome.WARNING, text, [str(name)])
+
+
+def _motions(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """How bodies move about their place at rest, where they do."""
+    for body in map(str, run.body.values):
+        for dof in map(str, run.dof.values):
+            x = run.position.sel(body=body, dof=dof).values
+            if x.size and x.any():
+                figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
+                unit = unit_of(dof)
+                yield [f"{body} {dof}", *(Value(float(figure), unit) for figure in figures)]
+
+
+def unit_of(dof: str) -> str:
+    """The SI unit of a degree of freedom."""
+    return "m" if dof in DOFS[:3] else "rad"
+
+
+def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
+    modes = run.fender_mode.values
+    time = run.time.values
+    for i, name in enumerate(map(str, run.fender.values)):
+        touching = np.flatnonzero(modes[:, i] != OPEN)
+        if touching.size == 0:
+            yield [name, "none", *("" for _ in MODES), ""]
+            continue
+        later = modes[touching[0] :, i]
+        shares = (Value(float(np.mean(later == mode)), "share", 2) for mode in MODES)
+        first = Value(float(time[touching[0]]), "s")
+        yield [name, first, *shares, Value(float(run.fender_slip_distance[-1, i]), "m")]
+
+
+def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.spring.values):
+        line = run.sel(spring=name)
+        tension = line.spring_tension.values
+        slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
+        yield [name, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N"), slack]
+
+
+def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.gap.values):
+        gap = run.clearance.sel(gap=name).values
+        yield [name, Value(float(gap.min()), "m"), Value(float(gap[-1]), "m")]
+
+
+def _solver(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for key, label in SOLVER.items():
+        if key in run.attrs:
+            yield [label, _shown(run.attrs[key])]
+    seconds = max(float(run.attrs.get("wall_time", 0.0)), 1e-9)
+    if run.attrs.get("solver_steps"):
+        yield ["steps in a second", _shown(float(run.attrs["solver_steps"]) / seconds)]
+
+
+def _radiation(run: xr.Dataset) -> Iterator[str]:
+    """The model of each body, once for those of one database, and what its errors come to."""
+    models = {str(body): str(run.attrs.get(f"radiation_{body}", "")) for body in run.body.values}
+    first = {model: body for body, model in models.items() if model}
+    yield from (f"{body}: {model}" for model, body in first.items())
+    yield from lines_of(run, "radiation_errors")
+
+
+def _shown(value: object) -> str:
+    return value if isinstance(value, str) else digits_of(float(str(value)), 6)

@@ -1,0 +1,251 @@
+"""Statistics of a run: moments and extremes of each channel, what contacts did, crawl by phase."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.presentation.document import (
+    Between,
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
+from hydrosim.presentation.units import units_of
+from hydrosim.statistics.extremes import LAWS, Basis
+from hydrosim.statistics.orders import ENOUGH
+from hydrosim.statistics.statistics import NAMES, SIDES, statistics
+from hydrosim.wording.channels import Channel, channels_of
+from hydrosim.wording.parts import title_of
+from hydrosim.wording.stages import stage_nodes
+
+FEWEST = 16
+"""Records that figures are made of."""
+MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
+LAW = {
+    Basis.GAUSSIAN: "a Gaussian process",
+    Basis.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
+    Basis.GUMBEL: "Gumbel's law",
+    Basis.IMPACTS: "impacts of exponential sizes",
+}
+SEEDS = f"run {ENOUGH} seeds"
+HOW = (
+    f"To run {ENOUGH} seeds, write a study file with `case: CASE.yaml` and `seeds: 1-{ENOUGH}`."
+    f" Then call `hydrosim sweep STUDY.yaml`. The smallest and the largest of {ENOUGH} runs hold the"
+    " value of another run in 90 % of cases."
+)
+LATER = "use a part that is stationary (--from)"
+REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
+    Basis.REGULAR: ("The motion is regular: it repeats itself.", ()),
+    Basis.CLIPPED: ("It stays at its bound for much of the time.", ()),
+    Basis.TOO_SHORT: (
+        "The record is too short for the slow part of it, or not stationary: the mean goes from {}"
+        " to {} (first and last fifth). Simulate longer.",
+        ("first_mean", "last_mean"),
+    ),
+    Basis.RARE: (f"There is too little contact. Simulate longer, or {SEEDS}.", ()),
+    Basis.MEAN_CHANGES: (
+        "It is not stationary: the mean goes from {} to {} (first and last fifth). Either"
+        f" {LATER}, or {SEEDS}.",
+        ("first_mean", "last_mean"),
+    ),
+    Basis.STD_CHANGES: (
+        "It is not stationary: the standard deviation goes from {} to {} (first and last fifth), or"
+        f" changes in between. Either {LATER}, or {SEEDS}.",
+        ("first_std", "last_std"),
+    ),
+    Basis.WAVES_GROW: (
+        "It is not stationary: the waves grow until {ramp:g} s. Start there (--from {ramp:g}).",
+        (),
+    ),
+    Basis.OPERATION: (
+        "It is not stationary: contact goes through phases while other channels change. Either"
+        f" {LATER}, or {SEEDS}.",
+        (),
+    ),
+    Basis.ALONE: (
+        "The largest values follow another law than the rest (impacts?), and are too few for a law"
+        f" of their own. Simulate longer, or {SEEDS}.",
+        (),
+    ),
+    Basis.HALVES: (
+        "A law that holds for one half of the record makes the largest value of the other half"
+        f" impossible (impacts, a change?). Instead, {SEEDS}.",
+        (),
+    ),
+    Basis.BOUNDED: (
+        f"Its slow part moves between bounds; no law of extremes covers that. Instead, {SEEDS}.",
+        (),
+    ),
+    Basis.TRANSIENT: (
+        "It is larger at the beginning than later (a start-up transient). Start later (--from).",
+        (),
+    ),
+    Basis.NOT_FINITE: ("It is not finite.", ()),
+}
+"""Why a channel has no extremes: a text, and the figures in its places."""
+CHATTERS = (
+    "{}: this mean is by impulses; the mean of the records is {}. The force changes between"
+    " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If it knocks,"
+    " use a smaller output.step."
+)
+
+
+def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
+    """What `statistics` ``found`` of a run."""
+    nodes = [*figures(found), *contact_nodes(found)]
+    return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def statistics_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """Statistics of a run from where its waves have grown, as far as it has any."""
+    if run.time.size < FEWEST or not bool(np.isfinite(run.position).all()):
+        yield Sentence("The run has too few finite records for statistics.")
+        return
+    start = _start(run)
+    if start:
+        yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
+    found = statistics(run, start)
+    yield from figures(found)
+    yield from contact_nodes(found)
+
+
+def figures(found: xr.Dataset) -> Iterator[Node]:
+    """Moments of each channel that varies, its extremes, and why there are none."""
+    channels = list(channels_of(found))
+    yield from _mean_verdicts(found, channels)
+    moments = [_moments(found, each) for each in channels]
+    yield Table(("channel", *MOMENTS), moments)
+    yield Sentence(
+        "Significant is the double amplitude, four standard deviations. The period is the mean"
+        " between upcrossings.",
+        detail=True,
+    )
+    rows = [row for each in channels for row in _extremes(found, each)]
+    if rows:
+        percent = 100.0 * found.motion_extreme.attrs["interval_probability"]
+        yield Sentence(
+            f"Extremes in {{}}, with {percent:.0f} % intervals: of the most probable extreme, and"
+            " of the extreme of another run.",
+            [Value(float(found.attrs["exposure"]), "s", 6)],
+        )
+        head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
+        yield Table(head, rows)
+    if without := [item for each in channels for item in _without(found, each)]:
+        yield List(without, "No extremes:")
+        if any(SEEDS in item.text for item in without):
+            yield Sentence(HOW)
+    yield from _in_phases(found, channels)
+
+
+def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
+    """Stages of groups of contacts, the share of time in each mode, crawl by phase."""
+    if "contact_group" not in found.dims:
+        return
+    yield from stage_nodes(found)
+    if "fender_share" in found:
+        modes = [str(mode) for mode in found["mode"].values]
+        rows = [_modes(found.sel(fender=name), modes) for name in found.fender.values]
+        yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
+    if "phase_crawl" in found:
+        head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
+        yield Table(head, list(_phases(found)), "Crawl by phase")
+
+
+def _start(run: xr.Dataset) -> float:
+    """Where the waves have grown, if that is well before the end."""
+    ramp = float(run.attrs.get("wave_ramp", 0.0))
+    first, last = run.time.values[[0, -1]]
+    return ramp if first < ramp < 0.5 * (first + last) else 0.0
+
+
+def _mean_verdicts(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+    """Warnings of channels whose records have another mean than their impulses."""
+    for channel in channels:
+        recorded = channel.recorded_mean(found)
+        if np.isfinite(recorded.number):
+            yield Verdict(Outcome.WARNING, CHATTERS, [channel.title, recorded])
+
+
+def _moments(found: xr.Dataset, channel: Channel) -> list[Cell]:
+    return [channel.title, *(channel.figure(found, name) for name in MOMENTS)]
+
+
+def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
+    for side in SIDES:
+        basis = channel.basis(found, side)
+        if basis in LAWS:
+            yield [
+                channel.title,
+                side,
+                channel.figure(found, side),
+                channel.extreme(found, side, "mpm"),
+                _between(channel, found, side, "mpm"),
+                _between(channel, found, side, "predicted"),
+                LAW[basis],
+            ]
+
+
+def _between(channel: Channel, found: xr.Dataset, side: str, name: str) -> Between:
+    low, high = (channel.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
+    return Between(low.number, high.number, channel.unit)
+
+
+def _without(found: xr.Dataset, channel: Channel) -> Iterator[Sentence]:
+    """Why a channel has no extremes; once for both sides if they have the same reason."""
+    bases = {side: channel.basis(found, side) for side in SIDES}
+    lacking = {side: basis for side, basis in bases.items() if basis not in LAWS}
+    if len(set(lacking.values())) == 1 and len(lacking) == len(SIDES):
+        yield _reason(found, channel, "", lacking["largest"])
+        return
+    for side, basis in lacking.items():
+        yield _reason(found, channel, f", {side}", basis)
+
+
+def _reason(found: xr.Dataset, channel: Channel, side: str, basis: Basis) -> Sentence:
+    text, names = REASONS[basis]
+    text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
+    parts = [channel.figure(found, name) for name in names]
+    return Sentence(f"{{}}{side}: {text}", [channel.title, *parts])
+
+
+def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:
+    """Figures of the channels that were asked for by name, in each phase."""
+    if "named_phase" not in found:
+        return
+    rows: list[list[Cell]] = []
+    for channel in (each for each in channels if each.kind == "named"):
+        for group in map(str, found.contact_group.values):
+            for phase in map(str, found.phase.values):
+                at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
+                of = {name: float(at.sel(statistic=name)) for name in NAMES}
+                if not np.isnan(of["mean"]):
+                    names = ("mean", "std", "smallest", "largest")
+                    values = (Value(of[name], channel.unit) for name in names)
+                    rows.append([channel.title, group, phase, *values])
+    if rows:
+        yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
+
+
+def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
+    shares = (Value(float(contact.fender_share.sel(mode=mode)), "share", 3) for mode in modes)
+    return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
+
+
+def _phases(found: xr.Dataset) -> Iterator[list[Cell]]:
+    for group in map(str, found.contact_group.values):
+        for phase in map(str, found.phase.values):
+            at = found.sel(contact_group=group, phase=phase)
+            seconds = float(at.phase_duration)
+            for body in map(str, found.body.values if seconds > 0.0 else ()):
+                x, y = at.phase_crawl.sel(body=body).values
+                moved = [Value(float(x), "m", 3), Value(float(y), "m", 3)]
+                yield [group, phase, Value(seconds, "s"), body, *moved]
