@@ -12,14 +12,16 @@ from hydrosim.commands.options import (
     From,
     Overwrite,
     To,
+    Verbose,
     numbers,
     placed,
     refuse_options,
     seconds,
     window_of,
 )
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
+from hydrosim.presentation.units import ATTRIBUTE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,6 +85,7 @@ def compare(
     but: Annotated[
         str, typer.Option(metavar="NAMES", help="Leave these names out of --exact, by commas.")
     ] = "",
+    verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Lay a run over a recorded series, and say channel by channel what differs.
@@ -113,11 +116,11 @@ def compare(
     from hydrosim.compare import read_mapping
     from hydrosim.compare.comparison import beyond, by_channel
     from hydrosim.compare.dataset import to_dataset
-    from hydrosim.compare.tables import contacts, details, lines, mapped, verdicts
     from hydrosim.plot.compare import draw_comparison
     from hydrosim.plot.load import open_run
     from hydrosim.recordings import read_recording
     from hydrosim.results.netcdf import write
+    from hydrosim.wording.comparison import comparison_tables
 
     inputs = [path for path in (recorded, mapping) if path]
     result = placed(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
@@ -136,12 +139,11 @@ def compare(
     )
     out_of = beyond(found, given)
     said = _compared(run, run_file, recorded)
-    write(to_dataset(found, said, by_channel(found, given)), result)
+    dataset = to_dataset(found, said, by_channel(found, given))
+    write(dataset, result)
     draw_comparison(found, f"{run_file.name} and {recorded.name}", page)
-    show(*mapped(found), *lines(found), verdicts(found, out_of), details(found), *contacts(found))
+    show_document(comparison_tables(dataset), verbose)
     show(f"result    {result.path}, {page.path}")
-    if given:
-        show(f"tolerance {len(out_of)} of {len(found.results)} channels are out of it")
     if out_of:
         raise typer.Exit(1)
 
@@ -149,21 +151,26 @@ def compare(
 def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output) -> None:
     """Compare two files of many runs; InputError if the other is none."""
     from hydrosim.compare.dataset import studies_dataset
-    from hydrosim.compare.studies import compare_studies, lines
+    from hydrosim.compare.studies import compare_studies
     from hydrosim.results.netcdf import write
     from hydrosim.results.runs_file import open_runs
+    from hydrosim.wording.compared_studies import studies_tables
 
     theirs = open_runs(other)
     if theirs is None:
         raise InputError(f"{other}: is no file of many runs, as {one} is; expected another such.")
     found = compare_studies(ours, theirs)
-    write(studies_dataset(found, _compared(ours, one, other)), result)
-    show(*lines(found), f"result    {result.path}")
+    dataset = studies_dataset(found, _compared(ours, one, other))
+    write(dataset, result)
+    show_document(studies_tables(dataset))
+    show(f"result    {result.path}")
 
 
 def _compared(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
     """What was compared with what, as the result says it."""
-    return {"title": str(ours.attrs.get("title", "")), "run": str(one), "recording": str(other)}
+    units = {key: value for key, value in ours.attrs.items() if key == ATTRIBUTE}
+    title = str(ours.attrs.get("title", ""))
+    return {"title": title, "run": str(one), "recording": str(other), **units}
 
 
 def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from hydrosim.commands.changes import changes_of
 from hydrosim.commands.given import with_given
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
 from hydrosim.commands.running import resumable
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,7 +41,8 @@ def info(file: DatabaseFile, given: Given) -> None:
     from hydrosim.database.summary import contents
 
     db = read(file, given)
-    show(contents(db, recognise(file)[0].NAME), *_caveats(db, given))
+    show_document(contents(db, recognise(file)[0].NAME))
+    show(*_caveats(db, given))
 
 
 @app.command()
@@ -64,14 +65,14 @@ def check(
     """
     from hydrosim.database.checks import check as findings_of
     from hydrosim.database.load import read
-    from hydrosim.database.summary import memory, remarks, verdicts
+    from hydrosim.database.summary import verdicts
 
     drawn = None if output is None else _picture(output, file, overwrite)
     db = read(file, given)
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
-    told = [] if refused else [memory(db)]
-    show(verdicts(findings), *remarks(findings), *told, *_caveats(db, given))
+    show_document(verdicts(db, findings))
+    show(*_caveats(db, given))
     if drawn is not None:
         from hydrosim.plot.database import draw_database
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, placed, window_of
-from hydrosim.commands.terminal import show
+from hydrosim.commands.options import From, Overwrite, Verbose, placed, window_of
+from hydrosim.commands.terminal import show, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def explain(
         Path | None,
         typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="Where to write the result."),
     ] = None,
+    verbose: Verbose = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Say why a body moved: mean forces, friction by what makes it, displacement and work by mode.
@@ -51,7 +52,8 @@ def explain(
     from hydrosim.plot.explain import draw_explained
     from hydrosim.results.growing import runs_at
     from hydrosim.results.netcdf import read, write
-    from hydrosim.statistics.explain_rows import AXES, explanation
+    from hydrosim.statistics.explain import AXES
+    from hydrosim.wording.explain import explanation_document
 
     if direction not in AXES:
         raise InputError(f"--direction: found {direction}; expected one of {', '.join(AXES)}.")
@@ -71,8 +73,7 @@ def explain(
     write(found, result)
     show(*so_far(run))
     draw_explained(run, next(iter(parts.values())), moved, direction, page)
-    for title, part in parts.items():
-        show(*([title] if title else []), *explanation(part, moved, direction))
+    show_document(explanation_document(run, parts, moved, direction), verbose)
     show(f"result    {result.path}, {page.path}")
 
 

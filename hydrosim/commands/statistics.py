@@ -41,7 +41,7 @@ def statistics(
     overwrite: Overwrite = False,
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl by phase."""
-    from hydrosim.commands.study import place_table, so_far, tables
+    from hydrosim.commands.study import place_table, show_study
     from hydrosim.errors import InputError
     from hydrosim.results.channels import chosen, names
     from hydrosim.results.growing import runs_at
@@ -52,7 +52,7 @@ def statistics(
 
     if (runs := runs_at(run_file)) is not None:
         table = place_table(run_file, output, overwrite=overwrite)
-        show(*so_far(runs), *tables(runs, table))
+        show_study(runs, table, verbose)
         return
     name = f"{run_file.stem}_statistics"
     result = placed(output, name, "statistics", run_file, overwrite=overwrite)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrosim.commands.options import placed
-from hydrosim.commands.terminal import show
+from hydrosim.commands.terminal import show, show_document
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,23 +23,15 @@ def stem_of(file: Path) -> str:
 
 
 def so_far(runs: xr.Dataset) -> list[str]:
-    """How many runs are in, or came to which end, where these are not all; why the first failed."""
+    """How many runs came to which end, where these are not all complete."""
     from hydrosim.results.growing import GATHERED
     from hydrosim.results.runs_file import COMPLETE
+    from hydrosim.wording.study import counted
 
     if GATHERED in runs.attrs:
         return [f"so far    {runs.attrs[GATHERED]}"]
-    if "status" not in runs or set(ends := runs.status.values.tolist()) == {COMPLETE}:
-        return []
-    first = ends.index("failed") if "failed" in ends else None
-    failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
-    return [in_words(ends), *failed]
-
-
-def in_words(ends: Sequence[str]) -> str:
-    """How many runs came to which end."""
-    counts = {name: ends.count(name) for name in dict.fromkeys(ends)}
-    return f"{len(ends)} runs: {', '.join(f'{n} {name}' for name, n in counts.items())}"
+    done = "status" not in runs or {*runs.status.values.tolist()} == {COMPLETE}
+    return [] if done else [counted(runs)]
 
 
 def place_table(
@@ -55,14 +47,16 @@ def place_table(
     return placed(output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv")
 
 
-def tables(runs: xr.Dataset, table: Output) -> Iterator[str]:
-    """The tables of a study in lines; they are written as comma-separated values too."""
-    from hydrosim.statistics.effect_lines import as_csv, study_lines
+def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) -> None:
+    """Show a study; if there is a ``table``, also write it as comma-separated values."""
+    from hydrosim.statistics.effect_table import as_csv
+    from hydrosim.wording.study import study_tables
 
-    yield from study_lines(runs)
-    with table.written() as path:
-        path.write_text(f"# {table.mark}\n{as_csv(runs)}")
-    yield f"table     {table.path}"
+    show_document(study_tables(runs), verbose)
+    if table is not None:
+        with table.written() as path:
+            path.write_text(f"# {table.mark}\n{as_csv(runs)}")
+        show(f"table     {table.path}")
 
 
 def draw_runs(

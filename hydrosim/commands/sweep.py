@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from datetime import datetime, timedelta
 from math import nan
 from pathlib import Path
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.compiling import announced
-from hydrosim.commands.options import Overwrite, StudyFile, Workers, placed
+from hydrosim.commands.options import Overwrite, StudyFile, Verbose, Workers, placed
 from hydrosim.commands.running import resumable
-from hydrosim.commands.study import draw_runs, in_words, place_table, tables
+from hydrosim.commands.study import draw_runs, place_table, show_study
 from hydrosim.commands.terminal import progress_console, say, show
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ LOOKED_AT = 10.0
 ENOUGH = 100
 MUCH = 60.0  # s: if it is more than that
 LOCAL = "local"
-SHOWN = 5  # failures, and combinations of parameters, that are told
 err = progress_console()
 
 
@@ -55,6 +54,7 @@ def sweep(
         ),
     ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run a case over parameters and seeds, as a study says; write one netCDF file, tables."""
     from hydrosim.studies.many.reach import out_of_reach
@@ -74,14 +74,14 @@ def sweep(
     )
     table = _table_beside(result.path, study, overwrite) if study.figures else None
     if study.until is not None:
-        _until(study, study.until, result, (workers, scheduler), resume, table, plot_too)
+        _until(study, study.until, result, (workers, scheduler), resume, table, plot_too, verbose)
         return
     pool = _pool(scheduler, workers)
     with announced(err), _with_progress(study, result, workers, resume, pool) as runs:
         path = Path(runs.encoding["source"])
         if table is not None and path.name != result.path.name:  # what stands there is better
             table = _table_beside(path, study, overwrite)
-        _told(runs, study, path, table, overwrite, plot_too)
+        _told(runs, study, path, table, overwrite, plot_too, verbose)
 
 
 def _table_beside(path: Path, study: Study, overwrite: bool) -> Output:
@@ -96,15 +96,16 @@ def _told(
     table: Output | None,
     overwrite: bool,
     plot_too: bool,
+    verbose: bool,
 ) -> None:
     """Say and draw what came of the runs, with a ``table`` of figures; the exit code is that of the
     worst of them."""
     status = runs.status.values.tolist()
-    show(*_lines(runs, study), f"result    {path}")
-    if table is not None and "complete" in status:
-        show(*tables(runs, table))
-        if plot_too:
-            draw_runs(runs, path.parent, path, overwrite)
+    known = table is not None and "complete" in status
+    show_study(runs, table if known else None, verbose)
+    show(f"result    {path}")
+    if known and plot_too:
+        draw_runs(runs, path.parent, path, overwrite)
     elif plot_too:
         lacks = "no run is complete" if study.figures else "the study asks for no figures"
         show(f"picture   none: {lacks}")
@@ -123,6 +124,7 @@ def _until(
     resume: bool,
     table: Output | None,
     plot_too: bool,
+    verbose: bool,
 ) -> None:
     """A study with more and more seeds, ``by`` so many workers, or those of a scheduler."""
     from hydrosim.interrupts import raise_if_interrupted
@@ -143,7 +145,7 @@ def _until(
     runs = open_runs(result.path)
     assert runs is not None
     show(said)
-    _told(runs, study, result.path, table, result.overwrite, plot_too)
+    _told(runs, study, result.path, table, result.overwrite, plot_too, verbose)
 
 
 def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
@@ -224,37 +226,3 @@ def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
         f"estimate  {total:,} runs, {1.0 / pace.each:.3g} a second: until {end:%d %b %H:%M}, in"
         f" {timedelta(seconds=round(left))}; about {room:,.0f} MB of {free:,.0f} that are free"
     )
-
-
-def _lines(runs: xr.Dataset, study: Study) -> list[str]:
-    """How many runs came to which end, and why some failed; the largest deviations of all."""
-    status = runs.status.values.tolist()
-    lines = [in_words(status)]
-    failed = [k for k, name in enumerate(status) if name == "failed"]
-    messages = runs.status_message.values
-    lines += [f"run {k}: {messages[k]}" for k in failed[:SHOWN]]
-    if len(failed) > SHOWN:
-        lines.append(f"and {len(failed) - SHOWN} more, see status_message")
-    if "complete" not in status or study.figures:
-        return lines
-    labels = {name: values.values.tolist() for name, values in study.labels.items()}
-    return [*lines, *_extremes(runs, labels)]
-
-
-def _extremes(runs: xr.Dataset, labels: Mapping[str, Sequence[object]]) -> list[str]:
-    """Of the runs of each combination of parameters, what motions they come to."""
-    from hydrosim.statistics.sentences import RUNS, lines_of_runs
-
-    rows = list(zip(*labels.values(), strict=True)) if labels else [()] * runs.sizes["run"]
-    each = list(dict.fromkeys(rows))
-    found = [
-        f"intervals hold 90 % ({RUNS} runs or more), over seeds by Gumbel's law or their order"
-    ]
-    for row in each[:SHOWN]:
-        of = [k for k, other in enumerate(rows) if other == row]
-        name = ", ".join(f"{key} {value}" for key, value in zip(labels, row, strict=True))
-        found += [f"{name or 'all'}: {len(of)} runs"] if len(each) > 1 else []
-        found += lines_of_runs(runs.isel(run=of))
-    if len(each) > SHOWN:
-        found.append(f"and {len(each) - SHOWN} more combinations, see motion in the file")
-    return found

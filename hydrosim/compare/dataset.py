@@ -120,7 +120,7 @@ def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Data
         "units": ("channel", [one.unit for one in each]),
     }
     said = {"compared": found.kind, "paired": int(found.paired)}
-    said["codes_apart"] = " ".join(found.codes)
+    said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
     said |= {"interval_probability": INTERVAL, "level": LEVEL}
     return xr.Dataset(values | figures, coords, {**attributes, **said})
 

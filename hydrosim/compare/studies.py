@@ -95,28 +95,6 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> Comparison:
     return Comparison(_marked(tested), *sizes, paired, durations, codes)
 
 
-def lines(found: Comparison) -> Iterator[str]:
-    """The comparison in words: what differs, the most certain first, and how much does not."""
-    yield f"{found.ours} and {found.theirs} runs, {found.kind}"
-    if found.durations:
-        yield "extremes, sums and places at the end differ with the duration alone"
-    differing = [each for each in found.channels if each.differs]
-    for each in sorted(differing, key=lambda each: each.chance):
-        yield (
-            f"{each.channel}: {each.ours:.6g} and {each.theirs:.6g} {each.unit}, ours less theirs"
-            f" {each.difference:.3g} ({each.low:.3g} to {each.high:.3g}), by chance"
-            f" {each.chance:.1g}"
-        )
-    same = sum(each.difference == each.low == each.high == 0.0 for each in found.channels)
-    rest = len(found.channels) - len(differing) - same
-    yield (
-        f"of {len(found.channels)} channels {len(differing)} differ, at {LEVEL:.0%} for all"
-        f" together; differences of {rest} may be chance, {same} are equal in all runs"
-    )
-    if found.codes:
-        yield f"codes differ, too, which are not tested: {', '.join(found.codes)}"
-
-
 def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
     """The runs that have the same seed and parameters; None if there is no such key, or a set has
     one of them twice."""

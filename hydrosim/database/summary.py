@@ -1,15 +1,23 @@
-"""What is in a database and what its checks found, as tables for the terminal."""
+"""What is in a database and what its checks found, as documents."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from hydrosim.database.checks import Finding
 from hydrosim.database.database import HydroDatabase, Real
+from hydrosim.presentation.document import (
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Verdict,
+)
 from hydrosim.radiation import retardation
 
 _OPTIONAL = (
@@ -26,40 +34,37 @@ _OPTIONAL = (
     "qtf_difference",
     "qtf_sum",
 )
-_STYLES = {"passed": "green", "look closer": "yellow", "refused": "bold red", "left out": "dim"}
 
 
-def contents(db: HydroDatabase, form: str) -> Table:
+def contents(db: HydroDatabase, form: str) -> Document:
     """What the database holds; ``form`` is what its file's format is called."""
-    table = Table(title=Text(db.attributes.get("title", db.source)), show_header=False)
-    table.add_column(style="bold")
-    table.add_column(overflow="fold")
-    for key, value in (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db)):
-        table.add_row(key, Text(value))
-    return table
+    said = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
+    return Document(db.attributes.get("title", db.source), [Table(("", ""), list(said))])
 
 
-def verdicts(findings: Sequence[Finding]) -> Table:
-    """A row for each check."""
-    table = Table()
-    table.add_column("check")
-    for heading in ("found", "at most", "refused above"):
-        table.add_column(heading, justify="right")
-    table.add_column("")
-    for finding in findings:
-        word = _verdict(finding)
-        figure = "" if finding.left_out else f"{finding.figure:.2g}"
-        refusal = "" if np.isinf(finding.refusal) else f"{finding.refusal:g}"
-        verdict = Text(word, style=_STYLES[word])
-        table.add_row(finding.name, figure, f"{finding.limit:g}", refusal, verdict)
-    return table
+def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
+    """A row for each check, and what to do about those that did not pass."""
+    nodes: list[Node] = [_verdict_of(finding) for finding in findings if not finding.passed]
+    if not nodes:
+        nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
+    head = ("check", "found", "at most", "refused above", "")
+    nodes.append(Table(head, [_row(finding) for finding in findings]))
+    if left := [f"{each.name}: {each.advice}" for each in findings if each.left_out]:
+        nodes.append(List(left, "Left out:"))
+    if not any(finding.refused for finding in findings):
+        nodes.append(Sentence("{}", [memory(db)]))
+    return Document(db.attributes.get("title", db.source), nodes)
 
 
-def remarks(findings: Sequence[Finding]) -> Iterator[str]:
-    """What to do about each check that did not pass, and why some were left out."""
-    for finding in findings:
-        if not finding.passed or finding.left_out:
-            yield f"{finding.name}: {finding.advice}"
+def _verdict_of(finding: Finding) -> Verdict:
+    outcome = Outcome.BAD if finding.refused else Outcome.WARNING
+    return Verdict(outcome, "{}: {}", [finding.name, finding.advice])
+
+
+def _row(finding: Finding) -> list[Cell]:
+    figure = "" if finding.left_out else f"{finding.figure:.2g}"
+    refusal = "" if np.isinf(finding.refusal) else f"{finding.refusal:g}"
+    return [finding.name, figure, f"{finding.limit:g}", refusal, _verdict(finding)]
 
 
 def memory(db: HydroDatabase) -> str:

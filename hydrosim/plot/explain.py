@@ -15,8 +15,7 @@ from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.layout import picture
 from hydrosim.plot.panels import Panel, bands, lines
 from hydrosim.statistics.effects import spread
-from hydrosim.statistics.explain import PARTS
-from hydrosim.statistics.explain_rows import AXES, lasting, matter
+from hydrosim.statistics.explain import AXES, PARTS, lasting, matter
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
 MEGA, KILO = 1e-6, 1e-3

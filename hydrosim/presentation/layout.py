@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import floor, isfinite, log10
+from math import floor, isfinite, isinf, log10
 from typing import NamedTuple, TypeGuard
 
 from hydrosim.documents.digits import digits_of
@@ -41,7 +41,7 @@ def text_of(part: Cell, units: Units) -> str:
             return _with_unit(_plain(part, units), part, units)
         case Between():
             low, high = (_plain(Value(end, part.unit, part.digits), units) for end in _ends(part))
-            return _with_unit(f"{low} to {high}", part, units)
+            return _with_unit(_interval(part, low, high), part, units)
         case Sentence():
             filled = (text_of(each, units) for each in part.parts)
             return part.text.format(*filled) if part.parts else part.text
@@ -128,8 +128,20 @@ def _ends(cell: Value | Between) -> tuple[float, ...]:
 def _fixed(cell: Value | Between, factor: float, decimals: int) -> Shown:
     """A cell with so many decimals, without its unit."""
     ends = [_decimal(factor * end, decimals) for end in _ends(cell)]
-    number = cell.number if isinstance(cell, Value) else None
-    return Shown(NOTHING if set(ends) == {NOTHING} else " to ".join(ends), number, True)
+    if isinstance(cell, Value):
+        return Shown(ends[0], cell.number, True)
+    return Shown(_interval(cell, *ends), None, True)
+
+
+def _interval(cell: Between, low: str, high: str) -> str:
+    """An interval in words. An end that is infinite is not known."""
+    if isinf(cell.low) and isinf(cell.high):
+        return NOTHING
+    if isinf(cell.high):
+        return f"{low} or more"
+    if isinf(cell.low):
+        return f"{high} or less"
+    return NOTHING if low == high == NOTHING else f"{low} to {high}"
 
 
 def _decimal(number: float, decimals: int) -> str:

@@ -28,6 +28,7 @@ WHOLE = {
 }
 """Units that are not read by their parts. A share is a number of which 1 is the whole."""
 SHORT = {"tonne": "t", "tonne_force": "tf", "degree": "deg", "metre": "m", "meter": "m"}
+SLOPE = " / ("
 BASES = ("N", "m", "rad", "kg")
 """What a case can choose a unit for."""
 ATTRIBUTE = "units_read"
@@ -57,7 +58,7 @@ class Units:
             return self._known[unit]
         if unit in WHOLE:
             return Shown(*WHOLE[unit])
-        found = self._composed(unit)
+        found = self._slope(unit) if SLOPE in unit else self._composed(unit)
         self._known[unit] = found
         return found
 
@@ -69,6 +70,12 @@ class Units:
     def _bases(self) -> dict[str, Shown]:
         named = USUAL | dict(self.chosen)
         return {base: Shown(_short(unit), _factor(base, unit)) for base, unit in named.items()}
+
+    def _slope(self, unit: str) -> Shown:
+        """Of a unit over another in brackets: "m / (N/m)"."""
+        top, _, bottom = unit.removesuffix(")").partition(SLOPE)
+        over, under = self.shown(top), self.shown(bottom)
+        return Shown(f"{over.unit or 1} / ({under.unit})", over.factor / under.factor)
 
     def _composed(self, unit: str) -> Shown:
         numerator, *denominators = unit.split("/")

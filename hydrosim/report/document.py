@@ -9,15 +9,15 @@ from pathlib import Path
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.report.blocks import Document
-from hydrosim.report.compared_studies import is_of_studies, studies_document
-from hydrosim.report.comparison import comparison_document, is_comparison
-from hydrosim.report.limits import is_limits, limits_document
+from hydrosim.presentation.document import Document
 from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
-from hydrosim.report.study import study_document
 from hydrosim.results.netcdf import read
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
+from hydrosim.wording.compared_studies import is_of_studies, studies_document
+from hydrosim.wording.comparison import comparison_document, is_comparison
+from hydrosim.wording.limits import is_limits, limits_document
+from hydrosim.wording.study import study_document
 
 KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
     (is_of_runs, study_document),

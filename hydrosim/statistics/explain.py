@@ -25,6 +25,9 @@ from hydrosim.results.phases import Phase
 from hydrosim.results.stages import STAGES, TIME, WEIGHT
 from hydrosim.results.variables import units_of
 
+AXES = {"surge": "x", "sway": "y", "heave": "z"}
+LITTLE = 1e-6
+"""Of the largest: what is less throughout is not shown."""
 NEEDED = ("impulse", "work", "momentum")
 REMEDY = "expected a run with output: {impulses: true}, as of hydrosim run CASE.yaml --set"
 REMEDY += " output.impulses=true"
@@ -208,3 +211,15 @@ def _both_ways(d: xr.Dataset) -> dict[str, xr.DataArray]:
         "load_ahead": load / ahead.where(ahead > 0.0),
         "load_astern": other / astern.where(astern > 0.0),
     }
+
+
+def lasting(values: xr.DataArray) -> list[str]:
+    """The spans for which there are numbers."""
+    known = values.notnull().any([dim for dim in values.dims if dim != "span"])
+    return [str(span) for span in known.span.values[known.values]]
+
+
+def matter(values: xr.DataArray, dim: str, share: float = LITTLE) -> list[str]:
+    """The entries of a dimension that are more than a share of the largest, somewhere."""
+    largest = abs(values).max([d for d in values.dims if d != dim])
+    return [str(name) for name in values[dim].values[largest.values > share * float(largest.max())]]

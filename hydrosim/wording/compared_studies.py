@@ -7,7 +7,17 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hydrosim.presentation.document import Cell, Document, Node, Sentence, Table, Value
+from hydrosim.presentation.document import (
+    Between,
+    Cell,
+    Document,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
 from hydrosim.wording.comparison import compared, files
@@ -25,7 +35,13 @@ def is_of_studies(found: xr.Dataset) -> bool:
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
     said = f"{found.sizes['run']} and {found.sizes['other_run']} runs: {found.attrs['compared']}"
-    return Document(compared(found), said, nodes_of(PARTS, found))
+    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs))
+
+
+def studies_tables(found: xr.Dataset) -> Document:
+    """What differs and what may be chance, without pictures."""
+    nodes = [*_outcome(found), *_others(found)]
+    return Document(compared(found), nodes, units=units_of(found.attrs))
 
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
@@ -38,6 +54,15 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
         f" {all_ - differing.sizes['channel'] - int(equal.sum())} may be chance. Were there no"
         f" difference at all, one or more would be named in {level:.0%} of such comparisons."
     )
+    if found.attrs.get("durations"):
+        yield Verdict(
+            Outcome.WARNING,
+            "The durations differ, so extremes, sums and places at the end differ by that alone.",
+        )
+    if codes := str(found.attrs.get("codes_apart", "")).split():
+        yield Verdict(
+            Outcome.WARNING, "Codes differ too. They are not tested: {}.", [", ".join(codes)]
+        )
     if differing.sizes["channel"]:
         yield Sentence("What differs, the most certain first:")
         yield _table(differing)
@@ -58,13 +83,13 @@ def _pictures(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _picture(one: xr.Dataset, paired: bool) -> Curves:
-    unit, scale = drawn_as(str(one.units.values))
-    ours, theirs = (scale * one[name].values for name in ("ours", "theirs"))
+    unit = str(one.units.values)
+    ours, theirs = (one[name].values for name in ("ours", "theirs"))
     order = np.argsort(theirs)
     sets = {"ours": ours[order] if paired else np.sort(ours), "theirs": theirs[order]}
-    curves = {name: _curve(values, unit) for name, values in sets.items()}
-    label = "share of the runs, in this order [%]"
-    return Curves(str(one.channel.values), label, f"[{unit or 1}]", curves)
+    curves = {name: _curve(values) for name, values in sets.items()}
+    label = "share of the runs, in this order"
+    return Curves(str(one.channel.values), label, "share", "value", unit, curves)
 
 
 def _others(found: xr.Dataset) -> Iterator[Node]:
@@ -86,7 +111,9 @@ def _assumed(found: xr.Dataset) -> Iterator[Node]:
         " and their means are tested by Welch's t."
     )
     interval = float(found.attrs["interval_probability"])
-    yield Sentence(f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}.")
+    yield Sentence(
+        f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}."
+    )
     yield Sentence(
         f"A channel differs if it does at {float(found.attrs['level']):.0%} for all channels"
         " together, by Holm's procedure (1979). Both tests take values that are about normal over"
@@ -117,19 +144,19 @@ def _table(rows: xr.Dataset) -> Table:
 
 
 def _row(one: xr.Dataset) -> list[Cell]:
-    unit, scale = drawn_as(str(one.units.values))
-    mean = [number(scale * float(one[name]), unit) for name in ("ours_mean", "theirs_mean")]
-    low, high = (number(scale * float(one[name])).text for name in ("low", "high"))
-    apart, chance = number(scale * float(one.difference), unit), number(float(one.chance), "", 2)
+    unit = str(one.units.values)
+    mean = [Value(float(one[name]), unit) for name in ("ours_mean", "theirs_mean")]
+    interval = Between(float(one.low), float(one.high), unit)
+    apart, chance = Value(float(one.difference), unit), Value(float(one.chance), "", 2)
     theirs = abs(float(one.theirs_mean)) or np.nan
-    share = number(100.0 * float(one.difference) / theirs, "%", 2)
-    return [str(one.channel.values), *mean, apart, share, f"{low} to {high} {unit}", chance]
+    share = Value(float(one.difference) / theirs, "share", 2)
+    return [str(one.channel.values), *mean, apart, share, interval, chance]
 
 
-def _curve(values: np.ndarray, unit: str) -> Curve:
+def _curve(values: np.ndarray) -> Curve:
     none = np.full(values.size, np.nan)
-    share = 100.0 * (np.arange(values.size) + 0.5) / max(values.size, 1)
-    return Curve(share, values, none, none, [unit] * values.size)
+    share = (np.arange(values.size) + 0.5) / max(values.size, 1)
+    return Curve(share, values, none, none)
 
 
 PARTS: Parts = {

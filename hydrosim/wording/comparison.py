@@ -1,24 +1,35 @@
-"""The report of a comparison of a run with a recording: what differs in words and figures, and both
-series over one another."""
+"""A comparison of a run with a recording: what differs in words and figures, and both series."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value, warnings
+from hydrosim.presentation.document import (
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
 from hydrosim.presentation.figures import Chart
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.parts import Parts, nodes_of
+from hydrosim.wording.parts import Parts, lines_of, nodes_of
 from hydrosim.wording.series import READING
 
 NEEDED = ("ours", "recorded", "residual", "verdict")
-SHARES = (1e-3, 0.01, 0.1)  # rms over std, between which channels are counted
-ORDER = ("position", "wave", "fender", "spring", "", "energy")  # kinds of channels
-FIRST = 12  # charts that are open
+SHARES = (1e-3, 0.01, 0.1)
+"""Rms over std, between which channels are counted."""
+ORDER = ("position", "wave", "fender", "spring", "", "energy")
+"""Kinds of channels."""
+FIRST = 12
+"""Charts that are open."""
 HEAD = (
     "channel",
     "the recording is",
@@ -28,13 +39,14 @@ HEAD = (
     "at",
     "correlation",
 )
-RULES = (  # of the words of a verdict
-    "gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
-    " later and lies 0.05 m higher; each is said only if the series agree clearly worse without it",
-    "sign swapped, degrees for radians, N for kN: a gain that is one of a sign or a unit",
-    "another realisation: waves of the same size that do not correlate at any lag; another seed",
-    "apart by 12 % of the std: none of these, and how much it is",
+RULES = (
+    "Gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
+    " later and lies 0.05 m higher. Each is said only if the agreement is clearly worse without.",
+    "Sign swapped, degrees for radians, N for kN: the gain is that of a sign or a unit.",
+    "Another realisation: waves of the same size that do not correlate at any lag; another seed.",
+    "Apart by 12 % of the std: none of these, and how much it is.",
 )
+"""What the words of a verdict mean."""
 
 
 def is_comparison(found: xr.Dataset) -> bool:
@@ -46,7 +58,13 @@ def comparison_document(found: xr.Dataset) -> Document:
     """The report of a comparison."""
     time = found.time.values.astype(float)
     said = f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s"
-    return Document(compared(found), said, nodes_of(PARTS, found), time)
+    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs), time)
+
+
+def comparison_tables(found: xr.Dataset) -> Document:
+    """What differs, and how it was compared, without both series."""
+    nodes = [*_outcome(found), *_contacts(found), *_bands(found), *_assumed(found)]
+    return Document(compared(found), nodes, units=units_of(found.attrs))
 
 
 def compared(found: xr.Dataset) -> str:
@@ -66,9 +84,11 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
     yield Sentence(_counted(found))
     yield from _tolerances(found)
-    yield Sentence("Motions are first, then waves, contacts and the rest; the furthest apart first.")
+    yield Sentence(
+        "Motions are first, then waves, contacts and the rest; the furthest apart first."
+    )
     yield Table(HEAD, [_row(found.isel(channel=k)) for k in _furthest(found)])
-    yield Points(RULES)
+    yield List(RULES, "What the words mean:", detail=True)
 
 
 def _counted(found: xr.Dataset) -> str:
@@ -109,23 +129,25 @@ def _tolerances(found: xr.Dataset) -> Iterator[Node]:
         found.tolerance.values if "tolerance" in found else np.full(found.sizes["channel"], np.nan)
     )
     if np.isnan(limit).all():
-        yield Sentence("No tolerance was given: whether a difference matters is not judged here.")
+        yield Sentence("No tolerance was given, so differences are not judged.", detail=True)
         return
     size = np.where(np.isnan(found.relative), found.rms, found.relative)
     out = np.flatnonzero(~(size <= limit) & ~np.isnan(limit))
-    yield Sentence(f"{out.size} of {np.count_nonzero(~np.isnan(limit))} channels are out of tolerance.")
-    if out.size:
-        each = zip(found.channel.values[out], size[out], limit[out], strict=True)
-        yield Points([f"{name}: {s:.3g}, tolerance {most:g}" for name, s, most in each], grave=True)
+    held = [str(out.size), str(np.count_nonzero(~np.isnan(limit)))]
+    outcome = Outcome.BAD if out.size else Outcome.GOOD
+    yield Verdict(outcome, "{} of {} channels are out of tolerance.", held)
+    for k in out:
+        parts = [str(found.channel.values[k]), Value(float(size[k]), "", 3), Value(float(limit[k]))]
+        yield Verdict(Outcome.BAD, "{}: {}, tolerance {}", parts)
 
 
 def _row(one: xr.Dataset) -> list[Cell]:
-    unit, scale = drawn_as(str(one.units.values))
-    figures = (number(scale * float(one[name]), unit) for name in ("rms", "peak"))
-    rms, peak = figures
-    share = "constant" if np.isnan(one.relative) else number(100.0 * float(one.relative), "%")
-    at = number(float(one.peak_time), "s")
-    correlation = number(float(one.correlation))
+    unit = str(one.units.values)
+    rms, peak = (Value(float(one[name]), unit) for name in ("rms", "peak"))
+    relative = float(one.relative)
+    share = "constant" if np.isnan(relative) else Value(relative, "share", 3)
+    at = Value(float(one.peak_time), "s")
+    correlation = Value(float(one.correlation))
     return [str(one.channel.values), str(one.verdict.values), rms, share, peak, at, correlation]
 
 
@@ -133,12 +155,12 @@ def _series(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence(READING)
     for rank, k in enumerate(_furthest(found)):
         one = found.isel(channel=k)
-        unit, scale = drawn_as(str(one.units.values))
+        unit = str(one.units.values)
         name, folded = str(one.channel.values), rank >= FIRST
         both = {"ours": one.ours.values, "recorded": one.recorded.values}
-        yield Chart(f"{name}: {one.verdict.values}", unit or "1", both, scale, folded=folded)
+        yield Chart(f"{name}: {one.verdict.values}", unit, both, folded=folded)
         apart = {"ours less recorded": one.residual.values}
-        yield Chart(f"{name}: difference", unit or "1", apart, scale, folded=True)
+        yield Chart(f"{name}: difference", unit, apart, folded=True)
 
 
 def _bands(found: xr.Dataset) -> Iterator[Node]:
@@ -150,15 +172,17 @@ def _bands(found: xr.Dataset) -> Iterator[Node]:
     )
     names = [str(band) for band in found.band.values]
     rows = [_of_bands(found.isel(channel=k), names) for k in _furthest(found)]
-    yield Table(("channel", *names, "mean difference", "difference of drifts"), rows)
+    head = ("channel", "mean difference", "difference of drifts", "gain", "lag", *names)
+    yield Table(head, rows)
 
 
 def _of_bands(one: xr.Dataset, names: list[str]) -> list[Cell]:
-    unit, scale = drawn_as(str(one.units.values))
+    unit = str(one.units.values)
     std = float(one["std"])
     bands = [_band(one.sel(band=name), std) for name in names]
-    ends = [number(scale * float(one[name]), unit) for name in ("mean", "drift")]
-    return [str(one.channel.values), *bands, *ends]
+    ends = [Value(float(one[name]), unit) for name in ("mean", "drift")]
+    fit = [Value(float(one.gain)), Value(float(one.lag), "s")]
+    return [str(one.channel.values), *ends, *fit, *bands]
 
 
 def _band(at: xr.Dataset, std: float) -> str:
@@ -174,14 +198,14 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
     if own.sizes["channel"] == 0:
         return
     head = ("contact", "first, ours", "recorded", "share of the time, ours", "recorded")
-    columns: tuple[tuple[str, float, str], ...] = (
-        ("first_ours", 1.0, "s"),
-        ("first_recorded", 1.0, "s"),
-        ("share_ours", 100.0, "%"),
-        ("share_recorded", 100.0, "%"),
-    )
-    rows: list[list[Any]] = [
-        [str(name), *(number(s * float(own[c][k]), unit) for c, s, unit in columns)]
+    columns = {
+        "first_ours": "s",
+        "first_recorded": "s",
+        "share_ours": "share",
+        "share_recorded": "share",
+    }
+    rows: list[list[Cell]] = [
+        [str(name), *(Value(float(own[c][k]), unit) for c, unit in columns.items())]
         for k, name in enumerate(own.channel.values)
     ]
     yield Table(head, rows)
@@ -201,8 +225,8 @@ def _assumed(found: xr.Dataset) -> Iterator[Node]:
     if others:
         yield Table(("channel", "column", "unit", "recorded in"), others)
     for name, what in (("unused", "Not compared"), ("zero_in_both", "Zero in both")):
-        if left := str(found.attrs.get(name, "")).splitlines():
-            yield Sentence(f"{what}: {', '.join(left)}.")
+        if left := lines_of(found, name):
+            yield Sentence("{}: {}.", [what, ", ".join(left)])
     yield Sentence(
         "These are figures of two series, and have no intervals; hydrosim compare of two studies"
         " says which differences are more than chance. Which of the two is right is not judged."

@@ -56,7 +56,10 @@ def _trials(study: Study) -> Iterator[list[Cell]]:
         if trial.remark:
             yield [*cells, "failed", "", "", "", "", ""]
             continue
-        errors: list[Cell] = [Value(trial.motion, "m", 2), f"{order:.1f}" if isfinite(order) else ""]
+        errors: list[Cell] = [
+            Value(trial.motion, "m", 2),
+            f"{order:.1f}" if isfinite(order) else "",
+        ]
         errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
         cost: list[Cell] = [f"{trial.evaluations:,}", Value(trial.seconds, "s", 3)]
         yield [*cells, *errors, *cost]

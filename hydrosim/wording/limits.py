@@ -1,4 +1,4 @@
-"""The report of limits of operation: significant heights, their confidence, what governs."""
+"""Limits of operation: significant heights, their confidence, what governs, what they are worth."""
 
 from __future__ import annotations
 
@@ -7,11 +7,24 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hydrosim.wording.assumptions import case_nodes
-from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value, warnings
+from hydrosim.documents.digits import digits_of
+from hydrosim.presentation.document import (
+    Between,
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.parts import Parts, nodes_of, title_of
+from hydrosim.statistics.weather import WIDEST
+from hydrosim.wording.assumptions import case_nodes
+from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
 
 NEEDED = ("limit", "low", "high", "governing")
 SAID = {
@@ -33,7 +46,10 @@ SAID = {
     "versions": "versions",
     "case_file": "case file",
 }
-OF_RUNS = ("confidence", "seeds", "runs", "runs_of_all")  # of nothing where spectra say the limits
+OF_RUNS = ("confidence", "seeds", "runs", "runs_of_all")
+"""What means nothing where spectra give the limits."""
+MOST = 0.5
+"""Share of the time without a limit from which headings or periods are lacking."""
 HOUR = 3600.0
 OVER = ("stage", "swell", "heading", "peak_period")
 
@@ -45,56 +61,105 @@ def is_limits(found: xr.Dataset) -> bool:
 
 def limits_document(found: xr.Dataset) -> Document:
     """The report of limits of operation."""
+    units = units_of(found.attrs)
+    return Document(title_of(found), nodes_of(PARTS, found), _subtitle(found), units)
+
+
+def limits_tables(found: xr.Dataset) -> Document:
+    """Criteria, limits and what they are worth, without the case and its assumptions."""
+    return Document(title_of(found), list(_outcome(found)), _subtitle(found), units_of(found.attrs))
+
+
+def _subtitle(found: xr.Dataset) -> str:
     share = float(found.attrs.get("probability", np.nan))
-    said = f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
-    return Document(title_of(found), said, nodes_of(PARTS, found))
-
-
-def _criteria(found: xr.Dataset) -> Iterator[str]:
-    yield from str(found.attrs.get("criteria", "none are named")).splitlines()
+    return f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
 
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
-    yield Points(list(_criteria(found)))
+    criteria = lines_of(found, "criteria") or ["none are named"]
+    yield List(criteria, "Criteria")
     if "failed" in found.attrs:
-        yield Points([str(found.attrs["failed"])], grave=True)
+        yield Verdict(Outcome.BAD, "{}", [str(found.attrs["failed"])])
+    yield _method(found)
     for stage in found.stage.values:
         at = found.sel(stage=stage)
         title = f"Limits of {stage}" if found.sizes["stage"] > 1 else "Limits"
         curves = {name: _curve(each, found) for name, each in _each(at)}
-        yield Curves(title, "peak period [s]", "significant height [m]", curves)
+        yield Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield Table(head, list(_rows(found)))
     yield from _weather(found)
 
 
+def _method(found: xr.Dataset) -> Sentence:
+    method = str(found.attrs.get("method", ""))
+    if _by_spectra(found):
+        return Sentence("The limits are by response spectra ({}).", [method], detail=True)
+    runs, of = (int(found.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
+    text = "The limits take {} runs of {} seeds, {} of a whole grid ({})."
+    share = Value(runs / of if of else np.nan, "share", 2)
+    return Sentence(text, [str(runs), str(found.attrs.get("seeds", "")), share, method], True)
+
+
 def _weather(found: xr.Dataset) -> Iterator[Node]:
     """What the limits are worth in a scatter diagram and a hindcast."""
+    several = found.sizes["heading"] * found.sizes["swell"] > 1
+    if several and "bearing" not in found.attrs and {"scatter_workable", "waiting"} & {*found}:
+        yield Sentence("Weather is held against the least limit of all headings and swells.")
     if "scatter_workable" in found:
-        workable, outside = (
-            f"{float(found[f'scatter_{name}']):.1%}" for name in ("workable", "outside")
-        )
+        parts = [Value(float(found[f"scatter_{n}"]), "share", 3) for n in ("workable", "outside")]
         yield Sentence(
-            f"Of the scatter diagram {workable} is workable; {outside} is at peak periods without a"
-            " limit and counts as not workable."
+            "Of the scatter diagram {} is workable. {} is at peak periods without a limit, which"
+            " count as not workable.",
+            parts,
         )
-    if "waiting" not in found:
-        return
-    length = float(found.waiting.attrs["window"]) / HOUR
-    yield Sentence(
-        f"Of the hindcast {float(found.hindcast_outside):.1%} is in seas without a limit and counts"
-        f" as not workable. A window lasts {length:g} h."
-    )
+    if "alpha" in found:
+        yield from _alpha(found)
+    if "waiting" in found:
+        yield from _hindcast(found)
+
+
+def _alpha(found: xr.Dataset) -> Iterator[Node]:
+    """The alpha factor of each limit."""
+    head = ("peak period", *(_to(heading) for heading in found.heading.values))
+    rows: list[list[Cell]] = [
+        [digits_of(float(period)), *(Value(float(x), "", 3) for x in at)]
+        for period, at in zip(found.peak_period.values, found.alpha.values.T, strict=True)
+    ]
+    yield Table(head, rows, f"Alpha factors by {found.alpha.attrs.get('long_name', '')}")
+    if found.alpha.isnull().any():
+        yield Sentence(
+            "The alpha table has no factor below its lowest height. Limits there count as not"
+            " workable: give the table a row for lower heights."
+        )
+
+
+def _hindcast(found: xr.Dataset) -> Iterator[Node]:
+    """Windows and waiting times in a hindcast."""
+    yield Sentence("Hindcast: {}.", [str(found.attrs.get("hindcast", ""))])
+    outside = Value(float(found.hindcast_outside), "share", 3)
+    if outside.number > MOST:
+        yield Verdict(
+            Outcome.WARNING,
+            "{} of the time has no limit. Add peak periods, and with a bearing headings at most {}"
+            " apart, that cover the hindcast.",
+            [outside, Value(WIDEST, "rad", 3)],
+        )
+    else:
+        yield Sentence("{} of the time has no limit and counts as not workable.", [outside])
+    window = float(found.waiting.attrs["window"]) / HOUR
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
-    yield Table(head, [_season(found.sel(season=season)) for season in found.season.values])
+    rows = [_season(found.sel(season=season)) for season in found.season.values]
+    yield Table(head, rows, f"Windows of {window:g} h")
 
 
 def _season(at: xr.Dataset) -> list[Cell]:
     workable, startable, never = (
-        f"{float(at[f'hindcast_{name}']):.1%}" for name in ("workable", "startable", "never")
+        Value(float(at[f"hindcast_{name}"]), "share", 3)
+        for name in ("workable", "startable", "never")
     )
     waits = [
-        number(float(w) / HOUR, "h") if np.isfinite(w) else "beyond the record"
+        Value(float(w) / HOUR, "h") if np.isfinite(w) else "beyond the record"
         for w in at.waiting.values
     ]
     return [str(at.season.values), workable, startable, *waits, never]
@@ -104,21 +169,37 @@ def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Limits over the peak period, of each heading and swell, by what the waves are."""
     for swell in at.swell.values:
         for heading in at.heading.values:
-            name = f"to {np.degrees(float(heading)):g} deg"
+            name = _to(heading)
             name += "" if swell == "none" else f", swell {swell}"
             yield name, at.sel(swell=swell, heading=heading)
 
 
+def _to(heading: float) -> str:
+    return f"to {np.degrees(float(heading)):g} deg"
+
+
 def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
+    """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(found.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governed(by)}" for period, by in points]
-    high = np.minimum(at.high.values, top)
-    return Curve(at.peak_period.values, at.limit.values, at.low.values, high, remarks)
+    within = np.array([not side_of(float(limit), found) for limit in at.limit.values])
+    limit = np.where(within, at.limit.values, np.nan)
+    return Curve(
+        at.peak_period.values, limit, at.low.values, np.minimum(at.high.values, top), remarks
+    )
 
 
 def _governed(by: object) -> str:
     return f"governed by {by}" if str(by) else ""
+
+
+def side_of(limit: float, found: xr.Dataset) -> str:
+    """Whether a limit is "below" or "above" the heights looked at; "" if it is between them."""
+    if limit < found.attrs["lowest"]:
+        return "below"
+    near = 0.5 * found.attrs["apart"] if found.attrs["runs"] else 0.0
+    return "above" if limit >= found.attrs["highest"] - near else ""
 
 
 def _rows(found: xr.Dataset) -> Iterator[list[Cell]]:
@@ -126,16 +207,29 @@ def _rows(found: xr.Dataset) -> Iterator[list[Cell]]:
         for name, at in _each(found.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
                 one = at.isel(peak_period=k)
-                low, high = (number(float(one[end])).text for end in ("low", "high"))
-                interval = f"{low} to {'above all' if np.isinf(one.high) else high} m"
-                interval = "none, without runs" if _by_spectra(found) else interval
-                limit = number(float(one.limit), "m")
-                by = str(one.governing.values) or "none up to the highest"
-                yield [str(stage), name, number(float(period), "s"), limit, interval, by]
+                limit, interval = _limit(one)
+                by = str(one.governing.values)
+                yield [str(stage), name, Value(float(period), "s"), limit, interval, by]
+
+
+def _limit(one: xr.Dataset) -> tuple[Cell, Cell]:
+    """A limit with its interval, or on which side of the heights it lies."""
+    limit, low, high = (float(one[name]) for name in ("limit", "low", "high"))
+    side = side_of(limit, one)
+    if side == "below":
+        return Sentence("below {}", [Value(one.attrs["lowest"], "m")]), "the first is too high"
+    if side == "above":
+        return Sentence("above {}", [Value(one.attrs["highest"], "m")]), "all hold"
+    if _by_spectra(one):
+        return Value(limit, "m"), "none, without runs"
+    top = high if high <= one.attrs["highest"] else np.inf
+    return Value(limit, "m"), Between(max(low, 0.0), top, "m", 3)
 
 
 def _case(found: xr.Dataset) -> Iterator[Node]:
-    yield Sentence("The case of all seas; heights, peak periods, headings and seeds are the study's.")
+    yield Sentence(
+        "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
+    )
     yield from case_nodes(found)
 
 
@@ -148,9 +242,8 @@ def _assumed(found: xr.Dataset) -> Iterator[Node]:
     }
     yield Table(("assumption", ""), list(known.items()))
     yield Sentence(
-        "A limit of 0 is below all heights that were looked at; one at the highest of them may be"
-        " higher. Between peak periods nothing was computed. hydrosim check says the warnings of"
-        " the case; those of single runs are not kept."
+        "Nothing was computed between peak periods. Warnings of single runs are not kept:"
+        " hydrosim check prints those of the case."
     )
 
 
@@ -159,15 +252,16 @@ def _by_spectra(found: xr.Dataset) -> bool:
     return int(found.attrs.get("runs", 1)) == 0
 
 
-def _shown(value: object) -> str | Number:
-    return value if isinstance(value, str) else number(float(str(value)))
+def _shown(value: object) -> str:
+    return value if isinstance(value, str) else digits_of(float(str(value)))
 
 
 def _convergence(found: xr.Dataset) -> Iterator[Node]:
     if "otherwise" in found and found.attrs.get("runs"):
         inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
-        yield Sentence(f"Of {inferred} runs at limits inferred from other heights, {wrong} differ.")
-    yield Sentence("Not assessed: how limits change with the step of the solver.")
+        text = "Of {} runs at limits inferred from other heights, {} differ."
+        yield Sentence(text, [str(inferred), str(wrong)])
+    yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
 PARTS: Parts = {
@@ -176,4 +270,4 @@ PARTS: Parts = {
     "assumptions": ("Assumptions", _assumed),
     "convergence": ("Convergence", _convergence),
 }
-"""Sections by name: the heading, and what gives the nodes below it, of limits."""
+"""Sections by name: the heading, and what gives the nodes below it."""

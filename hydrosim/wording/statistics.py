@@ -39,8 +39,8 @@ LAW = {
 SEEDS = f"run {ENOUGH} seeds"
 HOW = (
     f"To run {ENOUGH} seeds, write a study file with `case: CASE.yaml` and `seeds: 1-{ENOUGH}`."
-    f" Then call `hydrosim sweep STUDY.yaml`. The smallest and the largest of {ENOUGH} runs hold the"
-    " value of another run in 90 % of cases."
+    f" Then call `hydrosim sweep STUDY.yaml`. The smallest and the largest of {ENOUGH} runs hold"
+    " the value of another run in 90 % of cases."
 )
 LATER = "use a part that is stationary (--from)"
 REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
@@ -94,8 +94,8 @@ REASONS: dict[Basis, tuple[str, tuple[str, ...]]] = {
 """Why a channel has no extremes: a text, and the figures in its places."""
 CHATTERS = (
     "{}: this mean is by impulses; the mean of the records is {}. The force changes between"
-    " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If it knocks,"
-    " use a smaller output.step."
+    " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If"
+    " it knocks, use a smaller output.step."
 )
 
 

@@ -1,35 +1,65 @@
-"""The report of a study: what its parameters do to its figures, and how its runs went."""
+"""A study: what its parameters do to its figures, and how its runs went."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.wording.assumptions import assumptions, case_nodes
-from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value, warnings
+from hydrosim.presentation.document import (
+    Between,
+    Cell,
+    Document,
+    List,
+    Node,
+    Outcome,
+    Part,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
-from hydrosim.wording.parts import Parts, nodes_of, title_of
+from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics import effects
-from hydrosim.statistics.effects import DRAWN, Plan, Row
-from hydrosim.statistics.sentences import lines_of_runs
+from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
+from hydrosim.wording.assumptions import assumptions, case_nodes
+from hydrosim.wording.parts import Parts, nodes_of, title_of
+from hydrosim.wording.seeds import seed_nodes
 
-MOST = 300  # rows of a table, and remarks of a list
-NAMED = 10  # runs that a remark is of
-LINES = 12  # of a picture
+MOST = 300
+"""Rows of a table, and remarks of a list."""
+NAMED = 10
+"""Runs that a remark is of."""
+LINES = 12
+"""Lines of a picture."""
+MEANS = (
+    "Means over seeds have a 90 % interval. The value of another seed lies in the last interval"
+    " with 90 %. Both are by Student's t, exact where a figure is normal over seeds."
+)
 
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    count, status = runs.sizes["run"], _counts(runs)
-    said = ", ".join(f"{number} {name}" for name, number in status.items())
-    return Document(title_of(runs), f"{count} runs: {said}", nodes_of(PARTS, runs))
+    return Document(title_of(runs), nodes_of(PARTS, runs), counted(runs), units_of(runs.attrs))
+
+
+def study_tables(runs: xr.Dataset) -> Document:
+    """How the runs went and what parameters do, without the case and its assumptions."""
+    nodes = [*_outcome(runs), *_results(runs)]
+    return Document(title_of(runs), nodes, counted(runs), units_of(runs.attrs))
+
+
+def counted(runs: xr.Dataset) -> str:
+    """How many runs came to which end."""
+    ends = ", ".join(f"{number} {name}" for name, number in _counts(runs).items())
+    return f"{runs.sizes['run']} runs: {ends}"
 
 
 def _counts(runs: xr.Dataset) -> Counter[str]:
@@ -37,67 +67,117 @@ def _counts(runs: xr.Dataset) -> Counter[str]:
 
 
 def _outcome(runs: xr.Dataset) -> Iterator[Node]:
-    yield Table(("runs", ""), [(name, Number(n, str(n))) for name, n in _counts(runs).items()])
+    """How many runs are complete, and why others are not."""
+    if GATHERED in runs.attrs:
+        yield Verdict(Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])])
+        return
+    complete = _counts(runs)[COMPLETE]
+    count = runs.sizes["run"]
+    if complete == count:
+        yield Verdict(Outcome.GOOD, "All {} runs are complete.", [str(count)])
+        return
+    text = "{} of {} runs are complete. Figures are of these."
+    yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
+    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished(runs).items()]))
+
+
+def _unfinished(runs: xr.Dataset) -> dict[str, list[int]]:
+    """The numbers of the runs that are not complete, by what became of them."""
     found: dict[str, list[int]] = {}
-    for k, (status, message) in enumerate(
-        zip(runs.status.values, runs.status_message.values, strict=True)
-    ):
+    ends = zip(runs.status.values, runs.status_message.values, strict=True)
+    for k, (status, message) in enumerate(ends):
         if status != COMPLETE:
             found.setdefault(f"{status}: {message}".removesuffix(": "), []).append(k)
-    if found:
-        yield Points(_at_most([_of_runs(text, own) for text, own in found.items()]), grave=True)
-        yield Sentence("Figures below are of the runs that are complete.")
+    return found
 
 
-def _of_runs(text: str, own: list[int]) -> str:
+def _of_runs(text: str, own: list[int]) -> Sentence:
     """A remark with the numbers of the runs that it is of."""
     named = ", ".join(map(str, own[:NAMED])) + (", ..." if len(own) > NAMED else "")
-    return f"{text} ({len(own)} runs: {named})"
+    runs = "run" if len(own) == 1 else f"{len(own)} runs:"
+    return Sentence("{} ({} {})", [text, runs, named])
 
 
 def _results(runs: xr.Dataset) -> Iterator[Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if "design" not in runs.attrs:
         yield Sentence("The file does not say its plan: it was made by an earlier version.")
-    for plan in effects.plans(runs) if "design" in runs.attrs else ():
+        return
+    for plan in effects.plans(runs):
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
-        yield Sentence(f"Plan: {title}, {plan.runs.sizes['run']} runs.")
+        yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
             yield from _of_samples(plan) if plan.design in DRAWN else _of_values(plan)
-        elif not plan.parameters and "motion" in runs:
-            yield Sentence("Seeds alone. Between which values motions are, and extremes of a run:")
-            yield Points(list(lines_of_runs(plan.runs)))
+        elif "motion" in runs:
+            yield from seed_nodes(plan)
         else:
-            yield Sentence("No figures were asked for in the study file.")
+            yield Sentence("The study file asks for no figures.")
 
 
 def _of_values(plan: Plan) -> Iterator[Node]:
     rows = list(effects.rows(plan))
-    yield Sentence(
-        "Means over seeds with their 90 % interval, and between which values another seed is by"
-        " 90 %, both by Student's t: exact where a figure is normal over seeds."
-    )
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = (*(names or ["of"]), "figure", "mean", "interval", "another seed", "runs")
-    yield Table(head, [_cells(row, names) for row in rows[:MOST]])
+    head = (
+        *map(_short, names or ["of"]),
+        "figure",
+        "mean",
+        "90 % interval",
+        "another seed",
+        "runs",
+    )
+    yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]])
+    yield Sentence(MEANS, detail=True)
     if len(rows) > MOST:
-        yield Sentence(f"And {len(rows) - MOST} rows more: hydrosim statistics writes all of them.")
+        more = str(len(rows) - MOST)
+        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+    if told := [_difference(plan, each) for each in _differences(plan)]:
+        yield List(told, "What the parameters change:")
     yield from _pictures(plan, rows)
 
 
-def _cells(row: Row, names: list[str]) -> list[Cell]:
+def _short(name: str) -> str:
+    """The last two words of a key."""
+    return " ".join(name.split(".")[-2:]).replace("_", " ")
+
+
+def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
     s = row.spread
-    values = [_value(row.values.get(name, "")) for name in names] or ["all"]
-    sure = [_between(s.low, s.high, row.unit), _between(s.another_low, s.another_high, row.unit)]
-    return [*values, row.figure, number(s.mean, row.unit), *sure, Number(s.n, str(s.n))]
+    values: list[Cell] = [
+        _value(row.values[name], plan.unit(name)) for name in names if name in row.values
+    ]
+    another = Between(s.another_low, s.another_high, row.unit)
+    figures = (Value(s.mean, row.unit), Between(s.low, s.high, row.unit), another)
+    return [*(values or ["all"]), row.figure, *figures, str(s.n)]
 
 
-def _between(low: float, high: float, unit: str) -> str:
-    return f"{number(low).text} to {number(high).text} {unit}" if np.isfinite(low) else "–"
+def _value(value: object, unit: str) -> Value | str:
+    return Value(value, unit, 6) if isinstance(value, float) else str(value)
 
 
-def _value(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+def _differences(plan: Plan) -> list[Difference]:
+    """Differences between the ends of a parameter, of plans that have them."""
+    if plan.design != "one_at_a_time" and len(plan.parameters) != 1:
+        return []
+    return list(effects.differences(plan))
+
+
+def _difference(plan: Plan, of: Difference) -> Sentence:
+    """A slope in words; its interval where there are seeds to have one of, what contacts did where
+    there are contacts."""
+    axis = plan.axis(of.parameter)
+    at = of.spread
+    ends = [_value(of.low, plan.unit(axis)), _value(of.high, plan.unit(axis))]
+    if not at.n:
+        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, _short(axis)])
+    text = "{} changes by {} of {}, from {} to {}"
+    parts: list[Part] = [of.figure, Value(at.mean, of.unit), _short(axis), *ends]
+    if np.isfinite(at.low):
+        text += " ({}; {} seeds, standard deviation {})"
+        parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
+    if np.isfinite(of.changed):
+        text += "; contacts went another way in {} of the seeds"
+        parts.append(Value(of.changed, "share", 2))
+    return Sentence(f"{text}.", parts)
 
 
 def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
@@ -107,52 +187,55 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
     if not numbers or plan.design == "one_at_a_time":
         return
     axis = numbers[0]
-    label = f"{axis} [{plan.runs[axis].attrs.get('units', 'SI')}]"
     for figure in plan.figures:
         own = [row for row in rows if row.figure == figure]
         others = [tuple(v for k, v in row.values.items() if k != axis) for row in own]
         kinds = list(dict.fromkeys(others))
         if len(kinds) <= LINES:
             curves = {
-                ", ".join(map(_value, kind)) or figure: _curve(
+                ", ".join(map(str, kind)) or figure: _curve(
                     [row for row, other in zip(own, others, strict=True) if other == kind], axis
                 )
                 for kind in kinds
             }
             unit = own[0].unit if own else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield Curves(title, label, f"{figure} [{unit}]", curves)
+            yield Curves(title, _short(axis), plan.unit(axis), figure, unit, curves)
 
 
 def _curve(rows: list[Row], axis: str) -> Curve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return Curve(x, y, low, high, [f"at {value:.6g}" for value in x])
+    return Curve(x, y, low, high)
 
 
 def _of_samples(plan: Plan) -> Iterator[Node]:
+    """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
-        rows = [(f, p, number(r, digits=3)) for f, p, r in effects.correlations(plan)]
+        rows = [(f, _short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
         yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
         found = list(effects.indices(plan))
     except InputError as error:
-        yield Points([str(error)], grave=True)
+        yield Verdict(Outcome.BAD, "{}", [str(error)])
         return
+    yield Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
-    yield Sentence("Sobol's indices: shares of the variance of a figure.")
-    yield Table(head, [[e.figure, e.parameter, *_share(e.first), *_share(e.total)] for e in found])
+    rows_: list[list[Cell]] = [
+        [e.figure, _short(e.parameter), *_share(e.first), *_share(e.total)] for e in found
+    ]
+    yield Table(head, rows_)
 
 
-def _share(of: tuple[float, float, float]) -> tuple[Number, str]:
-    return number(of[0], digits=2), f"{of[1]:.2f} to {of[2]:.2f}"
+def _share(of: tuple[float, float, float]) -> tuple[Value, Between]:
+    return Value(of[0], digits=2), Between(of[1], of[2], digits=2)
 
 
 def _case(runs: xr.Dataset) -> Iterator[Node]:
     """The case that all have, or that of the first run; parameters and seeds vary about it."""
-    yield Sentence("The case of the first run; parameters of the study and seeds differ in others.")
+    yield Sentence("The case of the first run. Parameters of the study and seeds differ in others.")
     first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
     yield from case_nodes(runs.assign_attrs(first))
 
@@ -160,30 +243,31 @@ def _case(runs: xr.Dataset) -> Iterator[Node]:
 def _assumed(runs: xr.Dataset) -> Iterator[Node]:
     """Warnings with how many runs have them, then what the runs have in common."""
     lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
-    if lines:
-        of = runs.sizes["run"]
-        said = [f"{line} ({n} of {of} runs)" for line, n in lines.most_common()]
-        yield Points(_at_most(said), grave=True)
-    else:
+    of = str(runs.sizes["run"])
+    for line, n in lines.most_common(MOST):
+        yield Verdict(Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of])
+    if not lines:
         yield Sentence("The runs hold no warnings.")
-    yield Sentence("What is below is alike in all complete runs.")
+    yield Sentence("The rest is the same in all complete runs.")
     yield assumptions(runs)
 
 
 def _convergence(runs: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
-        "Not assessed by this study: how its figures change with the step of the solver. Intervals"
-        " are of the seeds alone. hydrosim converge compares steps and methods for its case."
+        "This study does not assess how its figures change with the step of the solver. Intervals"
+        " are over seeds alone. hydrosim converge compares steps and methods for its case."
     )
     if "energy_residual_relative" in runs:
-        worst = float(runs.energy_residual_relative.max())
-        rows = [("largest residual of an energy ledger", number(worst, digits=2), f"{CLOSED:g}")]
+        worst = Value(float(runs.energy_residual_relative.max()), digits=2)
+        rows = [("largest residual of an energy balance", worst, Value(CLOSED, digits=2))]
         yield Table(("evidence", "found", "warned of beyond"), rows)
 
 
-def _at_most(lines: list[str]) -> list[str]:
-    more = len(lines) - MOST
-    return [*lines[:MOST], f"and {more} more, see the result file"] if more > 0 else lines
+def _at_most(items: list[Sentence]) -> list[Sentence]:
+    more = len(items) - MOST
+    if more <= 0:
+        return items
+    return [*items[:MOST], Sentence("{} more are in the result file.", [str(more)])]
 
 
 PARTS: Parts = {
@@ -193,4 +277,4 @@ PARTS: Parts = {
     "assumptions": ("Assumptions and warnings", _assumed),
     "convergence": ("Convergence", _convergence),
 }
-"""Sections by name: the heading, and what gives the nodes below it, of many runs."""
+"""Sections by name: the heading, and what gives the nodes below it."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from calendar import month_name
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +13,7 @@ import xarray as xr
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.statistics.waiting import Hindcast, waiting
-from hydrosim.statistics.weather import WIDEST, Alpha, Curve, Scatter, Surface, workability
+from hydrosim.statistics.weather import Alpha, Curve, Scatter, Surface, workability
 from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
 
 if TYPE_CHECKING:
@@ -24,8 +23,6 @@ HOUR = 3600.0
 YEAR = "year"  # the whole record
 QUANTILES = (0.5, 0.9)
 GAP = 3.0  # times as long as usual: what a state is not taken to last without a word
-MOST = 0.5  # of the time without a limit: more, and headings or periods are lacking
-SHARES = ("workable", "startable", "never")
 
 
 @dataclass(frozen=True)
@@ -162,83 +159,3 @@ def _share(value: float, text: str) -> xr.DataArray:
 
 def _said(text: str, unit: str) -> dict[str, str]:
     return {"long_name": text, "units": unit}
-
-
-def weather_lines(found: xr.Dataset, weather: Weather) -> Iterator[str]:
-    """Workability and waiting times in words, of limits that are `assessed`."""
-    several = found.sizes["heading"] * found.sizes["swell"] > 1
-    if several and weather.scatter is not None:
-        yield "scatter diagram: by the least limit of all headings and swells"
-    if weather.scatter is not None:
-        low, high = found.peak_period.values[[0, -1]]
-        yield (
-            f"scatter diagram: {float(found.scatter_workable):.1%} workable;"
-            f" {float(found.scatter_outside):.1%} of the seas are outside Tp {low:g} to {high:g} s"
-            " and count as not workable"
-        )
-    if weather.operation is not None:
-        yield from _of_operation(weather.operation)
-    if "alpha" in found:
-        yield from _alpha(found)
-    if weather.hindcast is not None:
-        yield f"hindcast: {found.attrs['hindcast']}"
-        yield from _directions(found, weather)
-        if float(found.hindcast_outside) > MOST:
-            yield (
-                "warning   most of the time has no limit: add peak periods, and with a bearing"
-                f" headings at most {np.degrees(WIDEST):g} deg apart, that cover the hindcast"
-            )
-        yield from _seasons(found)
-
-
-def _of_operation(operation: Operation) -> Iterator[str]:
-    planned, length = operation.planned, window(operation)
-    yield (
-        f"operation: {planned / HOUR:g} h planned, {(length - planned) / HOUR:g} h contingency"
-        f"{' (as long again, as none is given)' if operation.contingency is None else ''}"
-    )
-
-
-def _alpha(found: xr.Dataset) -> Iterator[str]:
-    periods = ", ".join(f"{period:g}" for period in found.peak_period.values)
-    for heading in found.heading.values:
-        shown = ", ".join(f"{a:.3f}" for a in found.alpha.sel(heading=heading).values)
-        where = f", heading {np.degrees(heading):g} deg" if found.sizes["heading"] > 1 else ""
-        yield f"alpha by {found.alpha.attrs['long_name']}: {shown} at Tp {periods} s{where}"
-    if found.alpha.isnull().any():
-        yield "  no factor below the heights of the table: those seas count as not workable"
-
-
-def _directions(found: xr.Dataset, weather: Weather) -> Iterator[str]:
-    assert weather.hindcast is not None
-    outside = f"{float(found.hindcast_outside):.1%} of the time"
-    if weather.bearing is not None:
-        bearing = np.degrees(weather.bearing)
-        yield (
-            f"hindcast: by headings, with the x axis at a bearing of {bearing:g} deg; {outside} is"
-            " at headings and peak periods without a limit, and counts as not workable"
-        )
-        return
-    known = weather.hindcast.coming is not None and found.sizes["heading"] > 1
-    remedy = "; give operability.bearing to use the directions of the hindcast" if known else ""
-    several = found.sizes["heading"] * found.sizes["swell"] > 1
-    least = "by the least limit of all headings and swells" if several else "all waves count alike"
-    yield (
-        f"hindcast: {least}{remedy}; {outside} is at peak periods without a limit, and counts as"
-        " not workable"
-    )
-
-
-def _seasons(found: xr.Dataset) -> Iterator[str]:
-    titles = ("season", "workable", "can begin", "waiting P50", "waiting P90", "no more")
-    yield f"windows of {found.waiting.window / HOUR:g} h:"
-    yield "  " + " ".join([f"{titles[0]:<10s}", *(f"{title:>17s}" for title in titles[1:])])
-    for season in found.season.values:
-        at = found.sel(season=season)
-        shares = [f"{float(at[f'hindcast_{name}']):.1%}" for name in SHARES]
-        cells = [*shares[:2], *(_hours(float(w)) for w in at.waiting.values), shares[2]]
-        yield "  " + " ".join([f"{season:<10s}", *(f"{cell:>17s}" for cell in cells)])
-
-
-def _hours(seconds: float) -> str:
-    return f"{seconds / HOUR:.1f} h" if np.isfinite(seconds) else "beyond the record"

@@ -1,0 +1,48 @@
+"""The table of a study as comma-separated values."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+
+import xarray as xr
+
+from hydrosim.presentation.units import Units, units_of
+from hydrosim.statistics import effects
+from hydrosim.statistics.effects import Plan, Row
+
+COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
+
+
+def as_csv(runs: xr.Dataset) -> str:
+    """Each figure of each plan at each combination of values, a line each, in the units that the
+    study is read in."""
+    units = units_of(runs.attrs)
+    plans = effects.plans(runs)
+    each = [(plan, row) for plan in plans for row in effects.rows(plan)]
+    names = {name: plan for plan, row in reversed(each) for name in row.values}
+    names = {name: names[name] for name in dict.fromkeys(n for _, row in each for n in row.values)}
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    heads = (_head(name, plan, units) for name, plan in names.items())
+    table.writerow(["study", *heads, "figure", "unit", *COLUMNS])
+    for plan, row in each:
+        table.writerow(list(_cells(plan, row, list(names), units)))
+    return text.getvalue()
+
+
+def _head(name: str, plan: Plan, units: Units) -> str:
+    unit = units.shown(plan.unit(name)).unit
+    return f"{name} [{unit}]" if unit else name
+
+
+def _cells(plan: Plan, row: Row, names: list[str], units: Units) -> Iterator[str]:
+    yield row.plan
+    for name in names:
+        value = row.values.get(name, "")
+        factor = units.shown(plan.unit(name)).factor if name in row.values else 1.0
+        yield f"{factor * value:.9g}" if isinstance(value, float) else str(value)
+    unit, factor = units.shown(row.unit)
+    yield from (row.figure, unit, str(row.spread.n))
+    yield from (f"{factor * value:.6g}" for value in row.spread[1:])

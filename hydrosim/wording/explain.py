@@ -1,0 +1,139 @@
+"""Why a body moved: a column for each span of time, a row for each figure; of many runs means, each
+with its 90 % interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.presentation.document import (
+    Between,
+    Cell,
+    Document,
+    Heading,
+    Node,
+    Sentence,
+    Table,
+    Value,
+)
+from hydrosim.presentation.units import units_of
+from hydrosim.statistics.effects import spread
+from hydrosim.statistics.explain import AXES, OTHER, PARTS, lasting, matter
+from hydrosim.wording.parts import title_of
+
+SLIPS = {
+    "mean N in slip": ("slip_mean_load", "N"),
+    "mean direction d": ("slip_mean_direction", ""),
+    "Cov(N, d)": ("slip_covariance", "N"),
+    "mean N, slip towards +": ("load_ahead", "N"),
+    "mean N, slip towards -": ("load_astern", "N"),
+    "slip towards +": ("slip_ahead", "m"),
+    "slip towards -": ("slip_astern", "m"),
+}
+"""What is said of the slip of a point: the variable and its SI unit."""
+MODES = {
+    "share of time": ("mode_share", "share"),
+    "moved": ("mode_moved", "m"),
+    "work of friction": ("mode_work", "J"),
+}
+
+
+class Row(NamedTuple):
+    """A figure by its name: ``values`` (span,) or (run, span) in an SI ``unit``."""
+
+    name: str
+    values: xr.DataArray
+    unit: str = ""
+
+
+def explanation_document(
+    run: xr.Dataset, parts: Mapping[str, xr.Dataset], body: str, direction: str
+) -> Document:
+    """The explanation of a run, or of each combination of parameters of many runs by its name."""
+    nodes: list[Node] = []
+    for title, found in parts.items():
+        nodes += [Heading(title)] if title else []
+        nodes += explanation(found, body, direction)
+    return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+    """The balance of mean forces on a body in a direction; what the friction of each group of
+    contacts comes from; how its points slip, and what they do in each mode."""
+    yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
+    if "friction_part" in found:
+        for group in dict.fromkeys(found.fender_group.values.ravel()):
+            own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
+            own = own.sel(span=_of_group(found, str(group)))
+            if own.friction_part.any():
+                yield _table(f"mean friction of {group} in {direction}", _friction(own))
+                yield _table(f"mean of the points of {group} in {direction}", _points(own))
+    yield _closing(found)
+
+
+def _table(title: str, rows: Iterator[Row]) -> Table:
+    each = list(rows)
+    spans = lasting(each[0].values)
+    table = [[row.name, *(_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each]
+    return Table((title, *spans), table)
+
+
+def _cell(values: xr.DataArray, unit: str) -> Cell:
+    """A number, or of many ``run`` their mean and its interval; nothing where there is none."""
+    x = np.atleast_1d(values.values)
+    x = x[np.isfinite(x)]
+    if x.size == 0:
+        return ""
+    of = spread(x)
+    if "run" in values.dims and x.size > 1:
+        return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
+    return Value(of.mean + 0.0, unit)
+
+
+def _of_group(found: xr.Dataset, group: str) -> list[str]:
+    """The spans that are not those of other groups."""
+    return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+
+
+def _balance(found: xr.Dataset) -> Iterator[Row]:
+    """Times, displacements, mean forces by what exerts them."""
+    yield Row("duration", found.span_end - found.span_begin, "s")
+    yield Row("displacement", found.displacement, "m")
+    for name in matter(found.mean_force, "force"):
+        yield Row(f"mean force, {name}", found.mean_force.sel(force=name), "N")
+    yield Row("change of momentum", found.momentum_rate, "N")
+
+
+def _friction(found: xr.Dataset) -> Iterator[Row]:
+    """Mean friction of a group, by what it comes from."""
+    part = found.friction_part.sum("fender").where(found.span_end.notnull())
+    for name in PARTS:
+        if name != OTHER or name in matter(part, "part"):
+            yield Row(name, part.sel(part=name), "N")
+    yield Row("sum", part.sum("part", skipna=False), "N")
+
+
+def _points(found: xr.Dataset) -> Iterator[Row]:
+    """How a point of the group slips, on average, and what it does in each mode."""
+    for mode in map(str, found.contact_mode.values):
+        of = found.sel(contact_mode=mode)
+        for name, (variable, unit) in MODES.items():
+            yield Row(f"{mode}: {name}", of[variable].mean("fender"), unit)
+    for name, (variable, unit) in SLIPS.items():
+        yield Row(name, found[variable].mean("fender"), unit)
+
+
+def _closing(found: xr.Dataset) -> Sentence:
+    """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
+    missed = float(np.abs(found.unbalanced.sel(dof=list(AXES))).max())
+    done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
+    missing = float(np.abs(found.work_missing).max())
+    return Sentence(
+        "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
+        " add up to the change of kinetic energy, but for {} of {}.",
+        [Value(missed, "N", 1), Value(missing, "J", 2), Value(done, "J", 2)],
+        detail=True,
+    )

@@ -1,0 +1,129 @@
+"""A linear analysis: place at rest, motions in the sea, natural modes, RAOs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees, isfinite, pi
+
+import xarray as xr
+
+from hydrosim.dofs import DOFS
+from hydrosim.presentation.document import (
+    Cell,
+    Document,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
+from hydrosim.presentation.units import units_of
+from hydrosim.wording.parts import lines_of, title_of
+from hydrosim.wording.run import unit_of
+
+SHOWN = 3
+"""Coordinates that a mode is described by."""
+LITTLE = 0.05
+"""Of the energy of a mode: coordinates with less are left out."""
+ROUNDING = 1e-10
+COLUMNS = {
+    "at rest": "position_at_rest",
+    "mean drift": "mean_drift_offset",
+    "std in sea": "response_std",
+    "maximum in sea": "response_maximum",
+    "Tz": "response_period",
+}
+
+
+def linear_document(found: xr.Dataset, raos: bool = False) -> Document:
+    """Motions, natural modes and, if so asked, ``raos`` over the period."""
+    nodes = [*_remarks(found), _motions(found), _modes(found)]
+    nodes += list(_rao_tables(found)) if raos else []
+    return Document(title_of(found), nodes, units=units_of(found.attrs))
+
+
+def _remarks(found: xr.Dataset) -> Iterator[Node]:
+    return (Verdict(Outcome.WARNING, line) for line in lines_of(found, "remarks"))
+
+
+def _motions(found: xr.Dataset) -> Table:
+    columns = {name: variable for name, variable in COLUMNS.items() if variable in found}
+    waves = range(found.sizes.get("wave", 0))
+    rows: list[list[Cell]] = []
+    for body in map(str, found.body.values):
+        for dof in map(str, found.dof.values):
+            at = found.sel(body=body, dof=dof)
+            figures = [_figure(at, variable, dof) for variable in columns.values()]
+            harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of(dof)) for k in waves]
+            rows.append([f"{body} {dof}", *figures, *harmonics])
+    return Table(("motion", *columns, *(_wave(found, k) for k in waves)), rows, "Motions")
+
+
+def _wave(found: xr.Dataset, k: int) -> str:
+    at = found.isel(wave=k)
+    where = f"wave of {float(at.wave_period):g} s to {degrees(float(at.wave_heading)):g} deg"
+    return f"{where}: amplitude, phase"
+
+
+def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
+    number = float(at[variable])
+    if variable == "response_period":
+        return Value(number, "s")
+    return Value(0.0 if abs(number) <= ROUNDING else number, unit_of(dof))
+
+
+def _modes(found: xr.Dataset) -> Table:
+    head = ("mode", "natural period", "damped period", "damping ratio", "moves")
+    rows = [[str(mode), *_decay(at), _moves(at)] for mode, at in found.groupby("mode")]
+    return Table(head, rows, "Natural modes")
+
+
+def _decay(at: xr.Dataset) -> list[Cell]:
+    """Periods and damping of a mode, or what it is instead."""
+    kind = str(at.mode_kind.values.item())
+    if kind == "free":
+        return ["free", "", ""]
+    natural = float(at.natural_period)
+    period: Cell = Value(natural, "s") if isfinite(natural) else "none"
+    if kind != "oscillating":
+        return [period, kind, ""]
+    return [period, Value(float(at.damped_period), "s"), Value(float(at.damping_ratio), "", 3)]
+
+
+def _moves(at: xr.Dataset) -> str:
+    """The coordinates that have most of the energy of a mode."""
+    share = at.mode_share.squeeze().stack(coordinate=("body", "dof"))
+    largest = share.sortby(share, ascending=False)[:SHOWN]
+    several = at.body.size > 1
+    return ", ".join(
+        f"{f'{body} ' if several else ''}{dof} {float(value):.0%}"
+        for (body, dof), value in zip(largest.coordinate.values, largest.values, strict=True)
+        if value >= LITTLE
+    )
+
+
+def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
+    """RAOs over the period, a table for each body and heading; motions that no wave excites are
+    left out."""
+    for body in map(str, found.body.values):
+        for heading in found.heading.values:
+            at = found.sel(body=body, heading=heading)
+            moving = [
+                d for d in DOFS if d in at.dof and float(at.rao_amplitude.sel(dof=d).max()) > 0.0
+            ]
+            rows = [_rao(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]]
+            title = f"RAOs of {body}, waves to {degrees(float(heading)):g} deg: amplitude, phase"
+            yield Table(("period", *moving), rows, title)
+
+
+def _rao(at: xr.Dataset, moving: list[str]) -> list[Cell]:
+    of = [_harmonic(at.sel(dof=dof), "rao", f"{unit_of(dof)}/m") for dof in moving]
+    return [Value(2.0 * pi / float(at.frequency), "s"), *of]
+
+
+def _harmonic(at: xr.Dataset, name: str, unit: str) -> Cell:
+    """Amplitude and phase lead; no phase of what does not move."""
+    size = float(at[f"{name}_amplitude"])
+    phase = Value(float(at[f"{name}_phase"]), "rad", 3)
+    return Sentence("{}, {}", [Value(size, unit), phase]) if size else "0"
