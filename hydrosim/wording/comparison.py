@@ -13,6 +13,7 @@ from hydrosim.presentation.document import (
     List,
     Node,
     Outcome,
+    Part,
     Sentence,
     Table,
     Value,
@@ -137,7 +138,11 @@ def _tolerances(found: xr.Dataset) -> Iterator[Node]:
     outcome = Outcome.BAD if out.size else Outcome.GOOD
     yield Verdict(outcome, "{} of {} channels are out of tolerance.", held)
     for k in out:
-        parts = [str(found.channel.values[k]), Value(float(size[k]), "", 3), Value(float(limit[k]))]
+        parts: list[Part] = [
+            str(found.channel.values[k]),
+            Value(float(size[k]), "", 3),
+            Value(float(limit[k])),
+        ]
         yield Verdict(Outcome.BAD, "{}: {}, tolerance {}", parts)
 
 

@@ -12,9 +12,9 @@ from browser import opened
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.curves import ticks
-from hydrosim.report.limits import is_limits, limits_document
+from hydrosim.wording.limits import is_limits, limits_document
 from hydrosim.report.page import html
-from hydrosim.report.study import study_document
+from hydrosim.wording.study import study_document
 
 
 def study(values: int = 3, seeds: int = 4, text: str = "plain") -> xr.Dataset:
