@@ -12,6 +12,7 @@ import numpy as np
 
 from hydrosim import scene
 from hydrosim.case import schema
+from hydrosim.case.criteria import as_attributes
 from hydrosim.case.elements import Where
 from hydrosim.case.hydrodynamics import built
 from hydrosim.case.hydrostatics import hull_of
@@ -50,6 +51,7 @@ def build_scene(
             "case": text,
             "case_resolved": resolved(data, path.parent),
             **as_attribute(units),
+            **as_attributes(data.report, data.criteria),
         },
     )
 

@@ -22,6 +22,7 @@ from pydantic import (
 )
 from pydantic.config import JsonDict
 
+from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.elements.fender import Plane
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
@@ -365,6 +366,8 @@ class CaseFile(Strict):
     output: Output = Output()
     initial: Begin | None = None
     accept: tuple[Question, ...] = ()
+    criteria: dict[of.Name, RunCriterion] = Field(default_factory=dict)
+    report: Report = Report()
 
     @model_validator(mode="after")
     def _check_rest(self) -> Self:

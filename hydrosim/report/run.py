@@ -10,13 +10,15 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.presentation.document import Document, Node, Sentence
 from hydrosim.presentation.units import units_of
+from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.envelopes import stretch
 from hydrosim.report.replay import replay_nodes
 from hydrosim.results.netcdf import REMEDY
 from hydrosim.wording.assumptions import assumed, case_nodes
+from hydrosim.wording.conclusion import conclusion, title_block
 from hydrosim.wording.convergence import convergence
 from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.run import summary
+from hydrosim.wording.run import tables_of
 from hydrosim.wording.series import READING, energies, ledger, main_charts, more_charts
 from hydrosim.wording.statistics import statistics_nodes
 
@@ -28,7 +30,7 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in DIMENSIONS if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {REMEDY}.")
     time = run.time.values.astype(float)
-    nodes = nodes_of(PARTS, run)
+    nodes = [*title_block(run), *nodes_of(PARTS, run)]
     return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
 
 
@@ -64,7 +66,9 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
 
 
 PARTS: Parts = {
-    "outcome": ("Outcome", summary),
+    "conclusion": ("Conclusion", conclusion),
+    "arrangement": ("Arrangement", arrangement_nodes),
+    "outcome": ("Motions and contacts", tables_of),
     "case": ("Case", case_nodes),
     "assumptions": ("Assumptions and warnings", assumed),
     "statistics": ("Statistics", statistics_nodes),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import PurePath
 from typing import Any
 
 import xarray as xr
@@ -25,6 +26,8 @@ SAID = {
     "versions": "Versions",
     "case_file": "Case file",
 }
+FILES = ("initial_run", "case_file", "database")
+"""Attributes that are paths."""
 OF_BODIES = {
     "radiation": "Radiation of",
     "retardation": "Retardation functions of",
@@ -57,12 +60,23 @@ def assumed(run: xr.Dataset) -> Iterator[Node]:
 
 def assumptions(run: xr.Dataset) -> Table:
     """All that a run, or runs of which each has the same, says of its assumptions."""
-    rows = [(label, _shown(run.attrs[key])) for key, label in SAID.items() if key in run.attrs]
+    rows = [(label, _said(key, run.attrs[key])) for key, label in SAID.items() if key in run.attrs]
     for start, label in OF_BODIES.items():
         for body in map(str, run.body.values if "body" in run.coords else ()):
             if (key := f"{start}_{body}") in run.attrs:
-                rows.append((f"{label} {body}", _shown(run.attrs[key])))
+                rows.append((f"{label} {body}", _said(start, run.attrs[key])))
     return Table(("assumption", ""), rows)
+
+
+def _said(key: str, value: Any) -> str:
+    """An attribute. Of files only the last two parts of the path: folders of a machine mean nothing
+    elsewhere."""
+    return file_name(str(value)) if key in FILES else _shown(value)
+
+
+def file_name(path: str) -> str:
+    """The last two parts of a path."""
+    return "/".join(PurePath(path).parts[-2:])
 
 
 def _shown(value: Any) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from hydrosim.presentation.document import Value
+from hydrosim.presentation.document import Between, Value
 from hydrosim.statistics.extremes import Basis
 from hydrosim.statistics.statistics import SIDES
 from hydrosim.wording.run import unit_of
@@ -35,6 +35,11 @@ class Channel(NamedTuple):
         """A figure of the extremes of a side."""
         each = found[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
         return Value(float(each), self.unit)
+
+    def interval(self, found: xr.Dataset, side: str, name: str) -> Between:
+        """The interval of a figure of the extremes of a side."""
+        low, high = (self.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
+        return Between(low.number, high.number, self.unit)
 
     def recorded_mean(self, found: xr.Dataset) -> Value:
         """The mean of the records, where that by impulses is another; else not a number."""

@@ -24,6 +24,7 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.units import units_of
 from hydrosim.results.ledger import CLOSED
+from hydrosim.wording.criteria import criteria_nodes
 from hydrosim.wording.parts import lines_of, title_of
 from hydrosim.wording.stages import stage_nodes
 
@@ -50,8 +51,14 @@ def run_document(run: xr.Dataset) -> Document:
 
 
 def summary(run: xr.Dataset) -> Iterator[Node]:
-    """Verdicts first, then tables, then how the run was solved."""
+    """Criteria and verdicts first, then tables, then how the run was solved."""
+    yield from criteria_nodes(run)
     yield from verdicts(run)
+    yield from tables_of(run)
+
+
+def tables_of(run: xr.Dataset) -> Iterator[Node]:
+    """Motions, contacts, lines and clearances; how the run was solved."""
     yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
     if "fender" in run.dims:
         modes = ("open", "stick", "slip")

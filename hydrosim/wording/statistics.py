@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.presentation.document import (
-    Between,
     Cell,
     Document,
     List,
@@ -107,10 +106,10 @@ def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
 
 def statistics_nodes(run: xr.Dataset) -> Iterator[Node]:
     """Statistics of a run from where its waves have grown, as far as it has any."""
-    if run.time.size < FEWEST or not bool(np.isfinite(run.position).all()):
+    if not has_statistics(run):
         yield Sentence("The run has too few finite records for statistics.")
         return
-    start = _start(run)
+    start = grown_from(run)
     if start:
         yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
     found = statistics(run, start)
@@ -160,8 +159,13 @@ def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
         yield Table(head, list(_phases(found)), "Crawl by phase")
 
 
-def _start(run: xr.Dataset) -> float:
-    """Where the waves have grown, if that is well before the end."""
+def has_statistics(run: xr.Dataset) -> bool:
+    """Whether a run has enough finite records for figures."""
+    return run.time.size >= FEWEST and bool(np.isfinite(run.position).all())
+
+
+def grown_from(run: xr.Dataset) -> float:
+    """The time from which the waves have grown [s], if that is well before the end; else 0."""
     ramp = float(run.attrs.get("wave_ramp", 0.0))
     first, last = run.time.values[[0, -1]]
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
@@ -188,15 +192,10 @@ def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
                 side,
                 channel.figure(found, side),
                 channel.extreme(found, side, "mpm"),
-                _between(channel, found, side, "mpm"),
-                _between(channel, found, side, "predicted"),
+                channel.interval(found, side, "mpm"),
+                channel.interval(found, side, "predicted"),
                 LAW[basis],
             ]
-
-
-def _between(channel: Channel, found: xr.Dataset, side: str, name: str) -> Between:
-    low, high = (channel.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
-    return Between(low.number, high.number, channel.unit)
 
 
 def _without(found: xr.Dataset, channel: Channel) -> Iterator[Sentence]:

@@ -18,6 +18,7 @@ import pytest
 import xarray as xr
 from dry_scenes import moving, on_floor, steady, table
 from dry_scenes import scene as dry
+from hydrosim.studies.run.check import survey
 from moored_barge import CASES, SEA, hull, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 from scipy.linalg import block_diag
@@ -60,7 +61,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.run.check import survey
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

@@ -9,9 +9,9 @@ from textwrap import dedent
 import numpy as np
 import pytest
 from dry_scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
+from hydrosim.commands.summary import lines
 
 import hydrosim as hs
-from hydrosim.commands.summary import lines
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When

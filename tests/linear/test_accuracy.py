@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dry_scenes import block, steady
+from hydrosim.studies.run.check import survey
 from moored_barge import SEA, in_waves, scene_of, with_body
 
 import hydrosim as hs
@@ -37,7 +38,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.run.check import survey
 from hydrosim.studies.run.resolution import ACCURATE
 
 Figure = Callable[[str, float], None]

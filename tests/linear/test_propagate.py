@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import block, moving, observed_orders, on_floor, steady
+from hydrosim.studies.run.check import survey
 from moored_barge import SEA, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
 from scipy import linalg
@@ -55,7 +56,6 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.stepping.dynamics import new_work, rhs
-from hydrosim.studies.run.check import survey
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]

@@ -149,7 +149,7 @@ def test_the_slider_moves_the_barge(base_run: xr.Dataset, tmp_path: Path) -> Non
     path = tmp_path / "replay.html"
     path.write_text(page_of(base_run), "utf-8")
     with opened(path) as (page, said, asked):
-        canvas = page.locator("#replay canvas")
+        canvas = page.locator("#replay canvas").first
         assert until(page, lambda: canvas.evaluate(COLOURS) > 8)
         first = canvas.evaluate("(canvas) => canvas.toDataURL()")
         page.evaluate(MOVE, 1200.0)

@@ -18,10 +18,10 @@ from hydrosim.compare.studies import compare_studies
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
 from hydrosim.report import report_of
+from hydrosim.report.page import html
 from hydrosim.wording.compared_studies import PARTS as OF_STUDIES
 from hydrosim.wording.compared_studies import studies_document
 from hydrosim.wording.comparison import PARTS, comparison_document
-from hydrosim.report.page import html
 
 FILES = {"title": "A barge", "run": "ours.nc", "recording": "test.nc"}
 

@@ -12,8 +12,8 @@ from browser import opened
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.curves import ticks
-from hydrosim.wording.limits import is_limits, limits_document
 from hydrosim.report.page import html
+from hydrosim.wording.limits import is_limits, limits_document
 from hydrosim.wording.study import study_document
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import block, moving, scene, steady, table
+from hydrosim.commands.summary import lines
 
 import hydrosim as hs
-from hydrosim.commands.summary import lines
 from hydrosim.errors import InputError
 from hydrosim.forces import (
     AppliedForce,

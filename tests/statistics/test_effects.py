@@ -8,10 +8,10 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.statistics.effect_lines import as_csv, study_lines
 
 from hydrosim.errors import InputError
 from hydrosim.statistics import effects
-from hydrosim.statistics.effect_lines import as_csv, study_lines
 
 
 def file_of(

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.statistics.explain_rows import explanation, figure
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -25,7 +26,6 @@ from hydrosim.statistics.explain import (
     WHOLE,
     explained,
 )
-from hydrosim.statistics.explain_rows import explanation, figure
 
 MU = 0.2
 EVERY = 1.0  # s

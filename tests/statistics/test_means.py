@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.report.figures import statistics_blocks
+from hydrosim.statistics.sentences import lines
 from moored_barge import in_contact
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.report.figures import statistics_blocks
 from hydrosim.statistics.figures import Figure, figure_of
-from hydrosim.statistics.sentences import lines
 from hydrosim.statistics.statistics import statistics
 
 CHANNEL = "force_line.barge.surge"

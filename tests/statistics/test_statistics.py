@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.statistics.sentences import RUNS, lines, lines_of_runs
 from random_records import KINDS
 
 from hydrosim.documents.series import unit_of
@@ -16,7 +17,6 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.results.phases import contact_phases
 from hydrosim.statistics.extremes import LAWS, Basis
 from hydrosim.statistics.gumbel import fit_maxima
-from hydrosim.statistics.sentences import RUNS, lines, lines_of_runs
 from hydrosim.statistics.statistics import statistics
 
 TIME = np.arange(0.0, 2000.0, 0.5)

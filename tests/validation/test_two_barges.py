@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 import pytest
 import xarray as xr
+from hydrosim.studies.run.check import survey
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
@@ -26,7 +27,6 @@ from hydrosim.radiation.retardation import (
     transfer_function,
 )
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
-from hydrosim.studies.run.check import survey
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

@@ -113,6 +113,13 @@
     cells.set([k, k + 1, k + N, k + 1, k + N + 1, k + N], c); c += 6;
   }
   const water = buffer(surface, cells);
+  // still water around the patch of waves, so that it does not end in a void
+  const FAR = 25 * R, EDGE = 1.998 * R, ring = [];
+  for (const [x1, x2, y1, y2] of [[-FAR, FAR, -FAR, -EDGE], [-FAR, FAR, EDGE, FAR], [-FAR, -EDGE, -EDGE, EDGE], [EDGE, FAR, -EDGE, EDGE]]) {
+    const [a, b, c, d] = [[x1, y1], [x2, y1], [x2, y2], [x1, y2]].map(([x, y]) => [x + middle[0], y + middle[1], 0]);
+    ring.push(...a, ...b, ...c, ...a, ...c, ...d);
+  }
+  const horizon = buffer(new Float32Array(ring));
   const rough = Math.sqrt(waves.reduce((sum, set) => sum + dot(Array.from(set.amplitude), Array.from(set.amplitude)) / 2, 1e-6));
   // e^(i k (x cos b + y sin b)) is a product of what depends on x and what depends on y
   for (const set of waves) {
@@ -172,6 +179,50 @@
     return placed(given.rest[body].map((x, i) => x + q[i]), q[3], q[4], q[5] + given.heading[body]);
   }
 
+  // names, axes, directions of the waves and a scale, drawn over the scene
+  const sheet = root.querySelector("canvas.names"), pen = sheet.getContext("2d");
+  const towards = waves.map((set) => {
+    const weight = Array.from(set.amplitude, (a) => a * a);
+    const sum = (along) => weight.reduce((total, w, m) => total + w * along(set.heading[m]), 0);
+    return unit([sum(Math.cos), sum(Math.sin), 0]);
+  });
+  function seen(view, p, width, height) {
+    const clip = [0, 1, 3].map((i) => view[i] * p[0] + view[4 + i] * p[1] + view[8 + i] * p[2] + view[12 + i]);
+    return clip[2] > 0 ? [(0.5 + 0.5 * clip[0] / clip[2]) * width, (0.5 - 0.5 * clip[1] / clip[2]) * height] : null;
+  }
+  function write(text, x, y) {
+    pen.lineWidth = 3; pen.strokeStyle = "rgba(255, 255, 255, 0.8)"; pen.strokeText(text, x, y);
+    pen.fillStyle = "#14181c"; pen.fillText(text, x, y);
+  }
+  function point2d(from, along, length, text) {
+    const n = Math.hypot(...along) || 1, [dx, dy] = [along[0] / n, along[1] / n], [x, y] = [from[0] + length * dx, from[1] + length * dy];
+    pen.lineWidth = 2; pen.strokeStyle = pen.fillStyle = "#14181c";
+    pen.beginPath(); pen.moveTo(...from); pen.lineTo(x, y); pen.stroke();
+    pen.beginPath(); pen.moveTo(x + 4 * dx, y + 4 * dy); pen.lineTo(x - 6 * dx - 4 * dy, y - 6 * dy + 4 * dx); pen.lineTo(x - 6 * dx + 4 * dy, y - 6 * dy - 4 * dx); pen.fill();
+    write(text, x + 12 * dx, y + 12 * dy);
+  }
+  function annotate(view, models, target, far) {
+    const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    sheet.width = width * ratio; sheet.height = height * ratio;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.font = "13px system-ui, sans-serif"; pen.textAlign = "center"; pen.textBaseline = "middle";
+    const at = (p) => seen(view, p, width, height), middleSeen = at(target);
+    const turned = (d) => { const tip = at(target.map((x, i) => x + 0.05 * R * d[i])); return tip && middleSeen ? minus(tip, middleSeen) : [1, 0]; };
+    given.bodies.forEach((body, k) => { const place = at(Array.from(models[k].slice(12, 15))); if (place) write(body.name, ...place); });
+    given.lines.slice(0, 12).forEach((line) => {
+      const start = line.body < 0 ? line.point : apply(models[line.body], line.point), place = at(start);
+      if (place) write(line.name, ...place);
+    });
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => point2d([60, height - 60], turned(axis), 30, "xyz"[k]));
+    towards.forEach((along, k) => point2d([width - 110 - 100 * k, 50], turned(along), 36, towards.length > 1 ? `waves ${k + 1}` : "waves"));
+    const pixels = height / (2 * Math.tan(0.3) * far), power = 10 ** Math.floor(Math.log10(140 / pixels));
+    const length = [5, 2, 1].map((m) => m * power).find((x) => x * pixels <= 140);
+    pen.lineWidth = 2; pen.strokeStyle = "#14181c"; pen.beginPath();
+    pen.moveTo(width - 24, height - 32); pen.lineTo(width - 24 - length * pixels, height - 32); pen.stroke();
+    write(`${length} m`, width - 24 - 0.5 * length * pixels, height - 18);
+  }
+
   let shown = -1;
   function render() {
     const ratio = window.devicePixelRatio || 1;
@@ -214,16 +265,20 @@
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, new Float32Array([...apply(modelFor(line.body), line.point), ...apply(modelFor(line.anchor_body), line.anchor)]));
       draw(string, IDENTITY, [0.15 + 0.75 * share, 0.2, 0.6 * (1 - share), 1], 0, gl.LINES);
     }
-    // after what is inside them
-    for (const body of hollow) draw(hulls[body], models[body], [...HULLS[body % 4], 0.4]);
+    // after what is inside them; near and far sides of a hull that one looks into do not hide each other
+    gl.depthMask(false);
+    for (const body of hollow) draw(hulls[body], models[body], [...HULLS[body % 4], 0.25]);
+    gl.depthMask(true);
     if (shown !== state.t + 1e9 * state.factor) {
       elevate(state.t, state.factor); shown = state.t + 1e9 * state.factor;
       gl.bindBuffer(gl.ARRAY_BUFFER, water.points); gl.bufferSubData(gl.ARRAY_BUFFER, 0, surface);
     }
     gl.uniform1f(U.swell, 0.06 / (state.factor * rough));
     draw(water, IDENTITY, [0.16, 0.4, 0.56, 0.66]);
+    draw(horizon, IDENTITY, [0.16, 0.4, 0.56, 0.66]);
     gl.uniform1f(U.swell, 0);
     for (const plane of planes) draw(plane.mesh, modelFor(plane.body), [0.35, 0.35, 0.4, 0.55]);
+    annotate(view, models, target, far);
     slider.value = state.t;
     output.textContent = `${state.t.toFixed(1)} s`;
     pressed.textContent = given.contacts.slice(0, 12).map((contact, c) => {

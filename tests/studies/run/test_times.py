@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dry_scenes import block, scene
+from hydrosim.studies.run.check import survey
 from moored_barge import CASES
 from numpy.testing import assert_allclose
 from rich.table import Table
@@ -18,7 +19,6 @@ from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
 from hydrosim.studies.ballast.loading import as_at
-from hydrosim.studies.run.check import survey
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0
 END = 200.0

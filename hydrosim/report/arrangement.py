@@ -1,0 +1,261 @@
+"""A drawing of the arrangement to scale: bodies, contacts and lines in plan and from the side, with
+the directions of waves, current and wind, the axes, and a scale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from html import escape
+from math import cos, floor, log10, sin
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.documents.digits import digits_of
+from hydrosim.dofs import about_z
+from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.spring import Spring
+from hydrosim.presentation.document import Node
+from hydrosim.presentation.figures import Drawing
+from hydrosim.presentation.units import Units, units_of
+from hydrosim.report.scenery import scene_of, shape_of
+from hydrosim.report.supports import keel_of
+from hydrosim.scene import GivenComponents, Scene
+
+WIDTH = 720.0
+ROOM = 70.0
+"""Beside what is drawn, for names and arrows."""
+TALLEST = 420.0
+"""A view is drawn smaller where it would be taller."""
+LABEL = 12.0
+"""Height of a line of text."""
+ARROW = 46.0
+CONTACT, LINE = np.array([6.0, -6.0]), np.array([6.0, 14.0])
+"""From a contact, and from the start of a line, to its name."""
+PLAN, SIDE = (0, 1), (0, 2)
+STEPS = (1.0, 2.0, 5.0, 10.0)
+Points = np.ndarray
+
+
+class Placed(NamedTuple):
+    """A body as it lies at rest: its ``name`` and the corners (n, 3) of its shape [m]."""
+
+    name: str
+    corners: Points
+
+
+class Line(NamedTuple):
+    """A line from one point to another (3,) [m]."""
+
+    name: str
+    start: Points
+    end: Points
+
+
+class Arrangement(NamedTuple):
+    """What is drawn: bodies, contact points (n, 3) by element, lines, and streams as arrows to a
+    heading [rad] by name."""
+
+    bodies: list[Placed]
+    contacts: dict[str, Points]
+    lines: list[Line]
+    streams: list[tuple[str, float]]
+
+
+def arrangement_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """The drawing of the scene of a run; none where its case cannot be read again."""
+    scene = scene_of(run)
+    if scene is not None:
+        drawn = svg(arranged(scene), units_of(run.attrs))
+        yield Drawing("Arrangement at rest, to scale", drawn, SAID)
+
+
+SAID = "Bodies, contacts and lines at rest, in plan and from the side, with waves, wind and current"
+
+
+def arranged(scene: Scene) -> Arrangement:
+    """The scene at rest, in the earth frame."""
+    places = {b.name: np.array([*b.location, b.centre_of_gravity[2]]) for b in scene.bodies}
+    turns = {body.name: about_z(body.heading) for body in scene.bodies}
+
+    def at(body: str | None, points: Sequence[float] | Points) -> Points:
+        own = np.asarray(points, float)
+        return own if body is None else own @ turns[body].T + places[body]
+
+    bodies = []
+    for body in scene.bodies:
+        shape = shape_of(body, keel_of(scene, body.name))
+        bodies.append(Placed(body.name, at(body.name, shape.triangles.reshape(-1, 3))))
+    contacts = {
+        name: at(element.body, element.points)
+        for name, element in scene.forces.items()
+        if isinstance(element, Contact)
+    }
+    lines = [
+        Line(name, at(each.body, each.point), at(each.anchor_body, each.anchor))
+        for name, each in scene.forces.items()
+        if isinstance(each, Spring)
+    ]
+    return Arrangement(bodies, contacts, lines, list(_streams(scene)))
+
+
+def svg(of: Arrangement, units: Units) -> str:
+    """The drawing as SVG: the plan above, the side below, at one scale."""
+    low, high = _extent(of)
+    views = [("plan", PLAN), ("side", SIDE)]
+    scale = (WIDTH - 2.0 * ROOM) / (high - low)[0]
+    tall = max(float((high - low)[axes[1]]) for _, axes in views)
+    scale = min(scale, TALLEST / tall)
+    parts = []
+    top = 0.0
+    for name, axes in views:
+        view = _View(axes, low, high, scale, top)
+        parts += [_text(70.0, top + 22.0, name, "start"), *_drawn(of, view, name)]
+        top = view.bottom
+    parts += _scale_bar(units, scale, top)
+    height = top + 30.0
+    return f'<svg viewBox="0 0 {WIDTH:g} {height:.0f}" class="arrangement">{"".join(parts)}</svg>'
+
+
+class _View:
+    """A projection on two axes of the earth, to the picture's pixels."""
+
+    def __init__(self, axes: tuple[int, int], low: Points, high: Points, scale: float, top: float):
+        self.axes = axes
+        self.scale = scale
+        self._low = low[list(axes)]
+        self._high = high[list(axes)]
+        span = self._high - self._low
+        self._left = 0.5 * (WIDTH - scale * span[0])
+        self._top = top + ROOM
+        self.bottom = self._top + scale * float(span[1]) + 0.6 * ROOM
+
+    def at(self, points: Points) -> Points:
+        """Pixels (n, 2) of points (n, 3) in the earth frame."""
+        own = np.atleast_2d(points)[:, list(self.axes)]
+        across = self._left + self.scale * (own[:, 0] - self._low[0])
+        down = self._top + self.scale * (self._high[1] - own[:, 1])
+        return np.stack([across, down], axis=1)
+
+    @property
+    def top(self) -> float:
+        """The upper edge of what is drawn."""
+        return self._top
+
+
+def _drawn(of: Arrangement, view: _View, name: str) -> Iterator[str]:
+    if view.axes == SIDE:
+        y = float(view.at(np.zeros(3))[0, 1])
+        yield f'<line class="water" x1="0" x2="{WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+        yield _text(WIDTH - 4.0, y - 4.0, "still water", "end")
+    for k, body in enumerate(of.bodies):
+        outline = _outline(view.at(body.corners))
+        yield f'<polygon class="hull c{k % 7}" points="{_joined(outline)}"/>'
+    for line in of.lines:
+        (x1, y1), (x2, y2) = view.at(np.stack([line.start, line.end]))
+        yield f'<line class="mooring" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
+    for points in of.contacts.values():
+        for x, y in view.at(points):
+            yield f'<circle class="contact" cx="{x:.1f}" cy="{y:.1f}" r="3"/>'
+    yield from _names(of, view)
+    if view.axes == PLAN:
+        yield from _arrows(of.streams, view)
+    yield from _axes(view)
+
+
+def _names(of: Arrangement, view: _View) -> Iterator[str]:
+    """Names of bodies at their middles, of contacts and lines beside them, without overlaps."""
+    middles = {body.name: view.at(body.corners).mean(axis=0) for body in of.bodies}
+    contacts = {name: view.at(points)[0] + CONTACT for name, points in of.contacts.items()}
+    lines = {line.name: view.at(line.start)[0] + LINE for line in of.lines}
+    taken: list[tuple[float, float]] = []
+    for kind, labels in (("middle strong", middles), ("start", contacts), ("start", lines)):
+        for name, (x, y) in labels.items():
+            while any(abs(y - b) < LABEL and abs(x - a) < 6.0 * len(name) for a, b in taken):
+                y += LABEL
+            taken.append((x, y))
+            yield _text(x, y, name, kind)
+
+
+def _arrows(streams: Sequence[tuple[str, float]], view: _View) -> Iterator[str]:
+    """An arrow for each sea, wind and current, in the upper right corner of the plan."""
+    for k, (name, heading) in enumerate(streams):
+        x = WIDTH - 60.0 - 110.0 * k
+        yield _arrow((x, 36.0), heading)
+        yield _text(x, 78.0, name, "middle")
+
+
+def _axes(view: _View) -> Iterator[str]:
+    """The axes of the earth frame, in the upper left corner of a view."""
+    x, y = 30.0, view.top - 12.0
+    second = "y" if view.axes == PLAN else "z"
+    yield _arrow((x + 17.0, y), 0.0, 34.0)
+    yield _arrow((x, y - 17.0), 0.5 * np.pi, 34.0)
+    yield _text(x + 44.0, y + 4.0, "x", "middle")
+    yield _text(x, y - 40.0, second, "middle")
+
+
+def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW) -> str:
+    """An arrow towards a heading, counter-clockwise from the x axis to the right."""
+    along = np.array([cos(heading), -sin(heading)])
+    across = np.array([-along[1], along[0]])
+    tip = np.array(middle) + 0.5 * length * along
+    tail = np.array(middle) - 0.5 * length * along
+    head = [tip, tip - 9.0 * along + 4.0 * across, tip - 9.0 * along - 4.0 * across]
+    shaft = f'x1="{tail[0]:.1f}" y1="{tail[1]:.1f}" x2="{tip[0]:.1f}" y2="{tip[1]:.1f}"'
+    return (
+        f'<line class="arrow" {shaft}/><polygon class="arrow" points="{_joined(np.array(head))}"/>'
+    )
+
+
+def _scale_bar(units: Units, scale: float, top: float) -> Iterator[str]:
+    unit, factor = units.shown("m")
+    wanted = 120.0 / scale * factor
+    power = 10.0 ** floor(log10(wanted))
+    length = max(step * power for step in STEPS if step * power <= wanted)
+    pixels = length / factor * scale
+    y = top + 10.0
+    ends = f'x1="20" x2="{20.0 + pixels:.1f}" y1="{y:.1f}" y2="{y:.1f}"'
+    yield f'<line class="scale" {ends}/>'
+    yield _text(28.0 + pixels, y + 4.0, f"{digits_of(length)} {unit}", "start")
+
+
+def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
+    """Waves, current and wind with the heading that they go to."""
+    water = scene.environment
+    for k, waves in enumerate(water.waves):
+        if not isinstance(waves.spectrum, GivenComponents):
+            yield ("waves" if len(water.waves) == 1 else f"waves {k + 1}"), float(waves.heading)
+    for name in ("current", "wind"):
+        stream = getattr(water, name)
+        if stream.speed:
+            yield name, float(stream.heading)
+
+
+def _extent(of: Arrangement) -> tuple[Points, Points]:
+    """Corners of the box around bodies and contacts, and the water; lines may leave it."""
+    points = [body.corners for body in of.bodies] + list(of.contacts.values()) + [np.zeros((1, 3))]
+    every = np.concatenate([points[0], *points[1:]])
+    low, high = every.min(axis=0), every.max(axis=0)
+    least = 0.05 * float((high - low).max()) + 1e-3
+    thin = np.maximum(0.5 * (least - (high - low)), 0.0)
+    return low - thin, high + thin
+
+
+def _outline(points: Points) -> Points:
+    """The convex outline (n, 2) of points (m, 2), the box around them where they are in a line."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        (x1, y1), (x2, y2) = points.min(axis=0), points.max(axis=0)
+        return np.array([(x1, y1), (x2, y1), (x2, y2), (x1, y2)])
+
+
+def _joined(points: Points) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+
+
+def _text(x: float, y: float, text: str, kind: str) -> str:
+    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}">{escape(text)}</text>'
