@@ -31,7 +31,7 @@ from hydrosim.commands import db
 from hydrosim.commands.ballast import ballast
 from hydrosim.commands.case import case
 from hydrosim.commands.check import check
-from hydrosim.commands.compare import compare, record
+from hydrosim.commands.compare import compare
 from hydrosim.commands.converge import converge
 from hydrosim.commands.example import example
 from hydrosim.commands.explain import explain
@@ -53,7 +53,7 @@ from hydrosim.interrupts import taken_as_interrupts
 # in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
 COMMANDS = (
     *(check, run, linear, ballast, converge),
-    *(plot, report, replay, statistics, explain, export, compare, record, case),
+    *(plot, report, replay, statistics, explain, export, compare, case),
     *(sweep, operability, schema, example),
 )
 

@@ -1,4 +1,4 @@
-"""`hydrosim compare`: a run against a recording; `hydrosim record`: a run as such a recording."""
+"""`hydrosim compare`: a run against a recording, or two results against each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from hydrosim.commands.options import (
     numbers,
     placed,
     refuse_options,
-    seconds,
     window_of,
 )
 from hydrosim.commands.terminal import show, show_document
@@ -185,46 +184,6 @@ def _exactly(one: Path, other: Path, but: Sequence[str]) -> None:
     apart = ", ".join(sorted({*OF_MAKING, *but}))
     counts = f"{len(first.variables)} variables and {len(first.attrs)} attributes"
     show(f"identical: {counts}, apart from {apart}")
-
-
-def record(
-    run_file: RunFile,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE.txt", help="Write this text file.")
-    ],
-    channels: Channels = None,
-    step: Annotated[
-        str,
-        typer.Option(
-            metavar="TIME", help='Write a row every "0.5 s", or seconds; else at the run\'s times.'
-        ),
-    ] = "",
-    digits: Annotated[
-        int,
-        typer.Option(
-            min=1, max=17, help="Write so many significant digits; 17 are read back exactly."
-        ),
-    ] = 17,
-    overwrite: Overwrite = False,
-) -> None:
-    """Write channels of a run as a table in text, with names and units, for other programs.
-
-    Without --channels those of motions, waves, forces, fenders and springs that are not zero.
-    """
-    from hydrosim.documents.series import columns_of
-    from hydrosim.plot.load import open_run
-    from hydrosim.recordings import write_recording
-    from hydrosim.results.channels import chosen, usual
-
-    result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
-    every = seconds("--step", step, 0.0) if step else None
-    if every is not None and not every > 0.0:
-        raise InputError(f"--step: found {every:g} s; expected a positive time, as in 0.5 s.")
-    run = open_run(run_file)
-    asked = _patterns(channels)
-    names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
-    write_recording(run, result, names, every, digits)
-    show(f"result    {result.path}, {len(names)} channels")
 
 
 def _patterns(text: str | None) -> list[str]:

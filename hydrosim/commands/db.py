@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.changes import changes_of
-from hydrosim.commands.given import with_given
+from hydrosim.commands.given import GivenSettings, given_database
 from hydrosim.commands.options import Overwrite, Settings, placed, seconds
 from hydrosim.commands.running import resumable
 from hydrosim.commands.terminal import show, show_document
@@ -34,19 +33,18 @@ DatabaseFile = Annotated[
 
 
 @app.command()
-@with_given
-def info(file: DatabaseFile, given: Given) -> None:
-    """Print what a database holds. For the options see convert."""
+def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
+    """Print what a database holds."""
     from hydrosim.database.load import read, recognise
     from hydrosim.database.summary import contents
 
-    db = read(file, given)
+    asked = given_database(file, given)
+    db = read(file, asked.given)
     show_document(contents(db, recognise(file)[0].NAME))
-    show(*_caveats(db, given))
+    show(*_caveats(db, asked.given))
 
 
 @app.command()
-@with_given
 def check(
     file: DatabaseFile,
     strict: Annotated[
@@ -55,24 +53,24 @@ def check(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="Draw it there, too.")
     ] = None,
+    given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
-    *,
-    given: Given,
 ) -> None:
     """Put a database to the test of physics; draw its coefficients.
 
-    Exit code 2 if it is refused, 1 with --strict if a check fails. For the options see convert.
+    Exit code 2 if it is refused, 1 with --strict if a check fails.
     """
     from hydrosim.database.checks import check as findings_of
     from hydrosim.database.load import read
     from hydrosim.database.summary import verdicts
 
     drawn = None if output is None else _picture(output, file, overwrite)
-    db = read(file, given)
+    asked = given_database(file, given)
+    db = read(file, asked.given)
     findings = findings_of(db)
     refused = any(finding.refused for finding in findings)
     show_document(verdicts(db, findings))
-    show(*_caveats(db, given))
+    show(*_caveats(db, asked.given))
     if drawn is not None:
         from hydrosim.plot.database import draw_database
 
@@ -85,53 +83,36 @@ def check(
 
 
 @app.command()
-@with_given
 def convert(
     file: DatabaseFile,
     out: Annotated[
         Path, typer.Argument(metavar="OUT", help="Where to write it; its suffix is the format.")
     ],
-    accept: Annotated[
-        str | None, typer.Option(help="Accept what these checks find, by name; kept in .nc files.")
-    ] = None,
-    frequencies: Annotated[
-        str | None, typer.Option(help='Keep frequencies between these (rad/s): "0, 3 rad/s".')
-    ] = None,
-    without: Annotated[str | None, typer.Option(help="Leave out drift, qtf, loads.")] = None,
-    symmetrise: Annotated[bool, typer.Option("--symmetrise", help="Mend the symmetries.")] = False,
-    bodies_apart: Annotated[
-        bool, typer.Option("--bodies-apart", help="Leave out the coupling between bodies.")
-    ] = False,
+    given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
-    *,
-    given: Given,
 ) -> None:
-    """Read a database of any format and write it in another, checked.
-
-    Options are for what is done to it, as in a case, and for what the file does not hold: numbers
-    in SI or with a unit, as in --density "1.025 tonne/m^3"; several separated by commas, body by
-    body, in the database's frame.
-    """
+    """Read a database of any format and write it in another, checked."""
     from hydrosim.database.convert import format_of, set_of, write
     from hydrosim.database.load import load
 
-    if format_of(out) != ".nc" and accept:
-        raise InputError(f"--accept: {out} cannot say what is accepted; expected a file of .nc.")
-    changes = changes_of(accept, frequencies, without, symmetrise, bodies_apart)
+    asked = given_database(file, given)
+    if format_of(out) != ".nc" and asked.changes.accept:
+        raise InputError(
+            f"--given accept: {out} cannot keep what is accepted; expected a file of .nc."
+        )
     inputs = set_of(file)
     output = placed(
         out, out.stem, "database", file, inputs=inputs, overwrite=overwrite, suffix=None
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        db = load(file, given, changes)
+        db = load(file, asked.given, asked.changes)
         files = write(db, output)
-    show(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, given))
+    show(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, asked.given))
     show(*(f"result    {path}" for path in files))
 
 
 @app.command()
-@with_given
 def kernel(
     file: DatabaseFile,
     until: Annotated[
@@ -143,11 +124,10 @@ def kernel(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="TABLE.csv", help="Write this table.")
     ] = None,
+    given: GivenSettings = [],  # noqa: B006
     overwrite: Overwrite = False,
-    *,
-    given: Given,
 ) -> None:
-    """Write retardation functions as a table, and draw them. For the other options see convert."""
+    """Write retardation functions as a table, and draw them."""
     from hydrosim.database.kernels import kernels, write_table
     from hydrosim.database.load import read
     from hydrosim.plot.kernels import draw_kernels
@@ -157,11 +137,12 @@ def kernel(
         raise InputError(f"--until, --every: {end:g} s by {step:g} s; expected 2 to {MOST} steps.")
     made = placed(output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv")
     page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    db = read(file, given)
+    asked = given_database(file, given)
+    db = read(file, asked.given)
     time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
-    show(report, *_caveats(db, given), f"result    {made.path}, {page.path}")
+    show(report, *_caveats(db, asked.given), f"result    {made.path}, {page.path}")
 
 
 @app.command()
@@ -200,8 +181,8 @@ def _caveats(db: HydroDatabase, given: Given) -> list[str]:
     assumed = db.attributes.get("assumed")
     if assumed and "recipe" not in db.attributes:  # a recipe's are those of its author
         lines.append(
-            f"warning   {db.source} does not say everything; assumed: {assumed}. Give what is"
-            " otherwise, see `hydrosim db convert --help`."
+            f"warning   {db.source} does not say everything; assumed: {assumed}. If that is wrong,"
+            " give it: --given KEY=VALUE, with the keys of `hydrodynamics` in a case."
         )
     return lines
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.options import From, Overwrite, To, names_in, placed, window_of
+from hydrosim.commands.options import From, Overwrite, To, names_in, placed, seconds, window_of
 from hydrosim.commands.terminal import not_complete, show
 from hydrosim.errors import InputError
 
@@ -28,7 +28,8 @@ def export(
             "--output",
             "-o",
             metavar="FILE",
-            help="Write this file: .nc (CF), .csv, .mat (MATLAB) or .parquet.",
+            help="Write this file: .nc (CF), .csv, .mat (MATLAB) or .parquet; a recording has any"
+            " name.",
         ),
     ],
     channels: Annotated[
@@ -41,13 +42,35 @@ def export(
         str,
         typer.Option(metavar="DATE", help="Let .nc begin at this date, in UTC: 2026-05-31T06:00."),
     ] = "",
+    recording: Annotated[
+        bool,
+        typer.Option(
+            "--recording",
+            help="Write a table in text with names and units, as hydrosim compare reads it.",
+        ),
+    ] = False,
+    step: Annotated[
+        str,
+        typer.Option(
+            metavar="TIME", help='Write a row of the recording every "0.5 s", or seconds.'
+        ),
+    ] = "",
+    digits: Annotated[
+        int,
+        typer.Option(min=1, max=17, help="Write so many digits in the recording; 17 are exact."),
+    ] = 17,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write the channels of a run as CF netCDF, CSV, MATLAB or Parquet."""
+    """Write the channels of a run as CF netCDF, CSV, MATLAB, Parquet, or as a recording in text."""
     from hydrosim.results.export.table import table_of
     from hydrosim.results.netcdf import read
     from hydrosim.results.runs_file import open_runs
 
+    if recording:
+        _record(run_file, output, names_in(channels), step, digits, overwrite)
+        return
+    if step:
+        raise InputError("--step: is for --recording; other files have the times of the run.")
     suffix = _suffix(output)
     begin = _date(date, suffix)
     window = window_of(start, end)
@@ -62,6 +85,26 @@ def export(
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     show(f"export    {count} channels at {table.time.size} times, {span}")
     show(*not_complete(table.attributes), f"result    {result.path}")
+
+
+def _record(
+    run_file: Path, output: Path, asked: list[str], step: str, digits: int, overwrite: bool
+) -> None:
+    """Write channels as a recording; without names those of motions, waves, forces, fenders and
+    springs that are not zero."""
+    from hydrosim.documents.series import columns_of
+    from hydrosim.plot.load import open_run
+    from hydrosim.recordings import write_recording
+    from hydrosim.results.channels import chosen, usual
+
+    result = placed(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
+    every = seconds("--step", step, 0.0) if step else None
+    if every is not None and not every > 0.0:
+        raise InputError(f"--step: found {every:g} s; expected a positive time, as in 0.5 s.")
+    run = open_run(run_file)
+    names = chosen(columns_of(run), asked, "--channels") if asked else usual(run)
+    write_recording(run, result, names, every, digits)
+    show(f"result    {result.path}, {len(names)} channels")
 
 
 def _suffix(output: Path) -> str:

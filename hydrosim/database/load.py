@@ -41,8 +41,8 @@ def load(
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
             f"{path}: found no points that rotations are about (Capytaine's rotation_center);"
-            " expected one for each body. Give x, y and z of each: --reference-point, or"
-            " reference_point in `hydrodynamics: {file: ...}` of a case. In Capytaine it is the"
+            " expected one for each body. Give x, y and z of each as reference_point,"
+            " in `hydrodynamics: {file: ...}` of a case or with --given. In Capytaine it is the"
             " rotation_center or, where none was set, the center_of_mass."
         )
     for doubt in doubts(db, EVERYTHING):

@@ -58,11 +58,11 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     return f"# {path.name} over {base.name}\n{written(whole)}", whole
 
 
-def apply_setting(node: Node, setting: str) -> Node:
-    """``node`` with ``KEY=VALUE`` laid over it: a dotted key, where a number is an entry of a list,
+def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
+    """``node`` with ``KEY=VALUE`` of an ``option`` laid over it: a dotted key, where a number is an entry of a list,
     and a value in YAML; null removes. InputError names what there is instead of an unknown key."""
     key, _, text = setting.partition("=")
-    name = SETTING + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
+    name = option + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
     value = compose(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")

@@ -25,7 +25,9 @@ from hydrosim.errors import InputError
 WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
 MERGE = "tag:yaml.org,2002:merge"
 WHOLE = re.compile(r"[-+]?\d{1,18}", re.ASCII)
-SETTING = "--set "  # begins the name of a text that came from the command line
+SETTING = "--set "
+GIVEN = "--given "
+"""What the name of a text begins with that came from the command line."""
 
 
 def compose(text: str, name: str) -> Node | None:
@@ -103,7 +105,7 @@ def locate(node: Node, keys: Sequence[str | int]) -> tuple[str, yaml.Mark]:
 
 def where(mark: yaml.Mark) -> str:
     """``file:line``; a setting of the command line has no lines."""
-    return mark.name if mark.name.startswith(SETTING) else f"{mark.name}:{mark.line + 1}"
+    return mark.name if mark.name.startswith((SETTING, GIVEN)) else f"{mark.name}:{mark.line + 1}"
 
 
 def wrong(mark: yaml.Mark, text: str) -> InputError:

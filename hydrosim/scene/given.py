@@ -45,7 +45,7 @@ NOTHING_GIVEN = Given()
 
 
 def key_of(item: str) -> str:
-    """What an item is called in a case and, with hyphens, in options."""
+    """What an item is called in a case and after --given."""
     return {"port_starboard_symmetric": "symmetric"}.get(item, item.removeprefix("water_"))
 
 

@@ -1,4 +1,4 @@
-"""`hydrosim compare` and `hydrosim record`: exit codes, messages, and what is written."""
+"""`hydrosim compare` and `hydrosim export --recording`: exit codes, messages, and what is written."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def hydrosim(
 
 def test_a_run_and_its_own_recording(hydrosim: Command) -> None:
     """Written with all digits, read back bit by bit: nothing is left between them."""
-    written = hydrosim("record", "run.nc", "-o", "run.txt")
+    written = hydrosim("export", "run.nc", "--recording", "-o", "run.txt")
     assert written.code == 0
     assert "run.txt, 23 channels" in written.out
     result = hydrosim("compare", "run.nc", "run.txt", "--tolerance", "1e-15")
@@ -44,7 +44,7 @@ def test_a_run_and_its_own_recording(hydrosim: Command) -> None:
 
 def test_recording_of_some_channels(hydrosim: Command) -> None:
     some = ("--channels", "position.*.pitch, wave*", "--step", "1", "--digits", "6")
-    assert hydrosim("record", "run.nc", "-o", "some.txt", *some).code == 0
+    assert hydrosim("export", "run.nc", "--recording", "-o", "some.txt", *some).code == 0
     lines = Path("some.txt").read_text().splitlines()
     assert lines[2].split() == ["time", "position.barge.pitch", "wave_elevation"]
     assert len(lines) == 4 + 601
@@ -198,10 +198,13 @@ def test_an_option_that_would_do_nothing_is_refused(
         (("compare", "run.nc", "test.csv", "-o", "none/x.nc"), "--output: there is no folder none"),
         (("compare", "run.nc", "test.csv", "-o", "run.nc"), "run.nc is read here"),
         (("compare", "run.nc", "test.csv", "-o", "x.png"), "expected a name that ends in .nc"),
-        (("record", "run.nc", "-o", "run.nc"), "run.nc is read here"),
-        (("record", "run.nc", "-o", "x.txt", "--channels", "pos"), "--channels: found pos; expec"),
+        (("export", "run.nc", "--recording", "-o", "run.nc"), "run.nc is read here"),
         (
-            ("record", "run.nc", "-o", "x.txt", "--step", "0"),
+            ("export", "run.nc", "--recording", "-o", "x.txt", "--channels", "pos"),
+            "--channels: found pos; expec",
+        ),
+        (
+            ("export", "run.nc", "--recording", "-o", "x.txt", "--step", "0"),
             "--step: found 0 s; expected a positive",
         ),
     ],

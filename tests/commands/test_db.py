@@ -127,6 +127,11 @@ class TestCheck:
         assert files(folder) == before
 
 
+def given(*settings: str) -> list[str]:
+    """An option --given for each setting."""
+    return [part for setting in settings for part in ("--given", setting)]
+
+
 class TestConvert:
     def test_bit_for_bit(self, db: Command) -> None:
         result = db("convert", "h851.nc", "other.nc")
@@ -135,8 +140,10 @@ class TestConvert:
 
     def test_what_the_file_lacks_is_given(self, db: Command) -> None:
         planted(volume=None, centre_of_gravity=None)
-        place = ("--centre-of-gravity", "0, 0 m, -490 cm")
-        result = db("convert", "faulty.nc", "other.nc", "--volume", "152935121.57827717 L", *place)
+        place = ("--given", "centre_of_gravity=[0, 0 m, -490 cm]")
+        result = db(
+            "convert", "faulty.nc", "other.nc", "--given", "volume=152935121.57827717 L", *place
+        )
         assert result.code == 0
         written, barge = read("other.nc"), read("h851.nc")
         assert differences(written, barge) <= {"volume", "centre_of_gravity"}
@@ -144,7 +151,7 @@ class TestConvert:
         np.testing.assert_allclose(written.centre_of_gravity, barge.centre_of_gravity, rtol=1e-12)
 
     def test_the_file_is_believed(self, db: Command) -> None:
-        result = db("convert", "h851.nc", "other.nc", "--density", "1 tonne/m^3")
+        result = db("convert", "h851.nc", "other.nc", "--given", "density=1 tonne/m^3")
         assert result.code == 0
         assert "warning h851.nc has its own water density; what is given is not used" in result.out
         assert read("other.nc").water_density == 1025.0
@@ -156,11 +163,11 @@ class TestConvert:
         assert "warning faulty.nc: weight: found 0.05" in result.out
 
     def test_what_nobody_said_is_told(self, db: Command) -> None:
-        known = ("--density", "1025", "--gravity", "9.81", "--depth", "infinite")
+        known = given("density=1025", "gravity=9.81", "depth=infinite")
         assert db("convert", "h851.nc", "there.1").code == 0
         result = db("convert", "there.1", "other.nc", *known)
         assert "assumed: reference points at the origin, first column period" in result.out
-        place = ("--reference-point", "0, 0, -4.9 m", "--frequency-column", "period")
+        place = given("reference_point=[0, 0, -4.9 m]", "frequency_column=period")
         result = db("convert", "there.1", "another.nc", *known, *place)
         assert "assumed" not in result.out
 
@@ -195,11 +202,13 @@ class TestConvert:
 
     def test_wamit_and_back(self, db: Command, folder: Path) -> None:
         """Of which the files do not say the depth, the density and where the bodies are."""
-        assert db("convert", "h851.nc", "some.nc", "--frequencies", "0.3, 0.8 rad/s").code == 0
+        assert (
+            db("convert", "h851.nc", "some.nc", "--given", "frequencies=[0.3, 0.8 rad/s]").code == 0
+        )
         assert db("convert", "some.nc", "there.1").code == 0
         assert {"there.1", "there.3", "there.hst", "there.mmx"} <= set(files(folder))
-        known = ("--density", "1025", "--gravity", "9.81", "--depth", "infinite", "--length", "1")
-        place = ("--reference-point", "0, 0, -4.9", "--symmetric")
+        known = given("density=1025", "gravity=9.81", "depth=infinite", "length=1")
+        place = given("reference_point=[0, 0, -4.9]", "symmetric=true")
         for name in ("there", "there.3"):  # any name of the set
             assert db("check", name, *known, *place).code == 0
             assert db("convert", name, "back.nc", "--overwrite", *known, *place).code == 0
@@ -234,11 +243,14 @@ class TestConvert:
             (("other.yaml",), ["other.yaml", "suffix .yaml", "expected one of .nc, .h5, .1"]),
             (("other",), ["suffix (none)"]),
             (("nowhere/other.nc",), ["no folder nowhere"]),
-            (("other.nc", "--density", "3 m"), ["--density", '"3 m"', "expected a density"]),
-            (("other.nc", "--length", "0"), ["--length", "above 0"]),
-            (("other.nc", "--gravity", "much"), ["--gravity", '"much"']),
-            (("other.nc", "--volume", "1 m^3, 2"), ["volume", "2 numbers", "expected 1"]),
-            (("other.nc", "--centre-of-gravity", "1 m"), ["--centre-of-gravity", "3 for each"]),
+            (("other.nc", "--given", "density=3 m"), ["density", '"3 m"', "expected a density"]),
+            (("other.nc", "--given", "length=0"), ["--given length", "above 0"]),
+            (("other.nc", "--given", "gravity=much"), ["--given gravity", '"much"']),
+            (("other.nc", "--given", "volume=[1 m^3, 2]"), ["volume", "2 numbers", "expected 1"]),
+            (("other.nc", "--given", "centre_of_gravity=1 m"), ["centre_of_gravity", "list"]),
+            (("other.nc", "--given", "densty=1025"), ["--given densty", "density"]),
+            (("other.nc", "--given", "file=x.nc"), ["--given file", "argument"]),
+            (("other.nc", "--given", "density"), ["--given density", "KEY=VALUE"]),
         ],
     )
     def test_bad_arguments_are_refused(

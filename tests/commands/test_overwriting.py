@@ -73,7 +73,7 @@ def test_a_command_again_and_again(hydrosim: Command, folder: Path) -> None:
             ("run", "block.yaml", "--plot"),
             ("linear", "block.yaml", "--periods", "5,6", "--headings", "0"),
             ("statistics", "block.nc"),
-            ("record", "block.nc", "-o", "block.txt"),
+            ("export", "block.nc", "--recording", "-o", "block.txt"),
             ("compare", "block.nc", "block.txt"),
         ):
             assert hydrosim(*arguments).code == 0, arguments
@@ -157,7 +157,9 @@ def test_the_run_of_another_case_stays(hydrosim: Command, folder: Path) -> None:
     assert "block.png exists" in refused(hydrosim, folder, "run", "block.yaml", "--plot")
     for device in ("/dev/null", "/dev/full"):
         assert "ends in .nc" in refused(hydrosim, folder, "run", "block.yaml", "-o", device)
-        said = refused(hydrosim, folder, "record", "x.nc", "-o", device, "--overwrite")
+        said = refused(
+            hydrosim, folder, "export", "x.nc", "--recording", "-o", device, "--overwrite"
+        )
         assert "is a device" in said
 
 

@@ -253,7 +253,7 @@ def test_what_is_missing_is_named(barge_set, tmp_path):
     half = barge_set.rename(excitation_force="diffraction_force").drop_vars("Froude_Krylov_force")
     with pytest.raises(InputError, match="variable Froude_Krylov_force: found none"):
         read(stored(half, path))
-    with pytest.raises(InputError, match=r"rotation_center\).*--reference-point"):
+    with pytest.raises(InputError, match=r"rotation_center\).*reference_point"):
         load(stored(barge_set.drop_vars("rotation_center"), path))
     with pytest.raises(InputError, match="found no rho"):
         read(stored(barge_set.drop_vars("rho"), path))
