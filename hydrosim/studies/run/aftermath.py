@@ -11,7 +11,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
@@ -29,6 +28,8 @@ from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.database.database import HydroDatabase
 
