@@ -37,7 +37,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, update_wrapper
 from time import perf_counter
 from typing import Any
 
@@ -268,8 +268,8 @@ class Part:
     flags = _part_flags(fastmath)
 
     def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+        update_wrapper(self, function)
         self.py_func = function
-        self.__doc__ = function.__doc__
         self._folder = folder
 
     @cached_property
