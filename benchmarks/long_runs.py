@@ -1,6 +1,6 @@
 """How much memory does a run take, the longer it is?
 
-`hydrosim run` of the base case, recorded every 0.5 s, in a sea that does not repeat itself for 18 h;
+`hydrosim run` of the base case, recorded every 0.5 s, in a sea that does not repeat itself in 18 h:
 the most that each process takes, from its start to its end, with kernels and fits in the cache.
 Packages that hydrosim works without, but that others load where they are installed (pandas loads
 pyarrow, xarray loads dask), count, so each run is made with all of them and with none.

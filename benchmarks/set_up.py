@@ -1,9 +1,8 @@
 """How long does it take to set up many bodies?
 
 Moored barges with a database of their own each, 500 m apart: compiling the scene and finding the
-limits of its step, all that comes before the first step. CPU times of one thread in a process that
-has done the same for one barge, whose kernels are compiled and whose radiation is fitted. In a chain
-springs connect neighbours, so that all bodies are one system.
+limits of its step, all that comes before the first step. CPU times of one thread, in a process that
+has done the same for one barge: kernels are compiled and radiation is fitted.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from statistics import median
 
 import numpy as np
@@ -20,16 +18,12 @@ from benchmarks.base_case import barges
 from benchmarks.report import Answer, Row
 from benchmarks.timing import timed
 from hydrosim import compile_scene
-from hydrosim.forces import Spring
 from hydrosim.scene import Place, Scene
 from hydrosim.studies.run.step_limits import warned_of_steps
 
 BODIES = (1, 4, 16)
 REPEATS = 3
 OBLIQUE = np.radians(30.0)
-APART = 500.0  # m
-EXTENSION = np.array([0.0, 100.0])  # m
-TENSION = np.array([0.0, 4e7])  # N
 
 
 def answer() -> Answer:
@@ -39,7 +33,6 @@ def answer() -> Answer:
         "waves ahead": barges,
         "oblique waves": _oblique,
         "oblique waves, met at rest": _at_rest,
-        "chain, calm water": _chain,
     }
     rows = [{"scene": name, **_times(scene)} for name, scene in kinds.items()]
     return Answer({f"CPU time [s] of setting up, medians of {REPEATS}": rows})
@@ -74,17 +67,3 @@ def _at_rest(count: int) -> Scene:
     scene = _oblique(count)
     loads = replace(scene.bodies[0].wave_forces, position=Place.MEAN, headings=Place.MEAN)
     return replace(scene, bodies=tuple(replace(body, wave_forces=loads) for body in scene.bodies))
-
-
-def _chain(count: int) -> Scene:
-    """Neighbours are connected by springs that are taut by a metre."""
-    scene = _calm(count)
-    centre = (0.0, 0.0, 0.0)
-    names = [body.name for body in scene.bodies]
-    springs = {
-        f"{one} to {other}": Spring(
-            one, centre, centre, APART - 1.0, EXTENSION, TENSION, anchor_body=other
-        )
-        for one, other in pairwise(names)
-    }
-    return replace(scene, forces={**scene.forces, **springs})
