@@ -40,7 +40,7 @@ APART, TURNED = 0.1, np.radians(3.0)
 BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
 SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
-BLOCK = 4096  # records at once: all of a long run, for each sample, need much memory
+BLOCK = 1024  # records at once: all of a long run, for each sample, need much memory
 PERIODS = 3.0  # of the waves: what is slower is slow
 
 
