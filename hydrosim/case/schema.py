@@ -255,7 +255,7 @@ def _form_of_tolerance(value: object) -> str:
 
 
 EitherTolerance = Annotated[
-    Annotated[Tolerance, Tag("of each step")] | Annotated[of.Tolerance, Tag("of motions")],
+    Annotated[Tolerance, Tag("of each step")] | Annotated[of.MotionError, Tag("of motions")],
     Discriminator(_form_of_tolerance),
 ]
 
