@@ -52,9 +52,6 @@ Gravity = Annotated[float, Quantity("acceleration", "m/s^2", "9.81 m/s^2", above
 Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
 Radius = Annotated[float, Quantity("radius of gyration", "m", "20 m", above=0)]
 Tolerance = Annotated[float, Quantity("relative tolerance", "", "1e-6", above=0)]
-MotionError = Annotated[
-    float, Quantity("error of motions, of their range", "", "1e-4", at_least=1e-10, at_most=0.1)
-]
 SmallLength = Annotated[float, Quantity("tolerance of positions", "m", "1e-6 m", above=0)]
 SmallAngle = Annotated[float, Quantity("tolerance of angles", "rad", "1e-8 rad", above=0)]
 Factor = Annotated[float, Quantity("number", "", "20 %", at_least=0)]

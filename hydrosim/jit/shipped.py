@@ -27,8 +27,8 @@ FEATURES = (
 
 
 def read_manifest() -> dict[str, Any]:
-    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped, or, with a warning, if it cannot
-    be read."""
+    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped, and, with a warning, if what
+    was cannot be read."""
     path = HOME / MANIFEST
     try:
         manifest = dict(json.loads(path.read_bytes()))
@@ -36,7 +36,7 @@ def read_manifest() -> dict[str, Any]:
         return {}
     except (OSError, ValueError, TypeError):
         manifest = {}
-    if ENTRIES <= manifest.keys():
+    if manifest.keys() >= ENTRIES:
         return manifest
     warnings.warn(
         f"{path} is damaged: kernels are compiled, which takes longer. Install hydrosim again.",
