@@ -109,7 +109,11 @@ def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     rate = _rate(Method.ESDIRK4, accuracy, changing=True)
     implicit = REACH * rate**0.25 / _frequency(looked_at)
     stiff = EXPLICIT * CLOSED / stable > IMPLICIT / implicit
-    why = f"steps above {stable:.2g} s are unstable if explicit, implicit ones are {implicit:.2g} s"
+    if np.isinf(stable):
+        why = "explicit steps of any length are stable"
+    else:
+        why = f"steps above {stable:.2g} s are unstable if explicit,"
+        why += f" implicit ones are {implicit:.2g} s"
     return (Method.ESDIRK4 if stiff else Method.DOPRI5), why
 
 
