@@ -6,14 +6,8 @@ in scenes that are smooth or change their contacts now and then, esdirk4 less th
 
     r = 5 E of dopri5, E / 10 of esdirk4,   both at most `ROUGH` where contacts or springs change,
 
-because a step that is too rough misses what decides whether a point sticks. Loads along a slow path
-are interpolated between rows (`waves.slow`), whose corners make errors of 5e-5 sqrt(r) in the
-mating, 1e-5 sqrt(r) in the base case in an oblique sea; so there
-
-    r <= (E / `OF_CORNERS`)^2.
-
-Contacts that rattle make errors grow beyond this rule: then the run itself says how wrong it is
-(`studies.run.twin`).
+because a step that is too rough misses what decides whether a point sticks. Contacts that rattle
+make errors grow beyond this rule: then the run itself says how wrong it is (`studies.run.twin`).
 
 An explicit method pays 6 evaluations for each step of the largest stable size h_s, however loose E
 is; an implicit one 40 for each step h_i = 4.3 r^(1/4) / w (both measured, w a frequency of the
@@ -53,8 +47,6 @@ if TYPE_CHECKING:
 # error of motions over the tolerance of each step [1/s], at most
 OF_DOPRI5 = 0.2
 OF_ESDIRK4 = 10.0
-# error of motions over the root of it [s^1/2], where loads are rows along a slow path, at most
-OF_CORNERS = 1e-4
 # largest tolerances of each step [1/s]: of smooth motions, and by either where contacts change
 SMOOTH = 1e-3
 ROUGH = 1e-5
@@ -103,14 +95,10 @@ def _ratio(method: Method) -> float:
     return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
 
 
-def _rate(method: Method, accuracy: float, changing: bool, slow: bool) -> float:
-    """The tolerance of each step [1/s], where contacts or springs are ``changing`` or are none, and
-    where waves follow a ``slow`` path or none."""
+def _rate(method: Method, accuracy: float, changing: bool) -> float:
+    """The tolerance of each step [1/s], where contacts or springs are ``changing`` or are none."""
     rough = ROUGH_IMPLICIT if method == Method.ESDIRK4 else ROUGH
-    largest = rough if changing else SMOOTH
-    if slow:
-        largest = min(largest, (accuracy / OF_CORNERS) ** 2)
-    return max(min(accuracy / _ratio(method), largest), FINEST)
+    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), FINEST)
 
 
 @one_thread
@@ -118,7 +106,7 @@ def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     """The method, and why."""
     looked_at = combinations(compiled.scene, compiled.model, compiled.state)
     stable = smallest_step(looked_at, DOPRI5)
-    rate = _rate(Method.ESDIRK4, accuracy, changing=True, slow=_is_slow(compiled))
+    rate = _rate(Method.ESDIRK4, accuracy, changing=True)
     implicit = REACH * rate**0.25 / _frequency(looked_at)
     stiff = EXPLICIT * CLOSED / stable > IMPLICIT / implicit
     why = f"steps above {stable:.2g} s are unstable if explicit, implicit ones are {implicit:.2g} s"
@@ -132,15 +120,9 @@ def _frequency(looked_at: Sequence[Combination]) -> float:
     return float(np.median(vibrating)) if vibrating.size else USUAL
 
 
-def _is_slow(compiled: Compiled) -> bool:
-    """Whether the waves follow the slow path of a body."""
-    return bool(compiled.model.following.slow.any())
-
-
 def _settings(compiled: Compiled, chosen: Method, accuracy: float) -> Solver:
     """The solver with the method ``chosen``, and its tolerances."""
-    changing = len(new_modes(compiled.model)) > 0
-    rate = _rate(chosen, accuracy, changing, _is_slow(compiled))
+    rate = _rate(chosen, accuracy, changing=len(new_modes(compiled.model)) > 0)
     tolerance = Tolerance(rate, rate, rate / ARM)
     solver = compiled.scene.solver
     return replace(solver, method=chosen, tolerance=tolerance, accuracy=accuracy)
