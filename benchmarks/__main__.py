@@ -17,7 +17,7 @@ QUESTIONS = (
     *("start_up", "steps_per_second", "work_precision", "error_against_step", "stability_map"),
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
-    *("synthesis", "headings", "many_runs"),
+    *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
     *("reading", "databases", "validation", "extremes", "kills"),
 )
 LONG = (

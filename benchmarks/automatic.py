@@ -152,5 +152,5 @@ SCENES: dict[str, Callable[[], Scene]] = {
     STIFF: lambda: stiff_case(0.1, Method.RK4),
     "sphere, 600 s": _beginning("sphere/irregular.yaml", 600.0),
     "removal, 600 s": _beginning("topside_removal/removal.yaml", 600.0),
-    "mating, 1800 s": _beginning("mating/mating.yaml", 1800.0),
+    "mating, 300 s": _beginning("mating/mating.yaml", 300.0),
 }

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrosim import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import placed
+from hydrosim.forces import Placed, placed
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
@@ -49,9 +49,12 @@ def with_states(given: Several, total: int) -> Several:
     fits.append(_split(last, (rest - last.real) // 2))
     model, first, at = given.model, given.compiled.state, given.model.radiation
     more = sum(fit.order for fit in fits) - model.states.decay.size
+    known = Placed(model.elements, model.tanks)
+    parts = placed(known, given.scene, model.own + more, model.energy + more)
     model = model._replace(
         states=state_space_model(fits),
-        elements=placed(model.elements, model.own + more),
+        elements=parts.elements,
+        tanks=parts.tanks,
         own=model.own + more,
         slow=model.slow + more,
         draught=model.draught + more,

@@ -31,7 +31,7 @@ from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
-from hydrosim.documents.units import problem
+from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
 from hydrosim.scene import (
     Kinematics,
@@ -45,7 +45,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.scene.radiation import LENGTH
-from hydrosim.scene.solver import ACCURACY
+from hydrosim.scene.solver import ACCURACIES, ACCURACY
 
 TURNS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
@@ -255,8 +255,12 @@ def _form_of_tolerance(value: object) -> str:
     return "of each step" if isinstance(value, dict | Tolerance) else "of motions"
 
 
+MotionError = Annotated[
+    float,
+    Quantity("error of motions, of their range", "", "1e-4", None, *ACCURACIES),
+]
 EitherTolerance = Annotated[
-    Annotated[Tolerance, Tag("of each step")] | Annotated[of.Tolerance, Tag("of motions")],
+    Annotated[Tolerance, Tag("of each step")] | Annotated[MotionError, Tag("of motions")],
     Discriminator(_form_of_tolerance),
 ]
 

@@ -63,7 +63,7 @@ def _fit_warnings(groups: Sequence[WetGroup]) -> Iterator[str]:
     """Fits that had to become worse than asked for, to be passive."""
     for wet in each_database(groups):
         for fit in wet.fits:
-            if fit.report.frequency_error > fit.report.tolerance:
+            if fit.report.error > fit.report.tolerance:
                 at = f" at {wet.draught:g} m" if wet.draught else ""
                 yield (
                     f"radiation of {dofs_of(fit.dofs, wet.names)}{at}: no passive fit is within the"

@@ -19,6 +19,7 @@ from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Kinematics, Scene
+from hydrosim.scene.solver import ACCURACIES
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.names import spring_names
 
@@ -34,10 +35,13 @@ def check_scene(scene: Scene) -> None:
     names = [body.name for body in scene.bodies]
     steps = scene.output_step / scene.solver.step if scene.solver.step > 0.0 else 0.0
     whole = scene.solver.method.adapts or abs(steps - round(steps)) <= 1e-9 * steps
+    accuracy = scene.solver.accuracy
     problems = {
         "bodies: there are none, or two of one name": not names or len({*names}) < len(names),
         "bodies: none has a degree of freedom": not any(body.dofs for body in scene.bodies),
         "duration, solver.step: must be above 0": not min(scene.duration, scene.solver.step) > 0.0,
+        "solver.accuracy: must be from {:g} to {:g}".format(*ACCURACIES): accuracy is not None
+        and not ACCURACIES[0] <= accuracy <= ACCURACIES[1],
         "bodies.heading: kinematics: linear has no heading but 0; turn the rest of the scene, or"
         " choose exact": scene.solver.kinematics == Kinematics.LINEAR
         and any(body.heading for body in scene.bodies),

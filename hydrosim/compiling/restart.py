@@ -213,7 +213,10 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     }
     found = "; ".join(f"{what} {_listed(names)}" for what, names in problems.items() if names)
     if not found and not _same_fit(model, layout, run):
-        found = "its radiation states are of another fit (another database, or program version)"
+        found = (
+            "its radiation states are of another fit (another database, other masses, or another"
+            " program version)"
+        )
     if found:
         raise InputError(
             f"initial.run: {_source(run)}: {found}; expected the bodies, degrees of freedom and"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from hydrosim import database, radiation
 from hydrosim.compiling.coefficients import SOURCE, no_memory
@@ -248,8 +249,18 @@ def _with_memory(wet: WetGroup, before: MemoryBefore) -> WetGroup:
 
 
 def _fits(wet: WetGroup, tolerance: float) -> tuple[StateSpace, ...]:
+    """Of all groups of DOFs of a database, with no more states than its bodies feel."""
     db = wet.database
-    return radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
+    fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free, tolerance)
+    return radiation.reduce(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
+
+
+def floating_of(wet: WetGroup) -> radiation.Floating:
+    """The bodies without all that holds them but the water."""
+    parts = (part for body in wet.bodies for part in (body.mass * np.eye(3), body.inertia))
+    inertia = block_diag(*parts)
+    stiffness = wet.database.hydrostatic_stiffness
+    return radiation.Floating(inertia, np.zeros_like(inertia) if stiffness is None else stiffness)
 
 
 def _chosen(

@@ -32,7 +32,9 @@ class Tableau(NamedTuple):
     """Butcher tableau: ``a`` (s, s) lower triangular with a_11 = 0, ``b``, ``c`` (s,).
 
     ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any. The
-    ``code`` tells `hydrosim.stepping.stepper` how to find the stages.
+    ``code`` tells `hydrosim.stepping.stepper` how to find the stages. If the last stage of an
+    explicit method is the end of the step, it ``closes``: its derivative begins the next step
+    (Dormand & Prince 1980).
     """
 
     a: np.ndarray
@@ -41,6 +43,7 @@ class Tableau(NamedTuple):
     error: np.ndarray
     order: int
     code: int
+    closes: bool
 
 
 def tableau(
@@ -53,7 +56,8 @@ def tableau(
     weights = np.array(b)
     error = weights - (weights if embedded is None else np.array(embedded))
     code = IMPLICIT if np.diag(matrix).any() else EXPLICIT
-    return Tableau(matrix, weights, matrix.sum(axis=1), error, order, code)
+    closes = code == EXPLICIT and np.array_equal(matrix[-1], weights)
+    return Tableau(matrix, weights, matrix.sum(axis=1), error, order, code, closes)
 
 
 @kernel

@@ -65,7 +65,7 @@ class Disk(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
-            content = dumps((self._calls(data.library), data._reduce()))
+            content = dumps((self._calls(data.library), _lean(data._reduce())))
             name = self._name(sig, data.codegen.magic_tuple())
             store(f"{self._folder()}/{name}", content)
 
@@ -91,6 +91,14 @@ class Disk(_Cache):
         what = repr((sig, machine, _source(function.__code__.co_filename)))
         digest = hashlib.sha256(what.encode() + function.__code__.co_code).hexdigest()[:32]
         return f"{function.__module__}.{function.__qualname__}-{digest}.nbc"
+
+
+def _lean(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
+    """What numba writes of a result, without its report of types and without the environments of
+    all functions in it: they hold constants that are Python objects, which kernels have none of.
+    To read them takes longer than the code, and loads modules that only compilers need."""
+    *code, _types, reload_init, _environments = reduced
+    return (*code, "", reload_init, ())
 
 
 def _source(file: str) -> str:

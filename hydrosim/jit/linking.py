@@ -37,6 +37,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, update_wrapper
 from time import perf_counter
 from typing import Any
 
@@ -207,10 +208,10 @@ def _part_flags(fastmath: frozenset[str]) -> Any:
 
 
 class _Kernel(CPUDispatcher):
-    fastmath: frozenset[str] = frozenset()
-
-    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
-        options = {**OPTIONS, "fastmath": set(self.fastmath)}
+    def __init__(
+        self, function: Any, folder: Callable[[], str], fastmath: frozenset[str] = frozenset()
+    ) -> None:
+        options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self._cache = Disk(function, folder, _called)
 
@@ -224,14 +225,14 @@ class _Kernel(CPUDispatcher):
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
-class Part(_Kernel):
-    """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
-    machine code with its own parts."""
+class _PartKernel(_Kernel):
+    """numba's object for a `Part`."""
 
-    flags = _part_flags(frozenset())
-
-    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
-        super().__init__(function, folder)
+    def __init__(
+        self, function: Any, folder: Callable[[], str], fastmath: frozenset[str], flags: Any
+    ) -> None:
+        super().__init__(function, folder, fastmath)
+        self._flags = flags
         self._parts: dict[Any, Any] = {}
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -249,10 +250,43 @@ class Part(_Kernel):
         context: Any = self.targetctx
         code = _PartCode(context.codegen(), self.py_func.__qualname__)
         result = compiler.compile_extra(
-            self.typingctx, context, self.py_func, args, None, self.flags, {}, code, _PartCompiler
+            self.typingctx, context, self.py_func, args, None, self._flags, {}, code, _PartCompiler
         )
         context.insert_user_function(result.fndesc, result.fndesc, [code])
         return result
+
+
+class Part:
+    """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
+    machine code with its own parts.
+
+    numba's object is made when it is first asked for: of hundreds of parts few are, where machine
+    code comes from the disk.
+    """
+
+    fastmath: frozenset[str] = frozenset()
+    flags = _part_flags(fastmath)
+
+    def __init__(self, function: Any, folder: Callable[[], str]) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self._folder = folder
+
+    @cached_property
+    def compiled(self) -> Any:
+        """numba's object."""
+        return _PartKernel(self.py_func, self._folder, self.fastmath, self.flags)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Type of the kernel where others call it."""
+        return self.compiled._numba_type_
+
+    def __call__(self, *args: Any) -> Any:
+        return self.compiled(*args)
+
+    def __reduce__(self) -> str:
+        return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
 class Summing(Part):

@@ -24,14 +24,17 @@ from hydrosim.program import versions
 
 def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
     """Fill an empty or new ``folder``; SHA-256 (hex) of its files by name."""
-    folder.mkdir(parents=True, exist_ok=True)
-    if any(folder.iterdir()):
-        raise SystemExit(f"{folder} is not empty; name a new folder")
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise SystemExit(f"{folder} is no empty folder; name a new one")
     with TemporaryDirectory() as name:
         for case in cases:
             _run(Path(name), "check", case)
             _run(Path(name), "run", case, "--output", f"{name}/run.nc", "--overwrite")
-        files = {path.name: _copy(path, folder) for path in _compiled(Path(name))}
+        compiled = _compiled(Path(name))
+        if not compiled:
+            raise SystemExit("no kernels to ship: hydrosim.jit.linking does not know this numba")
+        folder.mkdir(parents=True, exist_ok=True)
+        files = {path.name: _copy(path, folder) for path in compiled}
     manifest = {
         "kernels": kernel_folder(),
         "made with": versions(),
@@ -45,8 +48,11 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
 def _run(cache: Path, *command: str) -> None:
     """A command that compiles for the processor to be shipped for, with this folder as cache."""
     processor = {"NUMBA_CPU_NAME": PROCESSOR, "NUMBA_CPU_FEATURES": NO_MORE_FEATURES}
-    environment = {**os.environ, **processor, "HYDROSIM_CACHE_DIR": str(cache)}
-    subprocess.run([sys.executable, "-m", "hydrosim", *command], env=environment, check=True)
+    ours = {"HYDROSIM_CACHE_DIR": str(cache), "HYDROSIM_JIT": "linked"}
+    environment = {**os.environ, **processor, **ours}
+    done = subprocess.run([sys.executable, "-m", "hydrosim", *command], env=environment)
+    if done.returncode:
+        raise SystemExit(done.returncode)  # the command has said why
 
 
 def _compiled(cache: Path) -> list[Path]:

@@ -16,6 +16,7 @@ from typing import Any
 
 HOME = Path(__file__).parent / "shipped"
 MANIFEST = "manifest.json"
+ENTRIES = {"kernels", "made with", "processor", "files"}  # of a manifest
 PROCESSOR = "x86-64-v3"
 NO_MORE_FEATURES = ""  # than those of the processor, as LLVM has them
 FEATURES = (
@@ -26,9 +27,22 @@ FEATURES = (
 
 
 def read_manifest() -> dict[str, Any]:
-    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped."""
+    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped, and, with a warning, if what
+    was cannot be read."""
     path = HOME / MANIFEST
-    return dict(json.loads(path.read_bytes())) if path.is_file() else {}
+    try:
+        manifest = dict(json.loads(path.read_bytes()))
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError):
+        manifest = {}
+    if manifest.keys() >= ENTRIES:
+        return manifest
+    warnings.warn(
+        f"{path} is damaged: kernels are compiled, which takes longer. Install hydrosim again.",
+        stacklevel=2,
+    )
+    return {}
 
 
 SHIPPED = read_manifest()

@@ -8,12 +8,24 @@ truncation to matrix equations: frequency-weighted Gramians (Enns 1984).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg
 
 RATIO = 10.0  # b / a
+
+
+class Weight(Protocol):
+    """What errors of K^ count at each frequency."""
+
+    def at(self, w: np.ndarray) -> np.ndarray:
+        """|W(i w)| at the frequencies w (nw,) [rad/s]."""
+        ...
+
+    def gramian(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+        """1 / 2 pi int |W|^2 (i w - A)^-1 B B^T (i w - A)^-H dw."""
+        ...
 
 
 class Emphasis(NamedTuple):

@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.radiation.kept import Arrays, kept
+from hydrosim.radiation.reduction import Floating, reduced
 from hydrosim.radiation.state_space import (
     TOLERANCE,
     FitReport,
@@ -56,6 +57,37 @@ def fit(
     )
 
 
+def reduce(
+    models: Sequence[StateSpace],
+    checksum: str,
+    memory: Retardation,
+    frequency: np.ndarray,
+    floating: Floating,
+) -> tuple[StateSpace, ...]:
+    """Those ``models`` of `fit` that hold their tolerance with fewer states, see `reduced`; the
+    others as they are.
+
+    Each is kept as those of `fit`, by the inertia and stiffness of the ``floating`` bodies, too.
+    """
+    band = float(frequency[-1])
+
+    def smaller(model: StateSpace) -> StateSpace:
+        felt = floating.among(model.dofs)
+        settings = (
+            checksum,
+            memory.time.size,
+            float(memory.time[-1]),
+            band,
+            model.report.tolerance,
+            *model.dofs.tolist(),
+            *np.ravel(felt).tolist(),
+        )
+        make = partial(reduced, model, memory, band, floating)
+        return kept("reduced", settings, make, _to_arrays, _of_arrays)
+
+    return tuple(smaller(model) if model.report.holds else model for model in models)
+
+
 def free_groups(
     memory: Retardation, free: np.ndarray, tolerance: float = TOLERANCE
 ) -> list[np.ndarray]:
@@ -91,7 +123,7 @@ def is_within_tolerance(model: StateSpace) -> bool:
 def is_tolerable(model: StateSpace) -> bool:
     """Whether a fit is passive and within ten times its tolerance."""
     report = model.report
-    return report.passive and report.frequency_error <= TOLERABLE * report.tolerance
+    return report.passive and report.error <= TOLERABLE * report.tolerance
 
 
 def _names(dofs: np.ndarray) -> str:

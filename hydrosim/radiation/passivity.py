@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg
 
 if TYPE_CHECKING:
-    from hydrosim.radiation.emphasis import Emphasis
+    from hydrosim.radiation.emphasis import Weight
 
 GRID = 400  # frequencies, on top of those about each pole
 ZOOMS, FINER = 5, 9  # a minimum is sought between its neighbours: so often, among so many points
@@ -70,7 +70,7 @@ class Reciprocal:
         return result
 
 
-def passive(model: Reciprocal, band: float, emphasis: Emphasis) -> tuple[Reciprocal, float, float]:
+def passive(model: Reciprocal, band: float, emphasis: Weight) -> tuple[Reciprocal, float, float]:
     """The passive model nearest to ``model``, errors counted as the ``emphasis`` has it, and the
     smallest over largest eigenvalue of (1 + (w / band)^2) Re K^(i w) at all w, before and after:
     below -`ROUNDING` if there is none."""
@@ -136,7 +136,7 @@ def _grid(model: Reciprocal, band: float) -> np.ndarray:
 
 
 def _lifted(
-    model: Reciprocal, band: float, emphasis: Emphasis, place: np.ndarray, value: np.ndarray
+    model: Reciprocal, band: float, emphasis: Weight, place: np.ndarray, value: np.ndarray
 ) -> Reciprocal:
     """The model with the smallest change of B, in the mean square of W K^ over frequencies, that
     brings what is negative to `AIM`, to first order, and nothing else below it."""

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 
 if TYPE_CHECKING:
-    from hydrosim.radiation.emphasis import Emphasis
+    from hydrosim.radiation.emphasis import Weight
 
 ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
 DAMPED = 0.5  # of critical damping, at least, of poles that are held back
@@ -136,7 +136,7 @@ def pole_blocks(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def balanced(
-    poles: np.ndarray, residues: np.ndarray, emphasis: Emphasis
+    poles: np.ndarray, residues: np.ndarray, emphasis: Weight
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A, B and C of the fit of a reciprocal (m, m) matrix from its symmetric residues (order, m,
     m), in coordinates in which its states are equally controllable and observable, most important

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from hydrosim.radiation.emphasis import Emphasis, emphasis_of
+from hydrosim.radiation.emphasis import Weight, emphasis_of
 from hydrosim.radiation.passivity import ROUNDING, Reciprocal, passive
 from hydrosim.radiation.rational import Modes, balanced, modes, partial_fractions, vector_fit
 from hydrosim.radiation.retardation import (
@@ -50,6 +50,7 @@ class FitReport:
     time_error: float  # of K(t) over its table
     passivity_before: float  # see `passivity.passive`: negative for a fit that had to be changed
     passivity_margin: float  # the same of the model
+    motion_error: float = np.inf  # of the motions of free bodies, see `reduction`
 
     @property
     def passive(self) -> bool:
@@ -57,9 +58,14 @@ class FitReport:
         return self.passivity_margin >= -ROUNDING
 
     @property
+    def error(self) -> float:
+        """What its tolerance is for: the error in frequency or, if that is less, of motions."""
+        return min(self.frequency_error, self.motion_error)
+
+    @property
     def holds(self) -> bool:
         """Whether the model is passive and within its tolerance."""
-        return self.passive and self.frequency_error <= self.tolerance
+        return self.passive and self.error <= self.tolerance
 
     @property
     def refusal(self) -> str:
@@ -70,8 +76,9 @@ class FitReport:
         )
 
     def __str__(self) -> str:
+        felt = f"{self.motion_error:.1e} of motions, " if np.isfinite(self.motion_error) else ""
         return (
-            f"error {self.frequency_error:.1e} in frequency, {self.time_error:.1e} in time,"
+            f"error {felt}{self.frequency_error:.1e} in frequency, {self.time_error:.1e} in time,"
             f" passivity {self.passivity_margin:.1e} ({self.passivity_before:.1e} as fitted)"
         )
 
@@ -164,7 +171,7 @@ class Target:
     band: float
     values: np.ndarray
     scale: np.ndarray
-    emphasis: Emphasis
+    emphasis: Weight
     weight: np.ndarray
     gain: float
 
@@ -204,7 +211,14 @@ def fit_group(
     margin with zero.
     """
     target = target_of(memory, dofs, band)
-    model, report = _within(target, tolerance)
+    return state_space_of(*_within(target, tolerance), target, memory)
+
+
+def state_space_of(
+    model: Reciprocal, report: FitReport, target: Target, memory: Retardation
+) -> StateSpace:
+    """The ``model`` of a ``target`` in its own units, with its error in time in the report."""
+    dofs = target.dofs
     result = StateSpace(
         dofs=np.asarray(dofs, dtype=np.int64),
         decay=model.decay[: model.decay.size - model.rotation.size],
@@ -257,13 +271,25 @@ def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
     for fastest, times in ATTEMPTS:
         aim = times * least
         good = max(aim, NEARLY * target.gain)
-        fit = _vector_fit(target, 0.5 * aim, fastest * target.band)
-        A, B, C = balanced(*fit, target.emphasis)
-        system = A[:MOST, :MOST], B[:MOST], C[:, :MOST]
+        system = _balanced_fit(target, aim, fastest * target.band)
         found.append(_smallest(system, target, tolerance, aim, good))
         if _good(found[-1][1], good):
             break
     return min(found, key=_badness)
+
+
+def _balanced_fit(target: Target, aim: float, fastest: float) -> System:
+    """The first states of a fit within half the ``aim``, most important first."""
+    fit = _vector_fit(target, 0.5 * aim, fastest)
+    A, B, C = balanced(*fit, target.emphasis)
+    return A[:MOST, :MOST], B[:MOST], C[:, :MOST]
+
+
+def fit_once(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
+    """A passive model within the tolerance, with few states, at the first attempt; where there is
+    none, the best that was tried."""
+    system = _balanced_fit(target, tolerance, ATTEMPTS[0][0] * target.band)
+    return _smallest(system, target, tolerance, tolerance, tolerance)
 
 
 def _good(report: FitReport, aim: float) -> bool:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import pickle
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
+if TYPE_CHECKING:
+    import xarray as xr
 
 KEPT = 16  # sets of indexes
 
@@ -20,6 +21,8 @@ def assembled(
     data: Mapping[Any, Any], coords: Mapping[str, Any], attributes: Mapping[str, Any] | None = None
 ) -> xr.Dataset:
     """`xarray.Dataset` with the same arguments."""
+    import xarray as xr  # slow to load, and no run needs it before its end
+
     indexes = {name: each for name, each in coords.items() if _dims(name, each) == (name,)}
     others = {name: each for name, each in coords.items() if name not in indexes}
     made = xr.Dataset({**data, **others}, _made(pickle.dumps(indexes)), attributes)
@@ -42,8 +45,9 @@ def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
 
 
 def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
-    """Of an array, of a tuple (dimensions, values, ...), or of the values along ``name``."""
-    if isinstance(coordinate, xr.Variable | xr.DataArray):
+    """Of an array of xarray, of a tuple (dimensions, values, ...), or of the values along
+    ``name``."""
+    if hasattr(coordinate, "dims"):
         return tuple(map(str, coordinate.dims))
     dims = coordinate[0] if isinstance(coordinate, tuple) else name
     return (dims,) if isinstance(dims, str) else tuple(dims)
@@ -51,4 +55,6 @@ def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
 
 @lru_cache(maxsize=KEPT)
 def _made(indexes: bytes) -> xr.Coordinates:
+    import xarray as xr
+
     return xr.Dataset(coords=pickle.loads(indexes)).coords

@@ -17,12 +17,14 @@ with the root of their energy. Roundings of large energies are left out, as is w
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.scene import Method
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CLOSED = 1e-4  # of the exchanged energy: a residual beyond is warned of
 STRETCHES = 16  # of a run, half overlapping

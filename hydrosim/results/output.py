@@ -17,7 +17,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.forces import KINDS, kinds_of, losses, own_modes
@@ -43,6 +42,8 @@ from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import Components, elevations
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import Record

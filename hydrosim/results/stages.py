@@ -19,14 +19,16 @@ counts as complete within `WITHIN`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.forces.contact import group
 from hydrosim.forces.contact.group import CARRIES, NEVER, Remembered
 from hydrosim.forces.contact.modes import OPEN
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Share = Callable[[np.ndarray], np.ndarray]
 

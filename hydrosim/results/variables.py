@@ -5,12 +5,16 @@ Where the degrees of freedom have units of their own, `dof_units` says them in p
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from hydrosim.forces import KINDS
 from hydrosim.forces.kind import Variable
 from hydrosim.results.phases import Phase
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 EARTH = "earth"
 HEADING = "axes that turn with the yaw of the body"

@@ -23,6 +23,8 @@ class Method(StrEnum):
 
 
 ACCURACY = 1e-4  # of the range of a motion: what `Method.AUTOMATIC` aims at if nothing is said
+# the least that roundings of long runs leave, and the most that is an error of a motion
+ACCURACIES = (1e-10, 0.1)
 
 
 class LinearScenes(StrEnum):

@@ -45,7 +45,7 @@ from hydrosim.stepping.state import (
     STATUS,
     TRIAL,
 )
-from hydrosim.stepping.stepper import is_held, keep_reactions, slope, step
+from hydrosim.stepping.stepper import is_held, keep_reactions, knows_end_slope, slope, step
 from hydrosim.tanks.flows import add_momentum
 
 LANDED = 1e-10  # of a margin's range over the step: an event is located to this
@@ -115,7 +115,10 @@ def _find_end_slope(t, run):
     not known."""
     scratch = run.scratch
     if scratch.known[END_SLOPE] == 0:
-        slope(t, scratch.states[END], run, scratch.states[SLOPE])
+        if knows_end_slope(run):
+            assign(scratch.states[SLOPE], scratch.k[-1])
+        else:
+            slope(t, scratch.states[END], run, scratch.states[SLOPE])
         scratch.known[END_SLOPE] = 1
         keep_reactions(AT_END, run)
 

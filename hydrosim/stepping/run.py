@@ -48,7 +48,7 @@ from hydrosim.stepping.state import (
     STEPS_THEN,
     UNKNOWN,
 )
-from hydrosim.stepping.stepper import find_start_slope, step
+from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow import BEGIN, begin_block
@@ -151,7 +151,7 @@ def _cross(goal, enough, run):
         assign(state.y, scratch.states[END])
         if events.remembers(run.model.elements):
             _note(t, run)
-        _renew(left, run)
+        _renew(t, left, run)
         if left:
             counters[EVENTS] += 1
             remember(t, run)  # as it was before the event
@@ -324,6 +324,21 @@ def _remember(t, run):
 @kernel
 def _breakpoint_after(t, goal, clock):
     """The first breakpoint after ``t``, if it is before the ``goal``, else that."""
+    first = _count_breakpoints(t, clock)
+    if first < clock.breakpoints.size and clock.breakpoints[first] < goal:
+        return clock.breakpoints[first]
+    return goal
+
+
+@kernel
+def _is_breakpoint(t, clock):
+    before = _count_breakpoints(t, clock)
+    return before > 0 and clock.breakpoints[before - 1] == t
+
+
+@kernel
+def _count_breakpoints(t, clock):
+    """How many breakpoints there are up to ``t``."""
     first = 0
     behind = clock.breakpoints.size
     while first < behind:
@@ -332,15 +347,14 @@ def _breakpoint_after(t, goal, clock):
             behind = middle
         else:
             first = middle + 1
-    if first < clock.breakpoints.size and clock.breakpoints[first] < goal:
-        return clock.breakpoints[first]
-    return goal
+    return first
 
 
 @root
-def _renew(left, run):
-    """After a step: the slope at its end, where it is known, and the margins there begin the next,
-    if the modes stay and no constraint changes the state."""
+def _renew(t, left, run):
+    """After a step to ``t``: the slope at its end, where it is known, and the margins there begin
+    the next, if the modes stay and no constraint changes the state. At a breakpoint the slope is
+    that from inside, and the next step may begin with another."""
     scratch = run.scratch
     known = run.scratch.known
     end_slope = known[END_SLOPE] != 0
@@ -351,8 +365,13 @@ def _renew(left, run):
         return
     assign(scratch.margins[BEFORE], scratch.margins[AFTER])
     known[START_MARGINS] = BUT_FOR_SLIP  # whose headings are new at each step
+    if _is_breakpoint(t, run.clock):
+        return
     if end_slope:
         assign(scratch.k[0], scratch.states[SLOPE])
+        known[START_SLOPE] = 1
+    elif knows_end_slope(run):
+        assign(scratch.k[0], scratch.k[-1])
         known[START_SLOPE] = 1
 
 

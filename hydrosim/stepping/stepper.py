@@ -50,6 +50,13 @@ def step(t, h, run):
 
 
 @kernel
+def knows_end_slope(run):
+    """Whether the last slope of a step is that at its end, and nothing else is sought there: where
+    points may be held, reactions are."""
+    return run.method.closes and run.work.constraints.force.size == 0
+
+
+@kernel
 def find_start_slope(t, run):
     """The slope at the current state into k[0], and the reactions there."""
     slope(t, run.state.y, run, run.scratch.k[0])

@@ -37,6 +37,7 @@ from hydrosim.waves.forms import (
     cells_of,
     forms_model,
     has_forms,
+    join_once,
     look_from,
     moves_second_order,
     new_filtered,
@@ -58,7 +59,7 @@ SMALL = 1e-9  # of the largest wave: those below it are left out
 class FollowingLoads(NamedTuple):
     """Waves on the bodies that they follow, body by body: those of the k-th are the entries
     offset[k] to offset[k + 1] of what is ``(nw,)``, by sea and rising frequency. Values and slopes
-    of X, (nf, nodes[k], 2, 6), are in ``load`` from first[k] on.
+    of X, (nf, nodes[k], 2, 6), are in ``load`` from first[k] on, once for bodies with the same.
 
     Those of the ``slow`` bodies are made in ``rows`` at a time, ``row_step`` [s] apart, for a
     ``block`` [s]; their states begin at ``state``, and their filters cut at ``cut`` [rad/s], see
@@ -133,6 +134,7 @@ def following_model(
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
+    first, load = join_once([part.table for part in parts], complex)
     step = row_step([line for part in parts for line in _lines(part)], block)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
@@ -147,7 +149,7 @@ def following_model(
         turns=np.array([body.wave_forces.headings != Place.MEAN for body in chosen], dtype=bool),
         nodes=np.array([part.table.shape[1] for part in parts], dtype=np.int64),
         offset=np.cumsum([0, *(part.omega.size for part in parts)]),
-        first=np.cumsum([0, *(part.table.size for part in parts)])[: len(chosen)],
+        first=first,
         active=np.array([body.active for body in chosen], dtype=bool).reshape(-1, 6),
         **{
             name: joined(name)
@@ -155,7 +157,7 @@ def following_model(
         },
         elevation=joined("elevation", complex),
         cell=joined("cell", np.int64),
-        load=np.concatenate([np.zeros(0, complex), *(part.table.ravel() for part in parts)]),
+        load=load,
         second=forms_model([part.forms for part in parts]),
         bands=bands_model([part.bands for part in parts]),
         slow=slow,

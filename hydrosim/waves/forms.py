@@ -16,7 +16,7 @@ waves, so that no pair of them is ever formed; both d and psi count in every ter
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import cos, floor, pi, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,7 +31,7 @@ from hydrosim.waves.transfer import drift_above, drift_table
 from hydrosim.waves.turned_qtf import turned_qtf
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.quadratic import QuadraticFunctions
@@ -72,7 +72,7 @@ class Forms(NamedTuple):
     wave: np.ndarray  # (nw,) complex elevation at the centre of gravity at rest
     drifts: np.ndarray  # (nb,) whether drift is needed
     nodes: np.ndarray  # (nb,) of heading round the circle
-    table: np.ndarray  # (nb,) where the body's drift begins
+    table: np.ndarray  # (nb,) where the body's drift begins, the same for equal bodies
     cell: np.ndarray  # (nw, 2)
     part: np.ndarray  # (nw, 2) of the cell
     width: np.ndarray  # (nw, 2) of the cell [rad/s]
@@ -248,6 +248,7 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
     filters = [one for form in forms for one in form.filters]
     spans = [span for each in used for span in _spans(each)]
     tables = [body.drift.table for body in bodies]
+    table, drift = join_once(tables, float)
 
     def joined(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate(
@@ -275,14 +276,24 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
         core=np.concatenate([np.zeros(0, complex), *(form.core.ravel() for form in forms)]),
         wave=np.concatenate([np.zeros(0, complex), *(body.wave for body in bodies)]),
         drifts=np.array([bool(np.any(body.drift.factor)) for body in bodies], dtype=bool),
-        nodes=np.array([table.shape[1] for table in tables], dtype=np.int64),
-        table=np.cumsum([0, *(table.size for table in tables)])[: len(tables)],
+        nodes=np.array([each.shape[1] for each in tables], dtype=np.int64),
+        table=table,
         cell=joined("cell", np.int64),
         part=joined("part"),
         width=joined("width"),
         factor=joined("factor"),
-        drift=np.concatenate([np.zeros(0), *(table.ravel() for table in tables)]),
+        drift=drift,
     )
+
+
+def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.ndarray]:
+    """Where each of the ``tables`` begins in one array of their values, (nb,), and that array. One
+    that is there several times, as that of equal bodies, is stored once."""
+    distinct = {id(table): table.ravel() for table in tables}
+    begin = accumulate((values.size for values in distinct.values()), initial=0)
+    begins = dict(zip(distinct, begin, strict=False))
+    at = np.array([begins[id(table)] for table in tables], dtype=np.int64)
+    return at, np.concatenate([np.zeros(0, kind), *distinct.values()])
 
 
 def _counts(form: Form, drift: Drift) -> bool:

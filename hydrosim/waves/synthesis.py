@@ -101,7 +101,7 @@ def add_sum(grid: Grid, lines: Lines, total: np.ndarray) -> None:
     spacing."""
     index = np.rint(lines.omega * grid.step * grid.period / (2.0 * np.pi)).astype(np.int64)
     half = np.where(index == 0, 1.0, 0.5) * grid.period
-    for j in range(lines.amplitude.shape[1]):
+    for j in np.flatnonzero(np.any(lines.amplitude != 0.0, axis=0)):
         spectrum = np.zeros(grid.period // 2 + 1, dtype=complex)
         np.add.at(spectrum, index, half * lines.amplitude[:, j])
         total[:, j] += grid.cut(scipy.fft.irfft(spectrum, grid.period))

@@ -62,17 +62,42 @@ def excitation_at(
 
     Zero above the highest frequency of the database; below the lowest one the value there. Raises
     InputError if the database has no headings around one of them. Seas of several seeds ask for the
-    same: what is given is kept, and not to be written to.
+    same, and so do equal bodies: what is given is kept, and not to be written to.
     """
     to, of = (np.asarray(each, float).tobytes() for each in (heading, omega))
-    return _excitation_at(database, to, of)
+    return _excitation_at(_content(database, _excitation_of), to, of)
+
+
+class _Content:
+    """``values`` (nw, nh, n) of a ``database`` at its frequencies and headings. It equals another
+    one of the same numbers, so that databases of equal hulls share what is made of them."""
+
+    def __init__(self, database: TransferFunctions, values: np.ndarray) -> None:
+        self.database = database
+        self.values = values
+        arrays = (database.frequency, database.heading, values)
+        self._bytes = tuple(array.tobytes() for array in arrays)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Content) and self._bytes == other._bytes
+
+    def __hash__(self) -> int:
+        return hash(self._bytes)
 
 
 @lru_cache(maxsize=_KEPT)
-def _excitation_at(database: TransferFunctions, of_heading: bytes, of_omega: bytes) -> np.ndarray:
+def _content(
+    database: TransferFunctions, of: Callable[[TransferFunctions], np.ndarray]
+) -> _Content:
+    return _Content(database, of(database))
+
+
+@lru_cache(maxsize=_KEPT)
+def _excitation_at(known: _Content, of_heading: bytes, of_omega: bytes) -> np.ndarray:
+    database = known.database
     heading, omega = np.frombuffer(of_heading), np.frombuffer(of_omega)
     inside = omega <= database.frequency[-1] * _END
-    found = np.where(inside[:, None], _at(database, database.excitation, heading, omega), 0.0)
+    found = np.where(inside[:, None], _at(database, known.values, heading, omega), 0.0)
     found.setflags(write=False)
     return found
 
@@ -80,42 +105,51 @@ def _excitation_at(database: TransferFunctions, of_heading: bytes, of_omega: byt
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
     """First-order transfer functions and their slopes (nf, nodes, 2, n) at frequencies (nf,), four
     or more, and at ``between`` nodes of heading to one of the database, from 0 evenly round the
-    circle. Runs of one study ask for the same: what is given is kept, and not to be written to.
+    circle. Equal bodies and runs of one study ask for the same: what is given is one array for all
+    of them, and not to be written to.
 
     Raises InputError if its headings are not all round the circle.
     """
-    return _table(database, _excitation_of, between)
+    return _table(_content(database, _excitation_of), between)
 
 
 def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
     """The same of mean drift, of waves that are not below its frequencies, see `drift_above`."""
-    return _table(database, _drift_of, between)
+    return _table(_content(database, _drift_of), between)
 
 
 @lru_cache(maxsize=_TABLES)
-def _table(
-    database: TransferFunctions, of: Callable[[TransferFunctions], np.ndarray], between: int
-) -> tuple[np.ndarray, np.ndarray]:
-    values = of(database)
+def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
+    database = known.database
     nodes = between * max(database.heading.size, _FEWEST)
-    headings = _TURN / nodes * np.arange(nodes)
-    weights = heading_weights(database.heading, headings)
-    w = database.frequency
+    weights = heading_weights(database.heading, _TURN / nodes * np.arange(nodes))
     if weights is None:
         raise InputError(
             f"{database.source}: waves that follow a body (wave_forces.headings, position) need"
             " headings all round the circle, at most 45 deg apart; choose mean, or compute more."
         )
-    table = np.einsum("mh,whj->wmj", weights, values)
-    largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
-    table = np.where(np.abs(table) > NOISE * np.repeat(largest, 3), table, 0.0)
-    if w.size < 4:
-        more = np.linspace(w[0], w[-1], 4)
-        table = interpolated(w, table, more)
-        w = more
-    rows = np.stack([table, slopes(w, table)], axis=2)
+    w, values = _four_frequencies(database.frequency, known.values)
+    table = weights @ values
+    slope = weights @ slopes(w, values)  # in this order: a database has far fewer headings
+    loaded = np.abs(table) > NOISE * _largest(known.values)
+    table = np.where(loaded, table, 0.0)
+    slope = np.where(loaded.any(axis=0), slope, 0.0)
+    rows = np.stack([table, slope], axis=2)
     rows.setflags(write=False)
     return w, rows
+
+
+def _four_frequencies(w: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies and ``values`` (nf, ...), interpolated where there are fewer than four."""
+    if w.size >= 4:
+        return w, values
+    more = np.linspace(w[0], w[-1], 4)
+    return more, interpolated(w, values, more)
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """The largest force or moment among ``values`` (nw, nh, n), for each of the n."""
+    return np.repeat(np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1), 3)
 
 
 def all_round(database: TransferFunctions) -> bool:
@@ -205,8 +239,7 @@ def _at(
     else:
         at_nodes = interpolated(database.frequency, values, inside)
         found = np.einsum("ch,chj->cj", weights[which], at_nodes)
-    largest = np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1)
-    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * np.repeat(largest, 3)
+    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * _largest(values)
     return np.where(loaded, found, 0.0)
 
 

@@ -445,7 +445,9 @@ def test_hydrodynamics_that_cannot_be_are_named(text, tmp_path):
     [
         ("{method: automatic, tolerance: {relative: 1e-6}}", "chooses itself"),
         ("{method: dopri5, tolerance: 1e-6}", "expected method: automatic, or"),
-        ("{method: automatic, tolerance: -1}", "above 0"),
+        ("{method: automatic, tolerance: -1}", "1e-10 or more"),
+        ("{method: automatic, tolerance: 1e-11}", "1e-10 or more"),
+        ("{method: automatic, tolerance: 20 %}", "0.1 or less"),
     ],
 )
 def test_tolerances_of_the_wrong_kind(solver: str, said: str, refusal: Refusal) -> None:

@@ -12,6 +12,7 @@ from moored_barge import in_contact, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
+from hydrosim.errors import InputError
 from hydrosim.forces import Fender, StickSlip
 from hydrosim.scene import (
     Jonswap,
@@ -118,3 +119,10 @@ def test_it_aims_at_what_is_usual_if_nothing_is_said() -> None:
     scene = in_contact(5.0)
     solver = replace(scene.solver, method=Method.AUTOMATIC)
     assert compile_scene(replace(scene, solver=solver)).scene.solver.accuracy == 1e-4
+
+
+@pytest.mark.parametrize("accuracy", [-1.0, 0.0, float("nan"), 1e-11, 0.2])
+def test_what_is_no_accuracy_is_refused(accuracy: float) -> None:
+    """As a case file is: less than roundings leave, or as much as a motion itself."""
+    with pytest.raises(InputError, match=r"solver\.accuracy: must be from 1e-10 to 0\.1"):
+        compile_scene(automatic(in_contact(1.0), accuracy))

@@ -35,3 +35,9 @@ def test_the_stability_function_is_the_exponential_to_the_order(method: Method) 
     z = np.array([0.2, 0.1]) * np.exp(2.0j)
     far, near = np.abs(method.stability(z) - np.exp(z))
     assert np.log2(far / near) == pytest.approx(method.order + 1, abs=0.15)
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=str)
+def test_dopri5_alone_ends_a_step_at_its_last_stage(method: Method) -> None:
+    """Of the explicit ones: the slope there begins the next step."""
+    assert method.tableau.closes == (method.name == "dopri5")

@@ -7,13 +7,16 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from runpy import run_path
 from shutil import copytree
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from hydrosim.jit.shipped import FEATURES, refusal
+from hydrosim.jit.ship import ship
+from hydrosim.jit.shipped import FEATURES, MANIFEST, read_manifest, refusal
 
 Figure = Callable[[str, float], None]
 ROOT = Path(__file__).parents[2]
@@ -92,6 +95,43 @@ def test_shipped_kernels_are_for_these_sources_and_a_processor_of_their_kind() -
     assert "numba 0.61.0" in refusal(manifest, "kernels-2", FEATURES)
     assert "lacks +fma" in refusal(manifest, "kernels-1", FEATURES.replace("+fma", "-fma"))
     assert refusal({}, "kernels-1", FEATURES)
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "[1]", '{"files": {}}', "\xff"])
+def test_a_damaged_manifest_ships_nothing_and_is_told(
+    content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hydrosim.jit.shipped.HOME", tmp_path)
+    assert read_manifest() == {}
+    (tmp_path / MANIFEST).write_text(content, encoding="latin-1")
+    with pytest.warns(UserWarning, match=r"manifest\.json is damaged"):
+        assert read_manifest() == {}
+
+
+def test_a_folder_in_use_and_a_case_that_is_not_there_ship_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="is no empty folder"):
+        ship(tmp_path.parent, [])
+    with pytest.raises(SystemExit) as end:
+        ship(tmp_path / "kernels", [str(tmp_path / "none.yaml")])
+    assert end.value.code == 2
+    assert "none.yaml" in capfd.readouterr().err
+    assert not (tmp_path / "kernels").exists()
+
+
+def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("hatchling", reason="hatchling is not installed (pip install .[dev])")
+    monkeypatch.setenv("HYDROSIM_SHIPPED", str(tmp_path))
+    hook = run_path(str(ROOT / "hatch_build.py"))["ShippedKernels"]
+    built: dict[str, Any] = {"force_include": {}}
+    with pytest.raises(SystemExit, match=r"found no manifest\.json"):
+        hook.initialize(None, "standard", built)
+    (tmp_path / MANIFEST).touch()
+    hook.initialize(None, "standard", built)
+    assert built["force_include"] == {str(tmp_path): "hydrosim/jit/shipped"}
 
 
 def motions(

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Table
 from hydrosim.integrate import ESDIRK4
-from hydrosim.scene import LinearScenes, Method, WaveTrain
+from hydrosim.scene import LinearScenes, Method, Solver, WaveTrain
 from hydrosim.stepping.state import new_scratch
 
 Figure = Callable[[str, float], None]
@@ -48,6 +48,19 @@ def test_energy_residual_has_the_order_of_the_method(figure: Figure) -> None:
     past, cut = (np.abs(motion(run) - motion(runs[1])).max() for run in (crude, runs[2]))
     figure("steps that run past events, error over that of steps cut there", past / cut)
     assert past > 100 * cut
+
+
+def test_the_last_slope_of_a_step_begins_the_next() -> None:
+    """A step of dopri5 has seven stages and costs six evaluations; a rejected one has the slope at
+    its start already. At a corner of the lift, between records, the slope is found anew."""
+    scene = scene_of("free_floating")
+    ramp = Table(np.array([0.0, 7.3, 20.0]), np.array([0.0, 1e6, 0.0]))
+    lift = AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": ramp})
+    solver = Solver(method=Method.DOPRI5, step=0.1, linear=LinearScenes.STEP)
+    scene = replace(scene, forces={**scene.forces, "lift": lift}, duration=20.0, solver=solver)
+    run = hs.simulate(replace(scene, output_step=1.0))
+    tried = run.attrs["solver_steps"] + run.attrs["solver_rejected"]
+    assert run.attrs["solver_evaluations"] == 6 * tried + 1
 
 
 def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:

@@ -105,3 +105,21 @@ def test_second_of_two_bodies(box: Box) -> None:
     following_loads(TIMES[1], moved, model, new_sums(model), load, np.zeros(12))
     np.testing.assert_array_equal(load[:6], 0.0)
     np.testing.assert_array_equal(load[6:], following(replace(other, offset=0), moved[6:])[1])
+
+
+def test_equal_databases_have_one_table(box: Box) -> None:
+    """Loads of two bodies are those of each alone; the table is stored once, unless they differ."""
+    first = body(box, Place.INSTANTANEOUS, Place.INSTANTANEOUS)
+    equal = replace(box, excitation=box.excitation.copy())
+    larger = replace(box, excitation=2.0 * box.excitation)
+    one = following_model(sea(WATER), [first])
+    for other, factor, tables in ((equal, 1.0, 1), (larger, 2.0, 2)):
+        second = replace(first, database=other, offset=6)
+        model = following_model(sea(WATER), [first, second])
+        assert model.load.size == tables * one.load.size
+        moved = np.tile([11.0, -25.0, 1.0, 0.1, 0.05, 0.3], 2)
+        found = np.zeros(12)
+        following_loads(TIMES[2], moved, model, new_sums(model), found, np.zeros(12))
+        alone = following(first, moved[:6])[2]
+        np.testing.assert_array_equal(found[:6], alone)
+        np.testing.assert_allclose(found[6:], factor * alone, rtol=1e-12)

@@ -11,7 +11,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.compiling.hydrostatics.liquids import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
@@ -29,6 +28,8 @@ from hydrosim.waves.forms import second_order_at_rest
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.database.database import HydroDatabase
 
@@ -39,7 +40,7 @@ APART, TURNED = 0.1, np.radians(3.0)
 BEYOND = 0.2  # of what is between two draughts: how far beyond the last is unsaid
 SMALL = np.radians(10.0)  # sin and cos are off by 0.5 and 1.5 % there
 SAMPLES = 200  # waves of equal energy that stand for a sea
-BLOCK = 4096  # records at once: all of a long run, for each sample, need much memory
+BLOCK = 1024  # records at once: all of a long run, for each sample, need much memory
 PERIODS = 3.0  # of the waves: what is slower is slow
 
 

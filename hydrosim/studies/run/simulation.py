@@ -9,7 +9,6 @@ from time import thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
@@ -60,6 +59,8 @@ from hydrosim.studies.run.step_limits import warned_of_steps
 from hydrosim.studies.run.twin import estimated
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.case import Case
     from hydrosim.stepping.dynamics import Model
 

@@ -13,9 +13,10 @@ the evaluations that are granted, `SHARE` of the run's own or `FIRST`, goes into
 other half is spent at places among the later changes. There a path that begins near the run is
 followed for a while, and its distance is handed on to the next place (Benettin et al. 1980, see
 `hydrosim.studies.run.paths`). If the error at the beginning, grown by so much, would matter, the
-twin goes on to the end, or until the error is as large as the range of a motion. A convolution
-remembers what no record holds: then all that is granted goes into the beginning. The attribute
-`twin_evaluations` of a result says what it has cost, beside `solver_evaluations`.
+twin goes on to the end, or until the error is `LOST` of the range of a motion: two runs of a
+chaotic scene may be no further apart by the end. A convolution remembers what no record holds: then
+all that is granted goes into the beginning. The attribute `twin_evaluations` of a result says what
+it has cost, beside `solver_evaluations`.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 WRONG = 5e-4  # of the range of a motion: what is told; half of what matters, being estimated
 """Where the method is chosen for an accuracy, that is told which is beyond it."""
+LOST = 0.3  # of the range of a motion: nothing of its path is left
 STILL = 1e-6  # m, rad: a smaller range is none
 SMALL = (1e-3, 1e-5)  # m, rad: nor is this of a method that is chosen for an accuracy
 ASKED = 10.0  # tolerances: an error that adaptive methods may make, however small a motion is
@@ -115,8 +117,8 @@ def _twin(run: Run, compiled: Compiled, finer: Compiled, ranges: np.ndarray) -> 
 
 
 def _follow(twin: Path, last: int, ranges: np.ndarray) -> None:
-    """Go on to the record ``last``, or until nothing is left of a motion."""
-    while twin.end < last and not twin.failed and twin.apart(ranges).max() < 1.0:
+    """Go on to the record ``last``, or until nothing is left of the path of a motion."""
+    while twin.end < last and not twin.failed and twin.apart(ranges).max() < LOST:
         twin.follow(2 * twin.evaluations, last)
 
 

@@ -333,3 +333,13 @@ def test_some_runs_estimate_their_errors_by_their_numbers(monkeypatch: pytest.Mo
     assert "in run 0" in runs.attrs["error_estimates"]
     later = hs.simulate_many(seeds(4, 5), workers=2, first=3)
     assert ["estimated" in str(said) for said in later.warnings.values] == [False, True]
+
+
+def test_one_run_of_fifty_estimates_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That is 2 % of a sweep where a twin takes what its run does."""
+    told = Estimate(("estimated",))
+    monkeypatch.setattr("hydrosim.studies.run.simulation.estimated", lambda *_: told)
+    for first, estimated in ((0, [True, False]), (20, [False, False]), (49, [False, True])):
+        runs = hs.simulate_many(seeds(1, 2), workers=2, first=first)
+        assert ["estimated" in str(said) for said in runs.warnings.values] == estimated
+        assert "every 50th" in runs.attrs["error_estimates"]
