@@ -18,7 +18,7 @@ QUESTIONS = (
     "step_limits",
     *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
     *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("reading", "databases", "validation", "extremes", "kills"),
+    *("databases", "validation", "extremes", "kills"),
 )
 LONG = (
     "automatic",

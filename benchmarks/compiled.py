@@ -13,6 +13,7 @@ from hydrosim.forces import Placed, placed
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model
+from hydrosim.stepping.state_layout import state_layout
 
 
 class Several(NamedTuple):
@@ -63,7 +64,9 @@ def with_states(given: Several, total: int) -> Several:
         size=model.size + more,
     )
     state = first._replace(y=np.insert(first.y, at, np.zeros(more)))
-    return Several(replace(given.compiled, model=model, state=state), tuple(fits))
+    known = given.compiled.facts
+    facts = replace(known, model=model, layout=state_layout(given.scene, model))
+    return Several(replace(given.compiled, facts=facts, state=state), tuple(fits))
 
 
 def _split(fit: StateSpace, pairs: int) -> StateSpace:

@@ -59,8 +59,9 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
 
 
 def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
-    """``node`` with ``KEY=VALUE`` of an ``option`` laid over it: a dotted key, where a number is an entry of a list,
-    and a value in YAML; null removes. InputError names what there is instead of an unknown key."""
+    """``node`` with the ``KEY=VALUE`` of an ``option`` laid over it. The key is dotted; a number in
+    it is an entry of a list; the value is YAML, and null removes. Raises InputError for an
+    unknown key, with the keys that there are."""
     key, _, text = setting.partition("=")
     name = option + (setting if len(setting) <= LONG else f"{setting[:LONG]}...")
     value = compose(text, name)

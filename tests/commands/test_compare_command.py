@@ -1,4 +1,4 @@
-"""`hydrosim compare` and `hydrosim export --recording`: exit codes, messages, and what is written."""
+"""`hydrosim compare`, `hydrosim export --recording`: exit codes, messages, what is written."""
 
 from __future__ import annotations
 

@@ -70,15 +70,16 @@ class TestInfo:
             "73, from 0 to 180 deg",
             "transverse 18.82, longitudinal 484.9 m",
             "31, from 0.3 to 1.62 rad/s; 4 pairs of headings",
-            "lacks │ qtf sum",
+            "lacks qtf sum",
         ):
-            assert words in result.out
+            assert words in " ".join(result.out.split())
 
     def test_of_a_file_that_lacks_much(self, db: Command) -> None:
         planted(volume=None, hydrostatic_stiffness=None, mean_drift=None)
         result = db("info", "faulty.nc")
         assert result.code == 0
-        assert "lacks │ hydrostatic stiffness, volume, mean drift" in result.out
+        said = " ".join(result.out.split())
+        assert "lacks hydrostatic stiffness, volume, mean drift" in said
 
 
 class TestCheck:
@@ -348,8 +349,9 @@ class TestKernel:
 
 class TestChanges:
     def test_are_made_and_said(self, db: Command) -> None:
-        options = ["--frequencies", "0, 2 rad/s", "--without", "drift, qtf", "--symmetrise"]
-        result = db("convert", "h851.nc", "less.nc", *options, "--accept", "positive damping")
+        changes = given("frequencies=[0, 2 rad/s]", "without=[drift, qtf]", "symmetrise=true")
+        accepted = given("accept=[positive damping]")
+        result = db("convert", "h851.nc", "less.nc", *changes, *accepted)
         assert result.code == 0
         less = read("less.nc")
         assert less.frequency[-1] == pytest.approx(2.0)
@@ -360,23 +362,21 @@ class TestChanges:
         assert less.attributes["accepted"] == "positive damping"
 
     @pytest.mark.parametrize(
-        ("option", "value", "message"),
+        ("setting", "message"),
         [
-            ("--frequencies", "2, 1", "expected the lowest and the highest"),
-            ("--frequencies", "0, 3 m", "--frequencies: found"),
-            ("--without", "heave", "expected drift, qtf or loads"),
-            ("--accept", "everything", 'accept: found "everything"; expected one of frequencies'),
+            ("frequencies=[2, 1]", "expected the lower one first"),
+            ("frequencies=[0, 3 m]", "--given frequencies=[0, 3 m]: frequencies.1: found"),
+            ("without=[heave]", "without.0: found"),
+            ("accept=[everything]", 'accept: found "everything"; expected one of frequencies'),
         ],
     )
-    def test_what_is_no_change_is_named(
-        self, db: Command, option: str, value: str, message: str
-    ) -> None:
-        result = db("convert", "h851.nc", "less.nc", option, value)
+    def test_what_is_no_change_is_named(self, db: Command, setting: str, message: str) -> None:
+        result = db("convert", "h851.nc", "less.nc", "--given", setting)
         assert result.code == 2
         assert message in result.err
 
     def test_a_set_without_loads_goes_from_format_to_format(self, db: Command) -> None:
-        assert db("convert", "h851.nc", "bare.nc", "--without", "loads").code == 0
+        assert db("convert", "h851.nc", "bare.nc", "--given", "without=[loads]").code == 0
         assert db("convert", "bare.nc", "bare.1").code == 0
         assert not Path("bare.3").exists()
         assert read("bare.1").heading.size == 0
