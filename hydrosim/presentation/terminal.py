@@ -41,7 +41,8 @@ def text_of(document: Document, details: bool = True) -> str:
 
 def print_document(document: Document, out: Console, details: bool = True) -> None:
     """Print a document, without its ``details`` if so asked."""
-    print_parts(out, document.title, *parts_of(document, details))
+    subtitle = [document.subtitle] if document.subtitle else []
+    print_parts(out, document.title, *subtitle, *parts_of(document, details))
 
 
 def parts_of(document: Document, details: bool = True) -> Iterator[RenderableType]:
@@ -88,6 +89,7 @@ def _printed(node: Node, units: Units) -> Iterator[RenderableType]:
                 yield title
             yield from (f"  {words_of(item, units)}" for item in items)
         case Table():
+            yield f"\n{node.title}" if node.title else ""
             yield _grid(node, units)
         case Heading():
             yield node.text
@@ -95,10 +97,9 @@ def _printed(node: Node, units: Units) -> Iterator[RenderableType]:
 
 def _grid(table: Table, units: Units) -> Grid:
     head, rows = laid_out(table, units)
-    title = escape(table.title) if table.title else None
-    grid = Grid(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for k, name in enumerate(head):
-        numeric = any(row[k].numeric for row in rows if k < len(row))
+        numeric = any(row[k].numeric for row in rows)
         grid.add_column(escape(name), justify="right" if numeric else "left", overflow="fold")
     for row in rows:
         grid.add_row(*(escape(cell.text) for cell in row))

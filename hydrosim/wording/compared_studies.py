@@ -34,14 +34,19 @@ def is_of_studies(found: xr.Dataset) -> bool:
 
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
-    said = f"{found.sizes['run']} and {found.sizes['other_run']} runs: {found.attrs['compared']}"
-    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs))
+    return Document(compared(found), nodes_of(PARTS, found), _counted(found), units_of(found.attrs))
 
 
 def studies_tables(found: xr.Dataset) -> Document:
     """What differs and what may be chance, without pictures."""
     nodes = [*_outcome(found), *_others(found)]
-    return Document(compared(found), nodes, units=units_of(found.attrs))
+    return Document(compared(found), nodes, _counted(found), units_of(found.attrs))
+
+
+def _counted(found: xr.Dataset) -> str:
+    """How many runs were compared, and how."""
+    counts = f"{found.sizes['run']} and {found.sizes['other_run']} runs"
+    return f"{counts}: {found.attrs['compared']}"
 
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:

@@ -58,14 +58,22 @@ def is_comparison(found: xr.Dataset) -> bool:
 def comparison_document(found: xr.Dataset) -> Document:
     """The report of a comparison."""
     time = found.time.values.astype(float)
-    said = f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s"
-    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs), time)
+    nodes = nodes_of(PARTS, found)
+    return Document(compared(found), nodes, _span(time), units_of(found.attrs), time)
 
 
 def comparison_tables(found: xr.Dataset) -> Document:
     """What differs, and how it was compared, without both series."""
     nodes = [*_outcome(found), *_contacts(found), *_bands(found), *_assumed(found)]
-    return Document(compared(found), nodes, units=units_of(found.attrs))
+    said = _span(found.time.values.astype(float))
+    return Document(compared(found), nodes, said, units_of(found.attrs))
+
+
+def _span(time: np.ndarray) -> str:
+    """Which times were compared."""
+    return (
+        f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s, at {time.size} times"
+    )
 
 
 def compared(found: xr.Dataset) -> str:
@@ -217,25 +225,34 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
 
 
 def _assumed(found: xr.Dataset) -> Iterator[Node]:
-    shift = found.attrs.get("shift")
     rows = [("times", str(found.attrs.get("compared", "unknown")))]
-    rows += [("added to the recorded times", f"{float(shift):+.3f} s")] if shift is not None else []
+    if "shift" in found.attrs:
+        rows.append(("added to the recorded times", _shift(float(found.attrs["shift"]))))
     yield Table(("assumption", ""), rows)
-    if found.attrs.get("guessed"):
+    guessed = bool(found.attrs.get("guessed"))
+    if guessed:
         yield Sentence("Which column is which channel was guessed from names and units.")
     pairs = zip(found.channel.values, found.column.values, found.units.values, strict=True)
     said = found.recorded_in.values if "recorded_in" in found else [""] * found.sizes["channel"]
-    rows_ = [(*map(str, pair), str(s)) for pair, s in zip(pairs, said, strict=True)]
+    rows_ = [
+        (*map(str, pair), str(unit) or f"not said, taken for {pair[2]}")
+        for pair, unit in zip(pairs, said, strict=True)
+    ]
     others = [row for row in rows_ if row[0] != row[1] or row[2] != row[3]]
     if others:
         yield Table(("channel", "column", "unit", "recorded in"), others)
-    for name, what in (("unused", "Not compared"), ("zero_in_both", "Zero in both")):
+    why = "no guess: say in a mapping what they are" if guessed else "not in the mapping"
+    for name, what in (("unused", f"Not compared ({why})"), ("zero_in_both", "Zero in both")):
         if left := lines_of(found, name):
             yield Sentence("{}: {}.", [what, ", ".join(left)])
     yield Sentence(
         "These are figures of two series, and have no intervals; hydrosim compare of two studies"
         " says which differences are more than chance. Which of the two is right is not judged."
     )
+
+
+def _shift(seconds: float) -> str:
+    return "none: no channel correlates" if np.isnan(seconds) else f"{seconds:+.3f} s (estimated)"
 
 
 PARTS: Parts = {

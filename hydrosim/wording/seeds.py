@@ -55,7 +55,7 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
         figures = ("most probable", "interval", "P90", "interval of P90", "another run")
         yield Table(("motion", "side", *figures, "by"), rows)
     if stages := list(_stages(runs)):
-        yield Table(("group", "stage or figure", "mean", "interval", "all runs", "runs"), stages)
+        yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
 
 def _moving(runs: xr.Dataset) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
@@ -123,4 +123,4 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
                 at = spread(known)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
-                yield [str(name), what, Value(at.mean, unit), *ends, str(known.size)]
+                yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

@@ -117,14 +117,7 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
 def _of_values(plan: Plan) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = (
-        *map(_short, names or ["of"]),
-        "figure",
-        "mean",
-        "90 % interval",
-        "another seed",
-        "runs",
-    )
+    head = ("figure", *map(_short, names), "mean", "90 % interval", "another seed", "runs")
     yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]])
     yield Sentence(MEANS, detail=True)
     if len(rows) > MOST:
@@ -142,12 +135,11 @@ def _short(name: str) -> str:
 
 def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
     s = row.spread
-    values: list[Cell] = [
-        _value(row.values[name], plan.unit(name)) for name in names if name in row.values
-    ]
+    values = [_value(row.values[name], plan.unit(name)) for name in names]
+    mean = Value(s.mean, row.unit) if s.n else "no run has a value"
+    interval = Between(s.low, s.high, row.unit)
     another = Between(s.another_low, s.another_high, row.unit)
-    figures = (Value(s.mean, row.unit), Between(s.low, s.high, row.unit), another)
-    return [*(values or ["all"]), row.figure, *figures, str(s.n)]
+    return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
 def _value(value: object, unit: str) -> Value | str:
@@ -174,6 +166,8 @@ def _difference(plan: Plan, of: Difference) -> Sentence:
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
         parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
+    else:
+        text += " (one run at each end)"
     if np.isfinite(of.changed):
         text += "; contacts went another way in {} of the seeds"
         parts.append(Value(of.changed, "share", 2))
