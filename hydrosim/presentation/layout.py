@@ -7,7 +7,7 @@ from math import floor, isfinite, isinf, log10
 from typing import NamedTuple
 
 from hydrosim.documents.digits import digits_of
-from hydrosim.presentation.document import Between, Cell, Sentence, Table, Value
+from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.units import Units
 
 NOTHING = "–"

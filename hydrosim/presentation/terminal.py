@@ -12,8 +12,10 @@ from rich.markup import escape
 from rich.segment import Segment
 from rich.table import Table as Grid
 
-from hydrosim.presentation.document import (
-    Document,
+from hydrosim.presentation.layout import laid_out
+from hydrosim.presentation.layout import text_of as words_of
+from hydrosim.presentation.nodes import (
+    Contents,
     Heading,
     List,
     Node,
@@ -22,8 +24,6 @@ from hydrosim.presentation.document import (
     Table,
     Verdict,
 )
-from hydrosim.presentation.layout import laid_out
-from hydrosim.presentation.layout import text_of as words_of
 from hydrosim.presentation.units import Units
 
 MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
@@ -31,7 +31,7 @@ WIDTH = len("warning") + 2  # of a mark with the room after it
 PRINTED = 120  # characters in a line of a document as text
 
 
-def text_of(document: Document, details: bool = True) -> str:
+def text_of(document: Contents, details: bool = True) -> str:
     """The document as text."""
     out = Console(file=StringIO(), width=PRINTED, no_color=True)
     print_document(document, out, details)
@@ -39,13 +39,13 @@ def text_of(document: Document, details: bool = True) -> str:
     return str(found)
 
 
-def print_document(document: Document, out: Console, details: bool = True) -> None:
+def print_document(document: Contents, out: Console, details: bool = True) -> None:
     """Print a document, without its ``details`` if so asked."""
     subtitle = [document.subtitle] if document.subtitle else []
     print_parts(out, document.title, *subtitle, *parts_of(document, details))
 
 
-def parts_of(document: Document, details: bool = True) -> Iterator[RenderableType]:
+def parts_of(document: Contents, details: bool = True) -> Iterator[RenderableType]:
     """What is printed below the title: texts and grids."""
     for section in document.sections:
         if section.heading.detail and not details:
@@ -97,10 +97,16 @@ def _printed(node: Node, units: Units) -> Iterator[RenderableType]:
 
 def _grid(table: Table, units: Units) -> Grid:
     head, rows = laid_out(table, units)
-    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, show_header=any(head))
     for k, name in enumerate(head):
         numeric = any(row[k].numeric for row in rows)
-        grid.add_column(escape(name), justify="right" if numeric else "left", overflow="fold")
+        words = [*name.split(), *(row[k].text for row in rows if row[k].numeric)]
+        grid.add_column(
+            escape(name),
+            justify="right" if numeric else "left",
+            overflow="fold",
+            min_width=max(map(len, words), default=None),
+        )
     for row in rows:
         grid.add_row(*(escape(cell.text) for cell in row))
     return grid

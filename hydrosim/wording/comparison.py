@@ -31,15 +31,7 @@ ORDER = ("position", "wave", "fender", "spring", "", "energy")
 """Kinds of channels."""
 FIRST = 12
 """Charts that are open."""
-HEAD = (
-    "channel",
-    "the recording is",
-    "rms of the difference",
-    "over the std recorded",
-    "largest difference",
-    "at",
-    "correlation",
-)
+HEAD = ("channel", "rms", "rms/std", "largest", "at", "correlation", "the recording is")
 RULES = (
     "Gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
     " later and lies 0.05 m higher. Each is said only if the agreement is clearly worse without.",
@@ -96,7 +88,8 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
         "Motions are first, then waves, contacts and the rest; the furthest apart first."
     )
-    yield Table(HEAD, [_row(found.isel(channel=k)) for k in _furthest(found)])
+    rows = [_row(found.isel(channel=k)) for k in _furthest(found)]
+    yield Table(HEAD, rows, "Difference, ours less recorded, and std of what is recorded")
     yield List(RULES, "What the words mean:", detail=True)
 
 
@@ -161,7 +154,7 @@ def _row(one: xr.Dataset) -> list[Cell]:
     share = "constant" if np.isnan(relative) else Value(relative, "share", 3)
     at = Value(float(one.peak_time), "s")
     correlation = Value(float(one.correlation))
-    return [str(one.channel.values), str(one.verdict.values), rms, share, peak, at, correlation]
+    return [str(one.channel.values), rms, share, peak, at, correlation, str(one.verdict.values)]
 
 
 def _series(found: xr.Dataset) -> Iterator[Node]:

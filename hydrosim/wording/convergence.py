@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import isfinite, nan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value
 from hydrosim.results.ledger import CLOSED
-from hydrosim.studies.run.converge import Study, Trial
 from hydrosim.wording.parts import lines_of
+
+if TYPE_CHECKING:
+    from hydrosim.studies.run.converge import Study, Trial
 
 
 def convergence(run: xr.Dataset) -> Iterator[Node]:

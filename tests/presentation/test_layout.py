@@ -81,7 +81,9 @@ def test_an_interval_goes_with_its_mean() -> None:
 
 
 def test_two_units_of_all_rows_stand_in_the_head_together() -> None:
-    cells = [Sentence("{}, {}", [Value(x, "m/m"), Value(0.5 * math.pi, "rad", 3)]) for x in (1, 2.5)]
+    cells = [
+        Sentence("{}, {}", [Value(x, "m/m"), Value(0.5 * math.pi, "rad", 3)]) for x in (1, 2.5)
+    ]
     found = laid(["period", "heave"], *([Value(8.0, "s"), cell] for cell in cells))
     assert found.head == ["period [s]", "heave [m/m, deg]"]
     assert texts(found) == [["8", "1.000, 90"], ["8", "2.500, 90"]]

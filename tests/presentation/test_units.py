@@ -8,7 +8,14 @@ import math
 import pytest
 
 import hydrosim as hs
-from hydrosim.presentation.units import ATTRIBUTE, DEFAULT, Units, as_attribute, chosen_units, units_of
+from hydrosim.presentation.units import (
+    ATTRIBUTE,
+    DEFAULT,
+    Units,
+    as_attribute,
+    chosen_units,
+    units_of,
+)
 
 TONNES = Units({"N": "tonne_force", "kg": "kg"})
 FEET = Units({"m": "foot", "N": "MN", "rad": "rad"})
