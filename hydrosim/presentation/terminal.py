@@ -5,14 +5,15 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 from io import StringIO
+from textwrap import fill
 
-from rich.box import SIMPLE_HEAD
+from rich.box import Box
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.markup import escape
 from rich.segment import Segment
 from rich.table import Table as Grid
+from rich.text import Text
 
-from hydrosim.presentation.layout import laid_out
+from hydrosim.presentation.layout import Shown, laid_out
 from hydrosim.presentation.layout import text_of as words_of
 from hydrosim.presentation.nodes import (
     Contents,
@@ -28,6 +29,9 @@ from hydrosim.presentation.units import Units
 
 MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
 WIDTH = len("warning") + 2  # of a mark with the room after it
+GAP = 2  # between columns
+BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
+"""A line below the head alone."""
 PRINTED = 120  # characters in a line of a document as text
 
 
@@ -42,26 +46,34 @@ def text_of(document: Contents, details: bool = True) -> str:
 def print_document(document: Contents, out: Console, details: bool = True) -> None:
     """Print a document, without its ``details`` if so asked."""
     subtitle = [document.subtitle] if document.subtitle else []
-    print_parts(out, document.title, *subtitle, *parts_of(document, details))
+    print_parts(out, document.title, *subtitle, *_parts_of(document, details, out.width))
 
 
-def parts_of(document: Contents, details: bool = True) -> Iterator[RenderableType]:
-    """What is printed below the title: texts and grids."""
+def _parts_of(document: Contents, details: bool, width: int) -> Iterator[RenderableType]:
+    """What is printed below the title: texts and grids, with a blank line on both sides of a table
+    and above a heading."""
+    blank = False
+    for node in _shown(document, details):
+        parts = list(_printed(node, document.units, width))
+        if parts and isinstance(node, Table | Heading) and not blank:
+            yield ""
+        yield from parts
+        blank = isinstance(node, Table) if parts else blank
+
+
+def _shown(document: Contents, details: bool) -> Iterator[Node]:
+    """Headings and what is below them, without details if so asked."""
     for section in document.sections:
-        if section.heading.detail and not details:
-            continue
-        if section.heading.text:
-            yield f"\n{section.heading.text}"
-        for node in section.nodes:
-            if details or not getattr(node, "detail", False):
-                yield from _printed(node, document.units)
+        if details or not section.heading.detail:
+            each = [section.heading, *section.nodes]
+            yield from (node for node in each if details or not getattr(node, "detail", False))
 
 
 def print_parts(out: Console, *parts: RenderableType) -> None:
     """Print grids, and lines of text as they are: no markup, no colours, not broken."""
     for part in parts:
         if isinstance(part, str):
-            out.print(printable(part), markup=False, highlight=False, soft_wrap=True)
+            out.print(printable(part), markup=False, emoji=False, highlight=False, soft_wrap=True)
         else:
             out.print(_Printable(part))
 
@@ -78,37 +90,38 @@ def _odd(character: str) -> bool:
     return unicodedata.category(character) in ("Cc", "Cf", "Cs")
 
 
-def _printed(node: Node, units: Units) -> Iterator[RenderableType]:
+def _printed(node: Node, units: Units, width: int) -> Iterator[RenderableType]:
     match node:
         case Sentence():
             yield words_of(node, units)
         case Verdict(outcome=outcome):
             yield f"{MARKS[outcome]:{WIDTH}}{words_of(node.sentence, units)}"
         case List(items=items, title=title):
-            if title:
-                yield title
+            yield from filter(None, [title])
             yield from (f"  {words_of(item, units)}" for item in items)
         case Table():
-            yield f"\n{node.title}" if node.title else ""
-            yield _grid(node, units)
+            yield from filter(None, [node.title])
+            yield _grid(*laid_out(node, units), width)
+            yield ""
         case Heading():
-            yield node.text
+            yield from filter(None, [node.text])
 
 
-def _grid(table: Table, units: Units) -> Grid:
-    head, rows = laid_out(table, units)
-    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, show_header=any(head))
-    for k, name in enumerate(head):
-        numeric = any(row[k].numeric for row in rows)
-        words = [*name.split(), *(row[k].text for row in rows if row[k].numeric)]
-        grid.add_column(
-            escape(name),
-            justify="right" if numeric else "left",
-            overflow="fold",
-            min_width=max(map(len, words), default=None),
-        )
+def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
+    """A table. Where it is wider than the terminal, heads of numbers are broken between words, and
+    then texts; numbers never are."""
+    columns = list(zip(head, *([cell.text for cell in row] for row in rows), strict=True))
+    is_wide = sum(max(map(len, column)) + GAP for column in columns) > width + GAP
+    grid = Grid(box=BOX, padding=(0, GAP, 0, 0), show_edge=False, show_header=any(head))
+    for k, (name, *texts) in enumerate(columns):
+        if any(row[k].numeric for row in rows):
+            narrow = max(map(len, [*texts, *name.split()]))
+            name = fill(name, narrow, break_long_words=False) if is_wide else name
+            grid.add_column(Text(name), justify="right", no_wrap=True)
+        else:
+            grid.add_column(Text(name), overflow="fold")
     for row in rows:
-        grid.add_row(*(escape(cell.text) for cell in row))
+        grid.add_row(*(Text(cell.text) for cell in row))
     return grid
 
 

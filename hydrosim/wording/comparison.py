@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -31,7 +32,7 @@ ORDER = ("position", "wave", "fender", "spring", "", "energy")
 """Kinds of channels."""
 FIRST = 12
 """Charts that are open."""
-HEAD = ("channel", "rms", "rms/std", "largest", "at", "correlation", "the recording is")
+HEAD = ("channel", "rms", "rms/std", "largest", "at", "correlation")
 RULES = (
     "Gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
     " later and lies 0.05 m higher. Each is said only if the agreement is clearly worse without.",
@@ -56,7 +57,8 @@ def comparison_document(found: xr.Dataset) -> Document:
 
 def comparison_tables(found: xr.Dataset) -> Document:
     """What differs, and how it was compared, without both series."""
-    nodes = [*_outcome(found), *_contacts(found), *_bands(found), *_assumed(found)]
+    bands = (replace(node, detail=True) for node in _bands(found))
+    nodes = [*_outcome(found), *_contacts(found), *bands, *_assumed(found)]
     said = _span(found.time.values.astype(float))
     return Document(compared(found), nodes, said, units_of(found.attrs))
 
@@ -85,26 +87,26 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
     yield Sentence(_counted(found))
     yield from _tolerances(found)
-    yield Sentence(
-        "Motions are first, then waves, contacts and the rest; the furthest apart first."
-    )
-    rows = [_row(found.isel(channel=k)) for k in _furthest(found)]
-    yield Table(HEAD, rows, "Difference, ours less recorded, and std of what is recorded")
+    each = [found.isel(channel=k) for k in _furthest(found)]
+    verdicts = [(str(one.channel.values), str(one.verdict.values)) for one in each]
+    yield Table(("channel", "what is recorded is"), verdicts)
+    title = "Ours less recorded; std is that of what is recorded"
+    yield Table(HEAD, [_row(one) for one in each], title)
     yield List(RULES, "What the words mean:", detail=True)
 
 
 def _counted(found: xr.Dataset) -> str:
     """How many channels differ by how much."""
     size, of = _error(found), found.sizes["channel"]
-    parts, below = [f"Of {of} channels"], np.zeros(of, dtype=bool)
+    parts, below = [], np.zeros(of, dtype=bool)
     for share in SHARES:
         own = (size < share) & ~below
         below |= own
-        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %,")
-    parts.append(
-        f"{of - below.sum()} by more: rms of the difference over the std recorded, or over"
+        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %")
+    return (
+        f"Of {of} channels {', '.join(parts)}, {of - below.sum()} by more. That is the rms of the"
+        " difference over the std recorded. Of a constant channel it is over its largest value."
     )
-    return " ".join([*parts, "the largest value of what is constant."])
 
 
 def _error(found: xr.Dataset) -> np.ndarray:
@@ -154,7 +156,7 @@ def _row(one: xr.Dataset) -> list[Cell]:
     share = "constant" if np.isnan(relative) else Value(relative, "share", 3)
     at = Value(float(one.peak_time), "s")
     correlation = Value(float(one.correlation))
-    return [str(one.channel.values), rms, share, peak, at, correlation, str(one.verdict.values)]
+    return [str(one.channel.values), rms, share, peak, at, correlation]
 
 
 def _series(found: xr.Dataset) -> Iterator[Node]:
@@ -169,7 +171,7 @@ def _series(found: xr.Dataset) -> Iterator[Node]:
         yield Chart(f"{name}: difference", unit, apart, folded=True)
 
 
-def _bands(found: xr.Dataset) -> Iterator[Node]:
+def _bands(found: xr.Dataset) -> Iterator[Sentence | Table]:
     low, high = np.ravel(found.attrs["band_edges"])
     yield Sentence(
         "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
@@ -203,7 +205,7 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
     own = found.isel(channel=np.flatnonzero(~np.isnan(found.share_ours.values)))
     if own.sizes["channel"] == 0:
         return
-    head = ("contact", "first, ours", "recorded", "share of the time, ours", "recorded")
+    head = ("contact", "first, ours", "first, recorded", "share, ours", "share, recorded")
     columns = {
         "first_ours": "s",
         "first_recorded": "s",
@@ -214,7 +216,7 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
         [str(name), *(Value(float(own[c][k]), unit) for c, unit in columns.items())]
         for k, name in enumerate(own.channel.values)
     ]
-    yield Table(head, rows)
+    yield Table(head, rows, "First contact and share of the time in contact")
 
 
 def _assumed(found: xr.Dataset) -> Iterator[Node]:

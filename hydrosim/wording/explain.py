@@ -105,7 +105,7 @@ def _balance(found: xr.Dataset) -> Iterator[Row]:
     yield Row("duration", found.span_end - found.span_begin, "s")
     yield Row("displacement", found.displacement, "m")
     for name in matter(found.mean_force, "force"):
-        yield Row(f"mean force, {name}", found.mean_force.sel(force=name), "N")
+        yield Row(f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N")
     yield Row("change of momentum", found.momentum_rate, "N")
 
 

@@ -125,7 +125,7 @@ def test_limits_are_shown_with_what_governs() -> None:
     assert ends(first["interval"], "m") == pytest.approx((0.7, 0.9))
     assert ends(last["interval"], "m") == pytest.approx((0.8, np.inf))
     assert (first["governed by"], last["governed by"]) == ("heave", "")
-    assert "0.80 or more" in page.texts["td"]
+    assert "0.800 or more" in page.texts["td"]
     assert "governed by heave" in page.texts["title"]
 
 
@@ -143,7 +143,7 @@ def test_limits_by_spectra_have_no_seeds_and_no_intervals() -> None:
     page = Page(html(limits_document(limits().assign_attrs(runs=0)), "mark"))
     assert "seeds" not in page.texts["th"]
     assert "none, without runs" in page.texts["td"]
-    assert "0.70 to 0.90" not in page.texts["td"]
+    assert "0.700 to 0.900" not in page.texts["td"]
 
 
 def test_a_study_without_a_plan_says_so() -> None:
