@@ -31,13 +31,13 @@ import yaml
 from benchmarks.mutant_trials import said
 from benchmarks.mutants import CASES, CHANGES, RENAMES, change, places, written
 from benchmarks.random_trial import Outcome
-from hydrosim.commands.terminal import printable
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.validate import validated
 from hydrosim.errors import HydrosimError
 from hydrosim.presentation.document import Document
+from hydrosim.presentation.terminal import printable
 from hydrosim.studies.operability.study import load_limits
 from hydrosim.studies.operability.weather import assessed, read_weather
 from hydrosim.studies.study_file import StudyFile

@@ -29,7 +29,7 @@ from hydrosim.presentation.units import Units
 
 MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
 WIDTH = len("warning") + 2  # of a mark with the room after it
-GAP = 2  # between columns
+GAP = 2  # of columns: a blank on the right, and one between
 BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
 """A line below the head alone."""
 PRINTED = 120  # characters in a line of a document as text
@@ -112,7 +112,9 @@ def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
     then texts; numbers never are."""
     columns = list(zip(head, *([cell.text for cell in row] for row in rows), strict=True))
     is_wide = sum(max(map(len, column)) + GAP for column in columns) > width + GAP
-    grid = Grid(box=BOX, padding=(0, GAP, 0, 0), show_edge=False, show_header=any(head))
+    grid = Grid(
+        box=BOX, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False, show_header=any(head)
+    )
     for k, (name, *texts) in enumerate(columns):
         if any(row[k].numeric for row in rows):
             narrow = max(map(len, [*texts, *name.split()]))

@@ -16,7 +16,7 @@ def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
     stage are left out, and a run without groups has no table."""
     if TIME not in run:
         return
-    reached = np.isfinite(run[TIME]).any("stage")
+    reached = run[TIME].notnull().any("stage")
     groups = run.isel(contact_group=np.flatnonzero(reached.values))
     if groups.sizes["contact_group"]:
         head = ("stage or figure", *map(str, groups.contact_group.values))
