@@ -178,7 +178,8 @@ def _decimal(number: float, decimals: int) -> str:
         return NOTHING
     if number == 0.0:
         return "0"
-    if abs(number) < 0.5 * 10.0**-decimals or abs(number) >= LARGEST:
+    readable = 10.0 ** (FEWEST - 1) if decimals == MOST_DECIMALS else 0.5
+    if not readable * 10.0**-decimals <= abs(number) < LARGEST:
         return f"{number:.1e}"
     return f"{number:,.{decimals}f}"
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from io import StringIO
-from textwrap import fill
+from typing import NamedTuple
 
 from rich.box import Box
-from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderableType, RenderResult
 from rich.segment import Segment
 from rich.table import Table as Grid
 from rich.text import Text
@@ -32,7 +32,24 @@ WIDTH = len("warning") + 2  # of a mark with the room after it
 GAP = 2  # of columns: a blank on the right, and one between
 BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
 """A line below the head alone."""
+WORD = 20  # characters of a word that is not broken
 PRINTED = 120  # characters in a line of a document as text
+
+
+class Column(NamedTuple):
+    """A column of a table: its ``name``, its ``texts``, and whether they are numbers."""
+
+    name: str
+    texts: list[str]
+    numeric: bool
+
+    @property
+    def least(self) -> int:
+        """The least width: numbers are never broken, words where they are longer than `WORD`."""
+        if self.numeric:
+            return max(map(len, [*self.texts, *self.name.split()]))
+        words = [word for text in (self.name, *self.texts) for word in text.split()]
+        return min(max(map(len, words), default=0), WORD)
 
 
 def text_of(document: Contents, details: bool = True) -> str:
@@ -75,7 +92,7 @@ def print_parts(out: Console, *parts: RenderableType) -> None:
         if isinstance(part, str):
             out.print(printable(part), markup=False, emoji=False, highlight=False, soft_wrap=True)
         else:
-            out.print(_Printable(part))
+            out.print(_Printable(part), crop=False)
 
 
 def printable(text: str) -> str:
@@ -108,23 +125,39 @@ def _printed(node: Node, units: Units, width: int) -> Iterator[RenderableType]:
 
 
 def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
-    """A table. Where it is wider than the terminal, heads of numbers are broken between words, and
-    then texts; numbers never are."""
-    columns = list(zip(head, *([cell.text for cell in row] for row in rows), strict=True))
-    is_wide = sum(max(map(len, column)) + GAP for column in columns) > width + GAP
+    """A table, as wide as the terminal where it can be."""
+    columns = [
+        Column(name, [row[k].text for row in rows], any(row[k].numeric for row in rows))
+        for k, name in enumerate(head)
+    ]
+    widths = _widths(columns, width)
+    total = sum(widths) + GAP * (len(columns) - 1)
     grid = Grid(
-        box=BOX, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False, show_header=any(head)
+        box=BOX,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+        show_header=any(head),
+        width=total if total > width else None,
     )
-    for k, (name, *texts) in enumerate(columns):
-        if any(row[k].numeric for row in rows):
-            narrow = max(map(len, [*texts, *name.split()]))
-            name = fill(name, narrow, break_long_words=False) if is_wide else name
-            grid.add_column(Text(name), justify="right", no_wrap=True)
-        else:
-            grid.add_column(Text(name), overflow="fold")
+    for column, wide in zip(columns, widths, strict=True):
+        justify: JustifyMethod = "right" if column.numeric else "left"
+        grid.add_column(Text(column.name), justify=justify, overflow="fold", width=wide)
     for row in rows:
         grid.add_row(*(Text(cell.text) for cell in row))
     return grid
+
+
+def _widths(columns: Sequence[Column], width: int) -> list[int]:
+    """The width of each column. Where the terminal is too narrow, heads of numbers are broken
+    between words, then texts."""
+    widths = [max(map(len, [column.name, *column.texts])) for column in columns]
+    excess = sum(widths) + GAP * (len(columns) - 1) - width
+    for k in sorted(range(len(columns)), key=lambda k: not columns[k].numeric):
+        cut = min(max(excess, 0), widths[k] - columns[k].least)
+        widths[k] -= cut
+        excess -= cut
+    return widths
 
 
 class _Printable:

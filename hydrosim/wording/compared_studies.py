@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -39,7 +40,8 @@ def studies_document(found: xr.Dataset) -> Document:
 
 def studies_tables(found: xr.Dataset) -> Document:
     """What differs and what may be chance, without pictures."""
-    nodes = [*_outcome(found), *_others(found)]
+    others = (replace(node, detail=True) for node in _others(found))
+    nodes = [*_outcome(found), *others]
     return Document(compared(found), nodes, _counted(found), units_of(found.attrs))
 
 
@@ -97,7 +99,7 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
     return Curves(str(one.channel.values), label, "share", "value", unit, curves)
 
 
-def _others(found: xr.Dataset) -> Iterator[Node]:
+def _others(found: xr.Dataset) -> Iterator[Sentence | Table]:
     rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:

@@ -54,15 +54,15 @@ def _trials(study: Study) -> Iterator[list[Cell]]:
     for trial in study.trials:
         same = last is not None and last.method is trial.method
         order = trial.order(last) if last is not None and same else nan
-        cells: list[Cell] = [str(trial.method), f"{trial.setting:g}"]
+        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
         last = trial
         if trial.remark:
             yield [*cells, "failed", "", "", "", "", ""]
             continue
         errors: list[Cell] = [
             Value(trial.motion, "m", 2),
-            f"{order:.1f}" if isfinite(order) else "",
+            Value(order, digits=2) if isfinite(order) else "",
         ]
         errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
-        cost: list[Cell] = [f"{trial.evaluations:,}", Value(trial.seconds, "s", 3)]
+        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
         yield [*cells, *errors, *cost]
