@@ -57,10 +57,9 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
         title = "The most probable extreme of a run, and where the extreme of another run lies"
         head = ("motion", "side", "most probable", "interval", "another run")
         yield Table(head, [row[:5] for row in rows], title)
+        rare = ("motion", "side", "P90", "interval", "by")
         title = "The extreme that 90 % of runs do not exceed"
-        names = [row[:2] for row in rows]
-        rare = [[*name, *row[5:]] for name, row in zip(names, rows, strict=True)]
-        yield Table(("motion", "side", "P90", "interval", "by"), rare, title)
+        yield Table(rare, [[*row[:2], *row[5:]] for row in rows], title)
     if stages := list(_stages(runs)):
         yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
