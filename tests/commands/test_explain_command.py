@@ -38,6 +38,7 @@ def explain(
 ) -> Command:
     """`hydrosim explain` in an empty folder."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
     return command(monkeypatch, capsys, "explain")
 
 

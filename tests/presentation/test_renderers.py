@@ -180,7 +180,7 @@ def test_a_table_has_one_blank_line_on_each_side() -> None:
     both = printed(Document("", [table, table, Heading("End"), Sentence("after")]))
     assert [line.strip() for line in both.splitlines()].count("") == 4  # the title is the first
     lines = printed(Document("Title", [table])).splitlines()
-    assert [line.strip() for line in lines[:3]] == ["Title", "", "a   b"]
+    assert [line.strip() for line in lines[:3]] == ["Title", "", "a  b"]
     assert [line.split() for line in lines[-2:]] == [["x", "y"], []]
 
 
