@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.report.figures import statistics_blocks
-from hydrosim.statistics.sentences import lines
 from moored_barge import in_contact
 from reading import number, row, texts
 

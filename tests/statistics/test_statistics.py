@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.statistics.sentences import RUNS, lines, lines_of_runs
 from random_records import KINDS
 from reading import ends, number, row, rows, texts
 
