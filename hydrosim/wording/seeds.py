@@ -55,8 +55,8 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     rows = [row for each in moving if each[2].size >= RUNS for row in _extremes(*each)]
     if rows:
         title = "The most probable extreme of a run, and where the extreme of another run lies"
-        head = ("motion", "side", "most probable", "interval", "another run")
-        yield Table(head, [row[:5] for row in rows], title)
+        probable = ("motion", "side", "most probable", "interval", "another run")
+        yield Table(probable, [row[:5] for row in rows], title)
         rare = ("motion", "side", "P90", "interval", "by")
         title = "The extreme that 90 % of runs do not exceed"
         yield Table(rare, [[*row[:2], *row[5:]] for row in rows], title)

@@ -199,11 +199,6 @@ def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
             ]
 
 
-def _between(channel: Channel, found: xr.Dataset, side: str, name: str) -> Between:
-    low, high = (channel.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
-    return Between(low.number, high.number, channel.unit)
-
-
 def _without(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[Sentence, list[str]] = {}
