@@ -31,16 +31,18 @@ import yaml
 from benchmarks.mutant_trials import said
 from benchmarks.mutants import CASES, CHANGES, RENAMES, change, places, written
 from benchmarks.random_trial import Outcome
-from hydrosim.commands.terminal import printable
 from hydrosim.compare.mapping import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.validate import validated
 from hydrosim.errors import HydrosimError
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.terminal import printable
 from hydrosim.studies.operability.study import load_limits
-from hydrosim.studies.operability.weather import assessed, read_weather, weather_lines
+from hydrosim.studies.operability.weather import assessed, read_weather
 from hydrosim.studies.study_file import StudyFile
 from hydrosim.studies.sweep.study import load_study
+from hydrosim.wording.limits import weather_nodes
 
 BASE = CASES / "reverse_float_over" / "base.yaml"
 RECIPES = CASES.parent / "hydro_db"
@@ -144,8 +146,7 @@ def _weather(path: Path) -> None:
     assert wanted is not None
     other = "scatter" if path.stem == "hindcast" else "hindcast"
     weather = read_weather(path.parent, wanted.model_copy(update={other: None}))
-    for _ in weather_lines(assessed(FOUND, weather), weather):
-        pass
+    str(Document("weather", list(weather_nodes(assessed(FOUND, weather)))))
 
 
 def papers() -> dict[str, Paper]:

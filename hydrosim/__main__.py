@@ -46,9 +46,10 @@ from hydrosim.commands.schema import schema
 from hydrosim.commands.statistics import statistics
 from hydrosim.commands.streams import make_streams_last
 from hydrosim.commands.sweep import sweep
-from hydrosim.commands.terminal import printable, say, show
+from hydrosim.commands.terminal import say, show
 from hydrosim.errors import HydrosimError
 from hydrosim.interrupts import taken_as_interrupts
+from hydrosim.presentation.terminal import printable
 
 # in the order of `hydrosim --help`: first what is asked of a case, then of runs, then of files
 COMMANDS = (

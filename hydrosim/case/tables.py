@@ -55,7 +55,7 @@ def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
     """The tables of a resolved case; none of one that holds nothing."""
     if data:
         yield Table(("environment", ""), [*_environment(data.get("environment"))])
-        yield Table(("body", "", ""), [*_bodies(data.get("bodies"))])
+        yield Table(("body", ""), [*_bodies(data.get("bodies"))])
         if forces := data.get("forces"):
             yield Table(("force element", "type", "on"), [*_forces(forces)])
 
@@ -102,11 +102,11 @@ def _train(train: Mapping[str, Any], labels: Mapping[str, str]) -> Sentence:
     return Sentence(text, [_value(train[key], SEA[key][1]) for key in known])
 
 
-def _bodies(bodies: Any) -> Iterator[tuple[str, str, Sentence]]:
+def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
     for name, body in (bodies or {}).items():
         for key, unit in BODY.items():
             if body.get(key) not in (None, USUAL.get(key)):
-                yield str(name), key.replace("_", " "), _told(body[key], unit)
+                yield f"{name}, {key.replace('_', ' ')}", _told(body[key], unit)
 
 
 def _forces(forces: Any) -> Iterator[tuple[str, str, str]]:

@@ -105,11 +105,13 @@ def compare(
     from hydrosim.results.runs_file import open_runs
 
     if (runs := open_runs(run_file)) is not None:
-        refuse_options(context, {"output", "overwrite"}, f"{run_file}, a file of many runs")
+        refuse_options(
+            context, {"output", "overwrite", "verbose"}, f"{run_file}, a file of many runs"
+        )
         result = placed(
             output, name, "comparison", run_file, inputs=[recorded], overwrite=overwrite
         )
-        _of_many(runs, run_file, recorded, result)
+        _of_many(runs, run_file, recorded, result, verbose)
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
@@ -147,7 +149,7 @@ def compare(
         raise typer.Exit(1)
 
 
-def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output) -> None:
+def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: bool) -> None:
     """Compare two files of many runs; InputError if the other is none."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies
@@ -161,7 +163,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output) -> None:
     found = compare_studies(ours, theirs)
     dataset = studies_dataset(found, _compared(ours, one, other))
     write(dataset, result)
-    show_document(studies_tables(dataset))
+    show_document(studies_tables(dataset), verbose)
     show(f"result    {result.path}")
 
 

@@ -106,6 +106,7 @@ def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     import numpy as np
 
     from hydrosim.statistics.effects import combinations, plans
+    from hydrosim.wording.seeds import named_values
 
     if "design" not in runs.attrs:
         yield "", np.arange(runs.sizes["run"])
@@ -113,7 +114,7 @@ def _combined(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     for plan in plans(runs):
         own = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
         for values, at in combinations(plan):
-            said = ", ".join(f"{key} {value}" for key, value in values.items())
+            said = named_values(plan, values)
             yield ": ".join(part for part in (plan.name, said) if part), own[at]
 
 

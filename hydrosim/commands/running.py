@@ -63,7 +63,10 @@ def simulate_with_progress(
         TextColumn("{task.fields[speed]}"),
         *(TimeElapsedColumn(), TimeRemainingColumn()),
     )
-    with announced(err), Progress(*columns, console=err, transient=True) as bar:
+    with (
+        announced(err),
+        Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar,
+    ):
         task = bar.add_task("simulating", total=scene.duration, speed="")
 
         def report(time: float, steps: int) -> None:

@@ -23,15 +23,18 @@ def stem_of(file: Path) -> str:
 
 
 def so_far(runs: xr.Dataset) -> list[str]:
-    """How many runs came to which end, where these are not all complete."""
+    """How many runs came to which end, where these are not all complete; why the first failed."""
     from hydrosim.results.growing import GATHERED
     from hydrosim.results.runs_file import COMPLETE
     from hydrosim.wording.study import counted
 
     if GATHERED in runs.attrs:
         return [f"so far    {runs.attrs[GATHERED]}"]
-    done = "status" not in runs or {*runs.status.values.tolist()} == {COMPLETE}
-    return [] if done else [counted(runs)]
+    if "status" not in runs or set(ends := runs.status.values.tolist()) == {COMPLETE}:
+        return []
+    first = ends.index("failed") if "failed" in ends else None
+    failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
+    return [counted(runs), *failed]
 
 
 def place_table(

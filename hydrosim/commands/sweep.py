@@ -181,7 +181,9 @@ def _with_progress(
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     times = (TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, *times, console=err, transient=True) as bar:
+    with Progress(
+        *columns, *times, console=err, transient=True, disable=not err.is_terminal
+    ) as bar:
         task = bar.add_task("runs", total=len(study.scenes))
 
         def report(done: int, _: int) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from rich.console import Console, RenderableType
 
 from hydrosim.presentation.document import Document
-from hydrosim.presentation.terminal import parts_of, print_document, print_parts, printable
+from hydrosim.presentation.terminal import print_document, print_parts
 
 
 def show(*parts: RenderableType) -> None:
@@ -21,14 +21,9 @@ def show_document(document: Document, verbose: bool = False) -> None:
     print_document(document, Console(), verbose)
 
 
-def show_nodes(document: Document, verbose: bool = True) -> None:
-    """What is below the title of a document."""
-    print_parts(Console(), *parts_of(document, verbose))
-
-
 def say(text: str) -> None:
     """A line of text as it is, to the standard error."""
-    Console(stderr=True).print(printable(text), markup=False, highlight=False, soft_wrap=True)
+    print_parts(Console(stderr=True), text)
 
 
 def not_complete(attributes: Mapping[str, object]) -> list[str]:

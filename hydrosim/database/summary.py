@@ -49,8 +49,10 @@ def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
         nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
     head = ("check", "found", "at most", "refused above", "")
     nodes.append(Table(head, [_row(finding) for finding in findings]))
-    if left := [f"{each.name}: {each.advice}" for each in findings if each.left_out]:
-        nodes.append(List(left, "Left out:"))
+    left = [each for each in findings if each.left_out]
+    if left:
+        reasons = [f"{each.name}: {each.advice.removeprefix('left out: ')}" for each in left]
+        nodes.append(List(reasons, "Left out:"))
     if not any(finding.refused for finding in findings):
         nodes.append(Sentence("{}", [memory(db)]))
     return Document(db.attributes.get("title", db.source), nodes)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, isinf, log10
-from typing import NamedTuple, TypeGuard
+from typing import NamedTuple
 
 from hydrosim.documents.digits import digits_of
-from hydrosim.presentation.document import Between, Cell, Sentence, Table, Value
+from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.units import Units
 
 NOTHING = "–"
@@ -25,6 +25,13 @@ class Shown(NamedTuple):
     text: str
     number: float | None = None
     numeric: bool = False
+
+
+class Scale(NamedTuple):
+    """What numbers of one unit are multiplied by, and the decimals that they are read with."""
+
+    factor: float
+    decimals: int
 
 
 class Laid(NamedTuple):
@@ -49,17 +56,18 @@ def text_of(part: Cell, units: Units) -> str:
 
 
 def laid_out(table: Table, units: Units) -> Laid:
-    """A table with its units in the head, where a column has one for all rows. Where rows have
-    units of their own in the other columns, they stand beside the name of the row."""
+    """A table with units in the head, where all rows of a column have the same. Where a row has one
+    of its own in the other columns, it stands beside the name of the row."""
     width = len(table.head)
-    columns = [[row[k] for row in table.rows if k < len(row)] for k in range(width)]
-    settled = [k for k in range(width) if _is_of_one_unit(columns[k])]
+    cells = [[*row, *[""] * (width - len(row))] for row in table.rows]
+    columns = [[row[k] for row in cells] for k in range(width)]
+    settled = [k for k in range(width) if _are_alike(columns[k])]
     others = [k for k in range(1, width) if k not in settled]
-    rows = [[_alone(cell, units) for cell in row] for row in table.rows]
+    rows = [[_alone(cell, units) for cell in row] for row in cells]
     for k in settled:
-        for i, cell in enumerate(_lined(columns[k], units)):
-            rows[i][k] = cell
-    for row, shown in zip(table.rows, rows, strict=True):
+        for shown, cell in zip(rows, _lined(columns[k], units), strict=True):
+            shown[k] = cell
+    for row, shown in zip(cells, rows, strict=True):
         _lay_row(row, shown, others, units)
     head = [_named(table.head[k], _unit_of(columns[k], units)) for k in range(width)]
     return Laid(head, rows)
@@ -82,55 +90,76 @@ def _decimals(number: float, digits: int) -> int:
 
 
 def _lay_row(row: Sequence[Cell], shown: list[Shown], others: list[int], units: Units) -> None:
-    """Line up the cells of ``others`` in a row that has one unit in them, and name the unit."""
-    here = [k for k in others if k < len(row)]
-    cells = [row[k] for k in here]
-    if not here or not _is_of_one_unit(cells):
+    """Line up the cells of ``others`` in a row that has the same unit in them, and name it."""
+    cells = [row[k] for k in others]
+    if not others or not _are_alike(cells):
         return
-    for k, cell in zip(here, _lined(cells, units), strict=True):
+    for k, cell in zip(others, _lined(cells, units), strict=True):
         shown[k] = cell
     shown[0] = Shown(_named(shown[0].text, _unit_of(cells, units)))
 
 
-def _has_unit(cell: Cell) -> TypeGuard[Value | Between]:
-    return isinstance(cell, Value | Between)
+def _measured(cell: Cell) -> Sequence[Value | Between]:
+    """The values of a cell that holds nothing else; none of one that holds words."""
+    match cell:
+        case Value() | Between():
+            return (cell,)
+        case Sentence() if not any(map(str.isalpha, cell.text)):
+            values = [part for part in cell.parts if isinstance(part, Value | Between)]
+            return values if len(values) == len(cell.parts) else ()
+    return ()
 
 
-def _is_of_one_unit(cells: Sequence[Cell]) -> bool:
-    return len({cell.unit for cell in cells if _has_unit(cell)}) <= 1
+def _units_in(cell: Cell) -> tuple[str, ...]:
+    """The SI units of the values of a cell, each once."""
+    return tuple(dict.fromkeys(value.unit for value in _measured(cell)))
+
+
+def _are_alike(cells: Sequence[Cell]) -> bool:
+    """Whether all cells that have units have the same."""
+    return len({_units_in(cell) for cell in cells if _measured(cell)}) <= 1
 
 
 def _unit_of(cells: Sequence[Cell], units: Units) -> str:
-    """The unit that all cells with a unit are read in; nothing where they have several."""
-    found = {cell.unit for cell in cells if _has_unit(cell)}
-    return units.shown(found.pop()).unit if len(found) == 1 else ""
+    """The units that all cells with units are read in; nothing where they have others."""
+    found = {_units_in(cell) for cell in cells if _measured(cell)}
+    each = found.pop() if len(found) == 1 else ()
+    return ", ".join(filter(None, (units.shown(unit).unit for unit in each)))
 
 
 def _named(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
+    return f"{name} [{unit}]".strip() if unit else name
 
 
 def _lined(cells: Sequence[Cell], units: Units) -> list[Shown]:
-    """Cells of one unit with the same decimals. The unit itself is said elsewhere."""
-    own = [cell for cell in cells if _has_unit(cell)]
-    factor = units.shown(own[0].unit).factor if own else 1.0
-    digits = max((cell.digits for cell in own), default=4)
-    decimals = decimals_of((factor * end for cell in own for end in _ends(cell)), digits)
-    return [
-        _fixed(cell, factor, decimals) if _has_unit(cell) else _alone(cell, units) for cell in cells
-    ]
+    """Cells of the same units with the same decimals. The units themselves are said elsewhere."""
+    values: dict[str, list[Value | Between]] = {}
+    for value in (value for cell in cells for value in _measured(cell)):
+        values.setdefault(value.unit, []).append(value)
+    scales = {unit: _scale(own, units.shown(unit).factor) for unit, own in values.items()}
+    return [_fixed(cell, scales) if _measured(cell) else _alone(cell, units) for cell in cells]
 
 
-def _ends(cell: Value | Between) -> tuple[float, ...]:
-    return (cell.number,) if isinstance(cell, Value) else (cell.low, cell.high)
+def _scale(values: Sequence[Value | Between], factor: float) -> Scale:
+    digits = max(value.digits for value in values)
+    return Scale(factor, decimals_of((factor * end for v in values for end in _ends(v)), digits))
 
 
-def _fixed(cell: Value | Between, factor: float, decimals: int) -> Shown:
-    """A cell with so many decimals, without its unit."""
-    ends = [_decimal(factor * end, decimals) for end in _ends(cell)]
-    if isinstance(cell, Value):
-        return Shown(ends[0], cell.number, True)
-    return Shown(_interval(cell, *ends), None, True)
+def _ends(value: Value | Between) -> tuple[float, ...]:
+    return (value.number,) if isinstance(value, Value) else (value.low, value.high)
+
+
+def _fixed(cell: Cell, scales: Mapping[str, Scale]) -> Shown:
+    """A cell with the decimals of its column or row, without its units."""
+    texts = [_scaled(value, scales[value.unit]) for value in _measured(cell)]
+    if isinstance(cell, Sentence):
+        return Shown(cell.text.format(*texts), None, True)
+    return Shown(texts[0], cell.number if isinstance(cell, Value) else None, True)
+
+
+def _scaled(value: Value | Between, scale: Scale) -> str:
+    ends = [_decimal(scale.factor * end, scale.decimals) for end in _ends(value)]
+    return ends[0] if isinstance(value, Value) else _interval(value, *ends)
 
 
 def _interval(cell: Between, low: str, high: str) -> str:
@@ -149,7 +178,8 @@ def _decimal(number: float, decimals: int) -> str:
         return NOTHING
     if number == 0.0:
         return "0"
-    if abs(number) < 0.5 * 10.0**-decimals or abs(number) >= LARGEST:
+    readable = 10.0 ** (FEWEST - 1) if decimals == MOST_DECIMALS else 0.5
+    if not readable * 10.0**-decimals <= abs(number) < LARGEST:
         return f"{number:.1e}"
     return f"{number:,.{decimals}f}"
 
@@ -157,7 +187,7 @@ def _decimal(number: float, decimals: int) -> str:
 def _alone(cell: Cell, units: Units) -> Shown:
     """A cell with its own unit."""
     number = cell.number if isinstance(cell, Value) else None
-    return Shown(text_of(cell, units), number, _has_unit(cell))
+    return Shown(text_of(cell, units), number, bool(_measured(cell)))
 
 
 def _plain(value: Value, units: Units) -> str:

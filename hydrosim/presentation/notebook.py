@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from hydrosim.presentation.document import (
-    Document,
+from hydrosim.presentation.figures import Drawing
+from hydrosim.presentation.layout import laid_out, text_of
+from hydrosim.presentation.nodes import (
+    Contents,
     Heading,
     List,
     Node,
@@ -14,12 +16,10 @@ from hydrosim.presentation.document import (
     Table,
     Verdict,
 )
-from hydrosim.presentation.figures import Drawing
-from hydrosim.presentation.layout import laid_out, text_of
 from hydrosim.presentation.units import Units
 
 
-def html_of(document: Document) -> str:
+def html_of(document: Contents) -> str:
     """The document without its details and without charts."""
     return "".join(_parts(document))
 
@@ -29,7 +29,7 @@ def element(tag: str, *texts: str) -> str:
     return f"<{tag}>{'<br>'.join(escape(text) for text in texts)}</{tag}>"
 
 
-def _parts(document: Document) -> Iterator[str]:
+def _parts(document: Contents) -> Iterator[str]:
     yield element("h3", document.title)
     if document.subtitle:
         yield element("p", document.subtitle)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from io import StringIO
+from typing import NamedTuple
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.markup import escape
+from rich.box import Box
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderableType, RenderResult
 from rich.segment import Segment
 from rich.table import Table as Grid
+from rich.text import Text
 
-from hydrosim.presentation.document import (
-    Document,
+from hydrosim.presentation.layout import Shown, laid_out
+from hydrosim.presentation.layout import text_of as words_of
+from hydrosim.presentation.nodes import (
+    Contents,
     Heading,
     List,
     Node,
@@ -22,16 +25,34 @@ from hydrosim.presentation.document import (
     Table,
     Verdict,
 )
-from hydrosim.presentation.layout import laid_out
-from hydrosim.presentation.layout import text_of as words_of
 from hydrosim.presentation.units import Units
 
 MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
 WIDTH = len("warning") + 2  # of a mark with the room after it
+GAP = 2  # of columns: a blank on the right, and one between
+BOX = Box("    \n" * 2 + " ── \n" + "    \n" * 5)
+"""A line below the head alone."""
+WORD = 20  # characters of a word that is not broken
 PRINTED = 120  # characters in a line of a document as text
 
 
-def text_of(document: Document, details: bool = True) -> str:
+class Column(NamedTuple):
+    """A column of a table: its ``name``, its ``texts``, and whether they are numbers."""
+
+    name: str
+    texts: list[str]
+    numeric: bool
+
+    @property
+    def least(self) -> int:
+        """The least width: numbers are never broken, words where they are longer than `WORD`."""
+        if self.numeric:
+            return max(map(len, [*self.texts, *self.name.split()]))
+        words = [word for text in (self.name, *self.texts) for word in text.split()]
+        return min(max(map(len, words), default=0), WORD)
+
+
+def text_of(document: Contents, details: bool = True) -> str:
     """The document as text."""
     out = Console(file=StringIO(), width=PRINTED, no_color=True)
     print_document(document, out, details)
@@ -39,30 +60,39 @@ def text_of(document: Document, details: bool = True) -> str:
     return str(found)
 
 
-def print_document(document: Document, out: Console, details: bool = True) -> None:
+def print_document(document: Contents, out: Console, details: bool = True) -> None:
     """Print a document, without its ``details`` if so asked."""
-    print_parts(out, document.title, *parts_of(document, details))
+    subtitle = [document.subtitle] if document.subtitle else []
+    print_parts(out, document.title, *subtitle, *_parts_of(document, details, out.width))
 
 
-def parts_of(document: Document, details: bool = True) -> Iterator[RenderableType]:
-    """What is printed below the title: texts and grids."""
+def _parts_of(document: Contents, details: bool, width: int) -> Iterator[RenderableType]:
+    """What is printed below the title: texts and grids, with a blank line on both sides of a table
+    and above a heading."""
+    blank = False
+    for node in _shown(document, details):
+        parts = list(_printed(node, document.units, width))
+        if parts and isinstance(node, Table | Heading) and not blank:
+            yield ""
+        yield from parts
+        blank = isinstance(node, Table) if parts else blank
+
+
+def _shown(document: Contents, details: bool) -> Iterator[Node]:
+    """Headings and what is below them, without details if so asked."""
     for section in document.sections:
-        if section.heading.detail and not details:
-            continue
-        if section.heading.text:
-            yield f"\n{section.heading.text}"
-        for node in section.nodes:
-            if details or not getattr(node, "detail", False):
-                yield from _printed(node, document.units)
+        if details or not section.heading.detail:
+            each = [section.heading, *section.nodes]
+            yield from (node for node in each if details or not getattr(node, "detail", False))
 
 
 def print_parts(out: Console, *parts: RenderableType) -> None:
     """Print grids, and lines of text as they are: no markup, no colours, not broken."""
     for part in parts:
         if isinstance(part, str):
-            out.print(printable(part), markup=False, highlight=False, soft_wrap=True)
+            out.print(printable(part), markup=False, emoji=False, highlight=False, soft_wrap=True)
         else:
-            out.print(_Printable(part))
+            out.print(_Printable(part), crop=False)
 
 
 def printable(text: str) -> str:
@@ -77,32 +107,57 @@ def _odd(character: str) -> bool:
     return unicodedata.category(character) in ("Cc", "Cf", "Cs")
 
 
-def _printed(node: Node, units: Units) -> Iterator[RenderableType]:
+def _printed(node: Node, units: Units, width: int) -> Iterator[RenderableType]:
     match node:
         case Sentence():
             yield words_of(node, units)
         case Verdict(outcome=outcome):
             yield f"{MARKS[outcome]:{WIDTH}}{words_of(node.sentence, units)}"
         case List(items=items, title=title):
-            if title:
-                yield title
+            yield from filter(None, [title])
             yield from (f"  {words_of(item, units)}" for item in items)
         case Table():
-            yield _grid(node, units)
+            yield from filter(None, [node.title])
+            yield _grid(*laid_out(node, units), width)
+            yield ""
         case Heading():
-            yield node.text
+            yield from filter(None, [node.text])
 
 
-def _grid(table: Table, units: Units) -> Grid:
-    head, rows = laid_out(table, units)
-    title = escape(table.title) if table.title else None
-    grid = Grid(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for k, name in enumerate(head):
-        numeric = any(row[k].numeric for row in rows if k < len(row))
-        grid.add_column(escape(name), justify="right" if numeric else "left", overflow="fold")
+def _grid(head: list[str], rows: list[list[Shown]], width: int) -> Grid:
+    """A table, as wide as the terminal where it can be."""
+    columns = [
+        Column(name, [row[k].text for row in rows], any(row[k].numeric for row in rows))
+        for k, name in enumerate(head)
+    ]
+    widths = _widths(columns, width)
+    total = sum(widths) + GAP * (len(columns) - 1)
+    grid = Grid(
+        box=BOX,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+        show_header=any(head),
+        width=total if total > width else None,
+    )
+    for column, wide in zip(columns, widths, strict=True):
+        justify: JustifyMethod = "right" if column.numeric else "left"
+        grid.add_column(Text(column.name), justify=justify, overflow="fold", width=wide)
     for row in rows:
-        grid.add_row(*(escape(cell.text) for cell in row))
+        grid.add_row(*(Text(cell.text) for cell in row))
     return grid
+
+
+def _widths(columns: Sequence[Column], width: int) -> list[int]:
+    """The width of each column. Where the terminal is too narrow, heads of numbers are broken
+    between words, then texts."""
+    widths = [max(map(len, [column.name, *column.texts])) for column in columns]
+    excess = sum(widths) + GAP * (len(columns) - 1) - width
+    for k in sorted(range(len(columns)), key=lambda k: not columns[k].numeric):
+        cut = min(max(excess, 0), widths[k] - columns[k].least)
+        widths[k] -= cut
+        excess -= cut
+    return widths
 
 
 class _Printable:

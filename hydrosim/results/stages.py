@@ -18,7 +18,7 @@ counts as complete within `WITHIN`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -46,10 +46,6 @@ FIGURES = {
     "recontact_force": ("largest force after they closed again", "N"),
     "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
 }
-TOLD = (
-    ("closed", "closings", "largest_contact_force", "closing_speed"),
-    ("closed again", "recontacts", "recontact_force", "recontact_speed"),
-)
 IMPULSE = "group_impulse"
 TIME = "stage_time"
 WEIGHT = "contact_weight"
@@ -177,20 +173,3 @@ def transferred(run: xr.Dataset) -> xr.DataArray:
     shares = [Group(time, *own).share()(time) for own in each]
     said = {"long_name": "share of the weight transferred", "units": "1"}
     return load.copy(data=np.stack(shares, axis=1)).assign_attrs(said)
-
-
-def stage_lines(found: xr.Dataset) -> Iterator[str]:
-    """The stages of each group in words."""
-    for name in found.contact_group.values if TIME in found else ():
-        of = found.sel(contact_group=name)
-        times = {str(s): float(of[TIME].sel(stage=s)) for s in of.stage.values}
-        known = [f"{stage} {at:.1f} s" for stage, at in times.items() if not np.isnan(at)]
-        if known:
-            clear = f"clearance at the end {float(of.end_clearance):.2f} m"
-            yield f"{name}: {', '.join(known)}; {clear}"
-        for what, count, force, speed in TOLD:
-            if float(of[count]) > 0.0:
-                yield (
-                    f"{name}: {what} {float(of[count]):.0f} times, largest force"
-                    f" {float(of[force]) / 1e3:.0f} kN, at up to {float(of[speed]):.3f} m/s"
-                )

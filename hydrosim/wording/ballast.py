@@ -61,7 +61,7 @@ def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
     rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
     yield Table(("", "mass", *PLACE), rows)
     heave, heel, trim = found.position[2:5]
-    at_rest: list[Cell] = [_length(heave), _angle(heel), _angle(trim)]
+    at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
     yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
     yield _metacentric(found, angle)
     head = ("tank", "level", "mass", "filled", "free to a heel", "free to a trim")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -34,14 +35,20 @@ def is_of_studies(found: xr.Dataset) -> bool:
 
 def studies_document(found: xr.Dataset) -> Document:
     """The report of a comparison of two sets of runs."""
-    said = f"{found.sizes['run']} and {found.sizes['other_run']} runs: {found.attrs['compared']}"
-    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs))
+    return Document(compared(found), nodes_of(PARTS, found), _counted(found), units_of(found.attrs))
 
 
 def studies_tables(found: xr.Dataset) -> Document:
     """What differs and what may be chance, without pictures."""
-    nodes = [*_outcome(found), *_others(found)]
-    return Document(compared(found), nodes, units=units_of(found.attrs))
+    others = (replace(node, detail=True) for node in _others(found))
+    nodes = [*_outcome(found), *others]
+    return Document(compared(found), nodes, _counted(found), units_of(found.attrs))
+
+
+def _counted(found: xr.Dataset) -> str:
+    """How many runs were compared, and how."""
+    counts = f"{found.sizes['run']} and {found.sizes['other_run']} runs"
+    return f"{counts}: {found.attrs['compared']}"
 
 
 def _outcome(found: xr.Dataset) -> Iterator[Node]:
@@ -92,7 +99,7 @@ def _picture(one: xr.Dataset, paired: bool) -> Curves:
     return Curves(str(one.channel.values), label, "share", "value", unit, curves)
 
 
-def _others(found: xr.Dataset) -> Iterator[Node]:
+def _others(found: xr.Dataset) -> Iterator[Sentence | Table]:
     rest = found.isel(channel=np.flatnonzero((found.differs == 0) & ~_equal(found)))
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:

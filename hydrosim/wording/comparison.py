@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -31,15 +32,7 @@ ORDER = ("position", "wave", "fender", "spring", "", "energy")
 """Kinds of channels."""
 FIRST = 12
 """Charts that are open."""
-HEAD = (
-    "channel",
-    "the recording is",
-    "rms of the difference",
-    "over the std recorded",
-    "largest difference",
-    "at",
-    "correlation",
-)
+HEAD = ("channel", "rms", "rms/std", "largest", "at", "correlation")
 RULES = (
     "Gain 1.02, late by 0.3 s, offset 0.05 m: what was recorded is 1.02 times the run, comes 0.3 s"
     " later and lies 0.05 m higher. Each is said only if the agreement is clearly worse without.",
@@ -58,14 +51,23 @@ def is_comparison(found: xr.Dataset) -> bool:
 def comparison_document(found: xr.Dataset) -> Document:
     """The report of a comparison."""
     time = found.time.values.astype(float)
-    said = f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s"
-    return Document(compared(found), nodes_of(PARTS, found), said, units_of(found.attrs), time)
+    nodes = nodes_of(PARTS, found)
+    return Document(compared(found), nodes, _span(time), units_of(found.attrs), time)
 
 
 def comparison_tables(found: xr.Dataset) -> Document:
     """What differs, and how it was compared, without both series."""
-    nodes = [*_outcome(found), *_contacts(found), *_bands(found), *_assumed(found)]
-    return Document(compared(found), nodes, units=units_of(found.attrs))
+    bands = (replace(node, detail=True) for node in _bands(found))
+    nodes = [*_outcome(found), *_contacts(found), *bands, *_assumed(found)]
+    said = _span(found.time.values.astype(float))
+    return Document(compared(found), nodes, said, units_of(found.attrs))
+
+
+def _span(time: np.ndarray) -> str:
+    """Which times were compared."""
+    return (
+        f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s, at {time.size} times"
+    )
 
 
 def compared(found: xr.Dataset) -> str:
@@ -85,25 +87,26 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(files(found, "recorded")))
     yield Sentence(_counted(found))
     yield from _tolerances(found)
-    yield Sentence(
-        "Motions are first, then waves, contacts and the rest; the furthest apart first."
-    )
-    yield Table(HEAD, [_row(found.isel(channel=k)) for k in _furthest(found)])
+    each = [found.isel(channel=k) for k in _furthest(found)]
+    verdicts = [(str(one.channel.values), str(one.verdict.values)) for one in each]
+    yield Table(("channel", "what is recorded is"), verdicts)
+    title = "Ours less recorded; std is that of what is recorded"
+    yield Table(HEAD, [_row(one) for one in each], title)
     yield List(RULES, "What the words mean:", detail=True)
 
 
 def _counted(found: xr.Dataset) -> str:
     """How many channels differ by how much."""
     size, of = _error(found), found.sizes["channel"]
-    parts, below = [f"Of {of} channels"], np.zeros(of, dtype=bool)
+    parts, below = [], np.zeros(of, dtype=bool)
     for share in SHARES:
         own = (size < share) & ~below
         below |= own
-        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %,")
-    parts.append(
-        f"{of - below.sum()} by more: rms of the difference over the std recorded, or over"
+        parts.append(f"{own.sum()} differ by less than {100.0 * share:g} %")
+    return (
+        f"Of {of} channels {', '.join(parts)}, {of - below.sum()} by more. That is the rms of the"
+        " difference over the std recorded. Of a constant channel it is over its largest value."
     )
-    return " ".join([*parts, "the largest value of what is constant."])
 
 
 def _error(found: xr.Dataset) -> np.ndarray:
@@ -153,7 +156,7 @@ def _row(one: xr.Dataset) -> list[Cell]:
     share = "constant" if np.isnan(relative) else Value(relative, "share", 3)
     at = Value(float(one.peak_time), "s")
     correlation = Value(float(one.correlation))
-    return [str(one.channel.values), str(one.verdict.values), rms, share, peak, at, correlation]
+    return [str(one.channel.values), rms, share, peak, at, correlation]
 
 
 def _series(found: xr.Dataset) -> Iterator[Node]:
@@ -168,7 +171,7 @@ def _series(found: xr.Dataset) -> Iterator[Node]:
         yield Chart(f"{name}: difference", unit, apart, folded=True)
 
 
-def _bands(found: xr.Dataset) -> Iterator[Node]:
+def _bands(found: xr.Dataset) -> Iterator[Sentence | Table]:
     low, high = np.ravel(found.attrs["band_edges"])
     yield Sentence(
         "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
@@ -202,7 +205,7 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
     own = found.isel(channel=np.flatnonzero(~np.isnan(found.share_ours.values)))
     if own.sizes["channel"] == 0:
         return
-    head = ("contact", "first, ours", "recorded", "share of the time, ours", "recorded")
+    head = ("contact", "first, ours", "first, recorded", "share, ours", "share, recorded")
     columns = {
         "first_ours": "s",
         "first_recorded": "s",
@@ -213,29 +216,38 @@ def _contacts(found: xr.Dataset) -> Iterator[Node]:
         [str(name), *(Value(float(own[c][k]), unit) for c, unit in columns.items())]
         for k, name in enumerate(own.channel.values)
     ]
-    yield Table(head, rows)
+    yield Table(head, rows, "First contact and share of the time in contact")
 
 
 def _assumed(found: xr.Dataset) -> Iterator[Node]:
-    shift = found.attrs.get("shift")
     rows = [("times", str(found.attrs.get("compared", "unknown")))]
-    rows += [("added to the recorded times", f"{float(shift):+.3f} s")] if shift is not None else []
+    if "shift" in found.attrs:
+        rows.append(("added to the recorded times", _shift(float(found.attrs["shift"]))))
     yield Table(("assumption", ""), rows)
-    if found.attrs.get("guessed"):
+    guessed = bool(found.attrs.get("guessed"))
+    if guessed:
         yield Sentence("Which column is which channel was guessed from names and units.")
     pairs = zip(found.channel.values, found.column.values, found.units.values, strict=True)
     said = found.recorded_in.values if "recorded_in" in found else [""] * found.sizes["channel"]
-    rows_ = [(*map(str, pair), str(s)) for pair, s in zip(pairs, said, strict=True)]
+    rows_ = [
+        (*map(str, pair), str(unit) or f"not said, taken for {pair[2]}")
+        for pair, unit in zip(pairs, said, strict=True)
+    ]
     others = [row for row in rows_ if row[0] != row[1] or row[2] != row[3]]
     if others:
         yield Table(("channel", "column", "unit", "recorded in"), others)
-    for name, what in (("unused", "Not compared"), ("zero_in_both", "Zero in both")):
+    why = "no guess: say in a mapping what they are" if guessed else "not in the mapping"
+    for name, what in (("unused", f"Not compared ({why})"), ("zero_in_both", "Zero in both")):
         if left := lines_of(found, name):
             yield Sentence("{}: {}.", [what, ", ".join(left)])
     yield Sentence(
         "These are figures of two series, and have no intervals; hydrosim compare of two studies"
         " says which differences are more than chance. Which of the two is right is not judged."
     )
+
+
+def _shift(seconds: float) -> str:
+    return "none: no channel correlates" if np.isnan(seconds) else f"{seconds:+.3f} s (estimated)"
 
 
 PARTS: Parts = {

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import isfinite, nan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from hydrosim.presentation.document import Cell, Document, List, Node, Sentence, Table, Value
 from hydrosim.results.ledger import CLOSED
-from hydrosim.studies.run.converge import Study, Trial
 from hydrosim.wording.parts import lines_of
+
+if TYPE_CHECKING:
+    from hydrosim.studies.run.converge import Study, Trial
 
 
 def convergence(run: xr.Dataset) -> Iterator[Node]:
@@ -51,15 +54,15 @@ def _trials(study: Study) -> Iterator[list[Cell]]:
     for trial in study.trials:
         same = last is not None and last.method is trial.method
         order = trial.order(last) if last is not None and same else nan
-        cells: list[Cell] = [str(trial.method), f"{trial.setting:g}"]
+        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
         last = trial
         if trial.remark:
             yield [*cells, "failed", "", "", "", "", ""]
             continue
         errors: list[Cell] = [
             Value(trial.motion, "m", 2),
-            f"{order:.1f}" if isfinite(order) else "",
+            Value(order, digits=2) if isfinite(order) else "",
         ]
         errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
-        cost: list[Cell] = [f"{trial.evaluations:,}", Value(trial.seconds, "s", 3)]
+        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
         yield [*cells, *errors, *cost]

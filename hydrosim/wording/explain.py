@@ -77,11 +77,13 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
 def _table(title: str, rows: Iterator[Row]) -> Table:
     each = list(rows)
     spans = lasting(each[0].values)
-    table = [[row.name, *(_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each]
+    table = [
+        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
+    ]
     return Table((title, *spans), table)
 
 
-def _cell(values: xr.DataArray, unit: str) -> Cell:
+def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     """A number, or of many ``run`` their mean and its interval; nothing where there is none."""
     x = np.atleast_1d(values.values)
     x = x[np.isfinite(x)]
@@ -103,7 +105,7 @@ def _balance(found: xr.Dataset) -> Iterator[Row]:
     yield Row("duration", found.span_end - found.span_begin, "s")
     yield Row("displacement", found.displacement, "m")
     for name in matter(found.mean_force, "force"):
-        yield Row(f"mean force, {name}", found.mean_force.sel(force=name), "N")
+        yield Row(f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N")
     yield Row("change of momentum", found.momentum_rate, "N")
 
 

@@ -80,7 +80,7 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     yield List(criteria, "Criteria")
     if "failed" in found.attrs:
         yield Verdict(Outcome.BAD, "{}", [str(found.attrs["failed"])])
-    yield _method(found)
+    yield from _method(found)
     for stage in found.stage.values:
         at = found.sel(stage=stage)
         title = f"Limits of {stage}" if found.sizes["stage"] > 1 else "Limits"
@@ -88,30 +88,49 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
         yield Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield Table(head, list(_rows(found)))
-    yield from _weather(found)
+    yield from weather_nodes(found)
 
 
-def _method(found: xr.Dataset) -> Sentence:
+def _method(found: xr.Dataset) -> Iterator[Sentence]:
+    """How the limits were found; how often what was inferred of other heights proved wrong."""
     method = str(found.attrs.get("method", ""))
     if _by_spectra(found):
-        return Sentence("The limits are by response spectra ({}).", [method], detail=True)
+        yield Sentence("The limits are by response spectra ({}).", [method], detail=True)
+        return
     runs, of = (int(found.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
     text = "The limits take {} runs of {} seeds, {} of a whole grid ({})."
     share = Value(runs / of if of else np.nan, "share", 2)
-    return Sentence(text, [str(runs), str(found.attrs.get("seeds", "")), share, method], True)
+    yield Sentence(text, [str(runs), str(found.attrs.get("seeds", "")), share, method], True)
+    if "otherwise" in found:
+        text = "Of {} runs at limits inferred from other heights, {} differ."
+        inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
+        yield Sentence(text, [str(inferred), str(wrong)], detail=True)
 
 
-def _weather(found: xr.Dataset) -> Iterator[Node]:
+def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
     """What the limits are worth in a scatter diagram and a hindcast."""
     several = found.sizes["heading"] * found.sizes["swell"] > 1
     if several and "bearing" not in found.attrs and {"scatter_workable", "waiting"} & {*found}:
-        yield Sentence("Weather is held against the least limit of all headings and swells.")
-    if "scatter_workable" in found:
-        parts = [Value(float(found[f"scatter_{n}"]), "share", 3) for n in ("workable", "outside")]
         yield Sentence(
-            "Of the scatter diagram {} is workable. {} is at peak periods without a limit, which"
-            " count as not workable.",
-            parts,
+            "Weather is held against the least limit of all headings and swells. If the hindcast"
+            " has directions, operability.bearing turns them into headings."
+        )
+    if "scatter_workable" in found:
+        workable, outside = (
+            Value(float(found[f"scatter_{name}"]), "share", 3) for name in ("workable", "outside")
+        )
+        low, high = found.peak_period.values[[0, -1]]
+        yield Sentence(
+            "Of the scatter diagram {} is workable. {} is outside peak periods of {} and counts as"
+            " not workable.",
+            [workable, outside, Between(low, high, "s")],
+        )
+    if "planned" in found.attrs:
+        planned, window = (float(found.attrs[name]) for name in ("planned", "window"))
+        yield Sentence(
+            "The operation is planned to take {}, with a contingency of {}. A contingency that is"
+            " not given is as long as the operation.",
+            [Value(planned / HOUR, "h"), Value((window - planned) / HOUR, "h")],
         )
     if "alpha" in found:
         yield from _alpha(found)
@@ -137,6 +156,11 @@ def _alpha(found: xr.Dataset) -> Iterator[Node]:
 def _hindcast(found: xr.Dataset) -> Iterator[Node]:
     """Windows and waiting times in a hindcast."""
     yield Sentence("Hindcast: {}.", [str(found.attrs.get("hindcast", ""))])
+    if "bearing" in found.attrs:
+        bearing = Value(float(found.attrs["bearing"]), "rad")
+        yield Sentence(
+            "Its directions are headings, with the x axis at a bearing of {}.", [bearing]
+        )
     outside = Value(float(found.hindcast_outside), "share", 3)
     if outside.number > MOST:
         yield Verdict(
@@ -257,10 +281,6 @@ def _shown(value: object) -> str:
 
 
 def _convergence(found: xr.Dataset) -> Iterator[Node]:
-    if "otherwise" in found and found.attrs.get("runs"):
-        inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
-        text = "Of {} runs at limits inferred from other heights, {} differ."
-        yield Sentence(text, [str(inferred), str(wrong)])
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 

@@ -75,13 +75,14 @@ def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
 
 def _modes(found: xr.Dataset) -> Table:
     head = ("mode", "natural period", "damped period", "damping ratio", "moves")
-    rows = [[str(mode), *_decay(at), _moves(at)] for mode, at in found.groupby("mode")]
+    each = {str(mode): found.sel(mode=mode) for mode in found.mode.values}
+    rows = [[mode, *_decay(at), _moves(at)] for mode, at in each.items()]
     return Table(head, rows, "Natural modes")
 
 
 def _decay(at: xr.Dataset) -> list[Cell]:
     """Periods and damping of a mode, or what it is instead."""
-    kind = str(at.mode_kind.values.item())
+    kind = str(at.mode_kind.values)
     if kind == "free":
         return ["free", "", ""]
     natural = float(at.natural_period)
@@ -93,7 +94,7 @@ def _decay(at: xr.Dataset) -> list[Cell]:
 
 def _moves(at: xr.Dataset) -> str:
     """The coordinates that have most of the energy of a mode."""
-    share = at.mode_share.squeeze().stack(coordinate=("body", "dof"))
+    share = at.mode_share.stack(coordinate=("body", "dof"))
     largest = share.sortby(share, ascending=False)[:SHOWN]
     several = at.body.size > 1
     return ", ".join(

@@ -61,9 +61,9 @@ def tables_of(run: xr.Dataset) -> Iterator[Node]:
     """Motions, contacts, lines and clearances; how the run was solved."""
     yield Table(("motion", "mean", "std", "smallest", "largest", "at the end"), list(_motions(run)))
     if "fender" in run.dims:
-        modes = ("open", "stick", "slip")
-        head = ("contact", "first contact", *(f"{mode} after it" for mode in modes), "slipped")
-        yield Table(head, list(_contacts(run)))
+        head = ("contact", "first", "open", "stick", "slip", "slipped")
+        title = "Contacts: the time of the first, then the share of time in each mode"
+        yield Table(head, list(_contacts(run)), title)
         yield from stage_nodes(run)
     if "spring" in run.dims:
         yield Table(("line", "mean tension", "largest", "slack"), list(_lines(run)))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table, Value
+from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, TIME
 from hydrosim.statistics.effects import Plan, combinations, spread
 from hydrosim.statistics.gumbel import Gumbel, exceeding, fit_maxima, follows_gumbel
@@ -35,7 +37,7 @@ def seed_nodes(plan: Plan) -> Iterator[Node]:
     each = list(combinations(plan))
     for values, at in each[:SHOWN]:
         of = plan.runs.isel(run=at)
-        title = ", ".join(f"{key} {value}" for key, value in values.items())
+        title = named_values(plan, values)
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
     if len(each) > SHOWN:
         more = str(len(each) - SHOWN)
@@ -52,10 +54,31 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     yield Table(head, ends, title)
     rows = [row for each in moving if each[2].size >= RUNS for row in _extremes(*each)]
     if rows:
-        figures = ("most probable", "interval", "P90", "interval of P90", "another run")
-        yield Table(("motion", "side", *figures, "by"), rows)
+        title = "The most probable extreme of a run, and where the extreme of another run lies"
+        probable = ("motion", "side", "most probable", "interval", "another run")
+        yield Table(probable, [row[:5] for row in rows], title)
+        rare = ("motion", "side", "P90", "interval", "by")
+        title = "The extreme that 90 % of runs do not exceed"
+        yield Table(rare, [[*row[:2], *row[5:]] for row in rows], title)
     if stages := list(_stages(runs)):
-        yield Table(("group", "stage or figure", "mean", "interval", "all runs", "runs"), stages)
+        yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
+
+
+def named_values(plan: Plan, values: Mapping[str, object]) -> str:
+    """The values of the parameters of runs, in the units that they are read in."""
+    units = units_of(plan.runs.attrs)
+    read = {key: text_of(value_of(value, plan.unit(key)), units) for key, value in values.items()}
+    return ", ".join(f"{short(key)} {value}" for key, value in read.items())
+
+
+def short(name: str) -> str:
+    """The last two words of a key."""
+    return " ".join(name.split(".")[-2:]).replace("_", " ")
+
+
+def value_of(value: object, unit: str) -> Value | str:
+    """A value of a parameter: a number in its unit, or words."""
+    return Value(value, unit, 6) if isinstance(value, float) else str(value)
 
 
 def _moving(runs: xr.Dataset) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
@@ -83,9 +106,9 @@ def _by_law(law: Gumbel, sign: float, unit: str) -> list[Cell]:
     return [
         Value(sign * law.expected(1.0), unit),
         _between(law.confidence(1.0), sign, unit),
+        _between(law.prediction(1.0), sign, unit),
         Value(sign * law.expected(rare), unit),
         _between(law.confidence(rare), sign, unit),
-        _between(law.prediction(1.0), sign, unit),
         LAW,
     ]
 
@@ -99,9 +122,9 @@ def _by_order(maxima: np.ndarray, sign: float, unit: str) -> list[Cell]:
     return [
         Value(sign * float(np.quantile(maxima, most_probable)), unit),
         _between(find_confidence(maxima, most_probable), sign, unit),
+        _between((held.low, held.high), sign, unit),
         Value(sign * float(np.quantile(maxima, P90)), unit),
         _between(find_confidence(maxima, P90), sign, unit),
-        _between((held.low, held.high), sign, unit),
         f"{ORDER} ({100.0 * held.probability:.0f} %{more})",
     ]
 
@@ -123,4 +146,4 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
                 at = spread(known)
                 unit = str(each.attrs["units"])
                 ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
-                yield [str(name), what, Value(at.mean, unit), *ends, str(known.size)]
+                yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

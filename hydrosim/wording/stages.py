@@ -12,28 +12,25 @@ from hydrosim.results.stages import FIGURES, TIME
 
 
 def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
-    """Two tables: times of the stages, figures of the contacts. Groups without a stage are left
-    out, and a run without groups has no tables."""
+    """Times of the stages and figures of the contacts, a column for each group. Groups without a
+    stage are left out, and a run without groups has no table."""
     if TIME not in run:
         return
-    groups = [run.sel(contact_group=name) for name in run.contact_group.values]
-    known = [group for group in groups if np.isfinite(group[TIME].values).any()]
-    if known:
-        reached = [
-            str(stage)
-            for stage in run.stage.values
-            if any(np.isfinite(group[TIME].sel(stage=stage)) for group in known)
-        ]
-        yield Table(("group", *reached), [_times(group, reached) for group in known])
-        head = ("group", *(what for what, _ in FIGURES.values()))
-        yield Table(head, [_figures(group) for group in known])
+    reached = run[TIME].notnull().any("stage")
+    groups = run.isel(contact_group=np.flatnonzero(reached.values))
+    if groups.sizes["contact_group"]:
+        head = ("stage or figure", *map(str, groups.contact_group.values))
+        yield Table(head, [*_times(groups), *_figures(groups)], "Stages")
 
 
-def _times(group: xr.Dataset, stages: list[str]) -> list[Cell]:
-    times = (Value(float(group[TIME].sel(stage=stage)), "s", 6) for stage in stages)
-    return [str(group.contact_group.values), *times]
+def _times(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    """The time of each stage that a group has come to."""
+    for stage in groups.stage.values:
+        times = groups[TIME].sel(stage=stage).values
+        if np.isfinite(times).any():
+            yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
 
 
-def _figures(group: xr.Dataset) -> list[Cell]:
-    figures = (Value(float(group[name]), unit) for name, (_, unit) in FIGURES.items())
-    return [str(group.contact_group.values), *figures]
+def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    for name, (what, unit) in FIGURES.items():
+        yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]

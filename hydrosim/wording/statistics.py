@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -138,7 +139,7 @@ def figures(found: xr.Dataset) -> Iterator[Node]:
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield Table(head, rows)
-    if without := [item for each in channels for item in _without(found, each)]:
+    if without := list(_without(found, channels)):
         yield List(without, "No extremes:")
         if any(SEEDS in item.text for item in without):
             yield Sentence(HOW)
@@ -198,22 +199,31 @@ def _extremes(found: xr.Dataset, channel: Channel) -> Iterator[list[Cell]]:
             ]
 
 
-def _without(found: xr.Dataset, channel: Channel) -> Iterator[Sentence]:
-    """Why a channel has no extremes; once for both sides if they have the same reason."""
-    bases = {side: channel.basis(found, side) for side in SIDES}
-    lacking = {side: basis for side, basis in bases.items() if basis not in LAWS}
-    if len(set(lacking.values())) == 1 and len(lacking) == len(SIDES):
-        yield _reason(found, channel, "", lacking["largest"])
-        return
-    for side, basis in lacking.items():
-        yield _reason(found, channel, f", {side}", basis)
+def _without(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Sentence]:
+    """Why channels have no extremes: those that have the same reason together."""
+    names: dict[Sentence, list[str]] = {}
+    for channel in channels:
+        bases = {side: channel.basis(found, side) for side in SIDES}
+        for side, basis in bases.items():
+            if basis not in LAWS:
+                reason = _reason(found, channel, basis)
+                names.setdefault(reason, []).append(f"{channel.title}, {side}")
+    for reason, each in names.items():
+        told = ", ".join(_both_sides(each))
+        yield Sentence(f"{{}}: {reason.text}", [told, *reason.parts])
 
 
-def _reason(found: xr.Dataset, channel: Channel, side: str, basis: Basis) -> Sentence:
+def _both_sides(names: Sequence[str]) -> Iterator[str]:
+    """Channels with their sides; without, where both sides are among the names."""
+    titles = {name: name.rpartition(", ")[0] for name in names}
+    several = Counter(titles.values())
+    yield from dict.fromkeys(t if several[t] == len(SIDES) else name for name, t in titles.items())
+
+
+def _reason(found: xr.Dataset, channel: Channel, basis: Basis) -> Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
-    parts = [channel.figure(found, name) for name in names]
-    return Sentence(f"{{}}{side}: {text}", [channel.title, *parts])
+    return Sentence(text, tuple(channel.figure(found, name) for name in names))
 
 
 def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]:

@@ -31,7 +31,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.seeds import seed_nodes
+from hydrosim.wording.seeds import seed_nodes, short, value_of
 
 MOST = 300
 """Rows of a table, and remarks of a list."""
@@ -53,7 +53,7 @@ def study_document(runs: xr.Dataset) -> Document:
 def study_tables(runs: xr.Dataset) -> Document:
     """How the runs went and what parameters do, without the case and its assumptions."""
     nodes = [*_outcome(runs), *_results(runs)]
-    return Document(title_of(runs), nodes, counted(runs), units_of(runs.attrs))
+    return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
 def counted(runs: xr.Dataset) -> str:
@@ -117,14 +117,7 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
 def _of_values(plan: Plan) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = (
-        *map(_short, names or ["of"]),
-        "figure",
-        "mean",
-        "90 % interval",
-        "another seed",
-        "runs",
-    )
+    head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
     yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]])
     yield Sentence(MEANS, detail=True)
     if len(rows) > MOST:
@@ -135,23 +128,13 @@ def _of_values(plan: Plan) -> Iterator[Node]:
     yield from _pictures(plan, rows)
 
 
-def _short(name: str) -> str:
-    """The last two words of a key."""
-    return " ".join(name.split(".")[-2:]).replace("_", " ")
-
-
 def _cells(plan: Plan, row: Row, names: Sequence[str]) -> list[Cell]:
     s = row.spread
-    values: list[Cell] = [
-        _value(row.values[name], plan.unit(name)) for name in names if name in row.values
-    ]
+    values = [value_of(row.values[name], plan.unit(name)) for name in names]
+    mean = Value(s.mean, row.unit) if s.n else "no run has a value"
+    interval = Between(s.low, s.high, row.unit)
     another = Between(s.another_low, s.another_high, row.unit)
-    figures = (Value(s.mean, row.unit), Between(s.low, s.high, row.unit), another)
-    return [*(values or ["all"]), row.figure, *figures, str(s.n)]
-
-
-def _value(value: object, unit: str) -> Value | str:
-    return Value(value, unit, 6) if isinstance(value, float) else str(value)
+    return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
 def _differences(plan: Plan) -> list[Difference]:
@@ -166,14 +149,16 @@ def _difference(plan: Plan, of: Difference) -> Sentence:
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
-    ends = [_value(of.low, plan.unit(axis)), _value(of.high, plan.unit(axis))]
+    ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
     if not at.n:
-        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, _short(axis)])
+        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short(axis)])
     text = "{} changes by {} of {}, from {} to {}"
-    parts: list[Part] = [of.figure, Value(at.mean, of.unit), _short(axis), *ends]
+    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short(axis), *ends]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
         parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
+    else:
+        text += " (one run at each end)"
     if np.isfinite(of.changed):
         text += "; contacts went another way in {} of the seeds"
         parts.append(Value(of.changed, "share", 2))
@@ -200,7 +185,7 @@ def _pictures(plan: Plan, rows: list[Row]) -> Iterator[Node]:
             }
             unit = own[0].unit if own else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield Curves(title, _short(axis), plan.unit(axis), figure, unit, curves)
+            yield Curves(title, short(axis), plan.unit(axis), figure, unit, curves)
 
 
 def _curve(rows: list[Row], axis: str) -> Curve:
@@ -213,7 +198,7 @@ def _curve(rows: list[Row], axis: str) -> Curve:
 def _of_samples(plan: Plan) -> Iterator[Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
-        rows = [(f, _short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
+        rows = [(f, short(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
         yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
@@ -224,7 +209,7 @@ def _of_samples(plan: Plan) -> Iterator[Node]:
     yield Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[list[Cell]] = [
-        [e.figure, _short(e.parameter), *_share(e.first), *_share(e.total)] for e in found
+        [e.figure, short(e.parameter), *_share(e.first), *_share(e.total)] for e in found
     ]
     yield Table(head, rows_)
 

@@ -16,7 +16,8 @@ from rich.table import Table
 from typer.main import get_command
 
 from hydrosim.__main__ import app
-from hydrosim.commands.terminal import printable, show
+from hydrosim.commands.terminal import show
+from hydrosim.presentation.terminal import printable
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "cases" / "sphere" / "decay.yaml"

@@ -19,6 +19,7 @@ def statistics(
 ) -> Command:
     """`hydrosim statistics` in an empty folder."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
     return command(monkeypatch, capsys, "statistics")
 
 
@@ -33,9 +34,10 @@ def run(tmp_path: Path) -> Path:
 def test_every_channel_has_its_lines(statistics: Command, run: Path) -> None:
     result = statistics(run)
     assert result.code == 0
-    assert "extremes of 600.2 s, with 90 % intervals" in result.out
-    assert "barge heave: mean" in result.out
-    assert "interface 1: mean" in result.out
+    assert "channel mean std significant period [s] smallest largest" in result.out
+    assert "Extremes in 600.2 s, with 90 % intervals" in result.out
+    assert "barge heave [m] " in result.out
+    assert "force of interface 1 [kN] " in result.out
     assert "nan" not in result.out
     with xr.open_dataset(run.with_stem("made_statistics")) as found:
         assert found.motion_extreme.dims == ("body", "dof", "side", "extreme")

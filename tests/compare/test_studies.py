@@ -5,12 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from reading import tables, texts
 
 from hydrosim.compare.dataset import studies_dataset
-from hydrosim.compare.studies import compare_studies, lines
+from hydrosim.compare.studies import Comparison, compare_studies
 from hydrosim.errors import InputError
+from hydrosim.wording.compared_studies import studies_tables
 
 RUNS, CHANNELS = 12, 20
+
+
+def said(found: Comparison) -> list[str]:
+    """What is said of a comparison: which runs, sentences, verdicts."""
+    document = studies_tables(studies_dataset(found, {}))
+    return [document.subtitle, *texts(document.nodes)]
 
 
 def runs(values: np.ndarray, seeds: np.ndarray | None = None) -> xr.Dataset:
@@ -37,9 +45,10 @@ def test_pairs_in_the_same_waves_find_what_independent_runs_do_not() -> None:
     apart = compare_studies(runs(waves), runs(other))
     assert not apart.paired
     assert not any(each.differs for each in apart.channels)
-    text = " ".join(lines(found))
-    assert "motion.d3" in text
-    assert "of 21 channels 1 differ" in text
+    nodes = studies_tables(studies_dataset(found, {})).nodes
+    differing = tables(nodes, "channel")[0]
+    assert [row[0] for row in differing.rows] == ["motion.d3"]
+    assert "1 of 21 channels differ by more than chance" in " ".join(texts(nodes))
 
 
 @pytest.mark.slow
@@ -57,7 +66,8 @@ def test_equal_runs_and_constant_differences() -> None:
     values = np.random.default_rng(1).normal(size=(RUNS, 2))
     same = compare_studies(runs(values, np.arange(RUNS)), runs(values, np.arange(RUNS)))
     assert not any(each.differs for each in same.channels)
-    assert "differences of 0 may be chance, 3 are equal in all runs" in " ".join(lines(same))
+    text = " ".join(said(same))
+    assert "3 are equal in all runs, and differences of the other 0 may be chance" in text
     constant = runs(np.ones((RUNS, 2)))
     moved = compare_studies(constant, runs(np.zeros((RUNS, 2))))
     assert all(each.differs and each.difference == 1.0 for each in moved.channels)
@@ -91,9 +101,7 @@ def test_codes_are_no_channels() -> None:
     )
     found = compare_studies(one, other)
     assert [each.channel for each in found.channels] == ["motion.d0", "motion.d1", "crawl"]
-    assert list(lines(found))[-1] == (
-        "codes differ, too, which are not tested: motion_basis, state"
-    )
+    assert "warning: Codes differ too. They are not tested: motion_basis, state." in said(found)
     assert studies_dataset(found, {}).attrs["codes_apart"] == "motion_basis state"
     assert compare_studies(one, one).codes == ()
     assert compare_studies(one.drop_vars("seed"), other.drop_vars("seed")).codes == found.codes
@@ -108,13 +116,13 @@ def test_other_durations_are_told_first(paired: bool) -> None:
         cases = [f"title: S\nduration: {x}\nbodies: {{}}\n" for x in durations * RUNS][:RUNS]
         return runs(values, seeds).assign(case_resolved=("run", cases))
 
-    text = list(lines(compare_studies(lasting(300.0), lasting(400.0, 500.0))))
+    text = said(compare_studies(lasting(300.0), lasting(400.0, 500.0)))
     assert "but of other durations: ours 300 s and theirs 400 to 500 s" in text[0]
     assert "same waves" not in text[0]
-    assert "differ with the duration alone" in text[1]
+    assert any("durations differ" in line for line in text if line.startswith("warning: "))
     for same in (
         compare_studies(*[lasting(300.0)] * 2),
         compare_studies(*[runs(values, seeds)] * 2),
     ):
         assert same.durations == ()
-        assert "durations" not in " ".join(lines(same))
+        assert "durations" not in " ".join(said(same))

@@ -18,9 +18,9 @@ import pytest
 import xarray as xr
 from dry_scenes import moving, on_floor, steady, table
 from dry_scenes import scene as dry
-from hydrosim.studies.run.check import survey
 from moored_barge import CASES, SEA, hull, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
+from reading import rows, texts
 from scipy.linalg import block_diag
 
 import hydrosim as hs
@@ -61,6 +61,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
+from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10
@@ -676,20 +677,19 @@ class TestMany:
 
 class TestCheck:
     def test_says_what_is_skipped_and_lists_all_periods(self) -> None:
-        lines = list(survey(scene_of("base")))
-        text = "\n".join(line for line in lines if isinstance(line, str))
+        nodes = check_document(scene_of("base")).nodes
+        text = "\n".join(texts(nodes))
         assert "1 bodies, 3 free coordinates" in text
         assert "in the plane y = 0 m, which it is symmetric about" in text
-        assert "skipped: barge: sway, roll, yaw zero by symmetry, not in the state" in text
-        periods = lines[-1]
-        assert {*periods.columns[1].cells} == {*DOFS}
+        assert "Skipped\nbarge: sway, roll, yaw zero by symmetry, not in the state" in text
+        assert {row["mode"] for row in rows(nodes, "body", "mode")} == {*DOFS}
 
     def test_says_why_not(self) -> None:
-        lines = list(survey(sea_of(heading=0.1)))
+        lines = texts(check_document(sea_of(heading=0.1)).nodes)
         assert "solved in all degrees of freedom: waves to 5.72958 deg" in lines
-        assert any("6 free coordinates" in str(line) for line in lines)
+        assert any("6 free coordinates" in line for line in lines)
 
     def test_of_a_restart(self) -> None:
         run = hs.simulate(replace(full(scene_of("base")), duration=10.0))
-        text = [str(line) for line in survey(replace(scene_of("base"), initial=Start(run)))]
+        text = texts(check_document(replace(scene_of("base"), initial=Start(run))).nodes)
         assert any("in the plane" in line for line in text)

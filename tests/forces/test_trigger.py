@@ -9,12 +9,13 @@ from textwrap import dedent
 import numpy as np
 import pytest
 from dry_scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
-from hydrosim.commands.summary import lines
+from reading import texts
 
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When
+from hydrosim.wording.run import run_document
 
 MASS = 2.0
 ALONG = ("surge",)
@@ -226,5 +227,6 @@ def test_what_has_not_begun_is_said() -> None:
     for speed, waits in ((100.0, True), (1.0, False)):
         start = When(channel="speed.block", above=speed)
         more = replace(steady(surge=0.1), active=Active(start))
-        said = "\n".join(lines(hs.simulate(pushed(more=more))))
-        assert ("more         has not begun" in said) == waits
+        said = texts(run_document(hs.simulate(pushed(more=more))).nodes)
+        told = "warning: more has not begun: its condition was not met."
+        assert (told in said) == waits

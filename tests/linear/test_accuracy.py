@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dry_scenes import block, steady
-from hydrosim.studies.run.check import survey
 from moored_barge import SEA, in_waves, scene_of, with_body
+from reading import texts
 
 import hydrosim as hs
 from hydrosim import integrate
@@ -39,6 +39,7 @@ from hydrosim.scene import (
     WaveTrain,
 )
 from hydrosim.studies.run.resolution import ACCURATE
+from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 
@@ -188,9 +189,9 @@ def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) ->
     figure("step that is asked for [s]", enough)
     figure("apart there", apart(float_over(enough)))
     assert apart(float_over(enough)) < ACCURATE
-    said = [line for line in survey(scene) if isinstance(line, str)]
-    assert any(line.startswith("largest stable step") for line in said)
-    assert any(line.startswith("largest accurate step") for line in said)
+    said = texts(check_document(scene).nodes)
+    assert any("the largest stable step is" in line for line in said)
+    assert any(line.startswith("Largest accurate step") for line in said)
 
 
 def test_many_runs_are_warned_too() -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import block, moving, observed_orders, on_floor, steady
-from hydrosim.studies.run.check import survey
 from moored_barge import SEA, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
+from reading import texts
 from scipy import linalg
 
 import hydrosim as hs
@@ -56,6 +56,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.stepping.dynamics import new_work, rhs
+from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]
@@ -393,10 +394,10 @@ def test_it_is_said_and_stepped_if_asked() -> None:
     assert not facts.exact
     assert solution(stepped(scene), facts) == "stepped: asked for by solver.linear"
     for one, text in (
-        (scene, "propagated exactly: linear"),
+        (scene, "Propagated exactly: linear"),
         (stepped(scene), "200 steps of 0.1 s"),
     ):
-        said = "\n".join(line for line in survey(one) if isinstance(line, str))
+        said = "\n".join(texts(check_document(one).nodes))
         assert text in said
         assert ("stable" in said) == (one is not scene)  # a step that is not taken has no limit
 

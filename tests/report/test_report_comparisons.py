@@ -63,7 +63,7 @@ def test_a_run_and_a_recording_lie_over_one_another(tmp_path: Path) -> None:
     assert "offset 0.05 m" in said["td"]
     assert "gain 1.1" in said["td"]
     assert "1 of 2 channels are out of tolerance" in said["p"]
-    assert "position.barge.surge: " in said["li"]
+    assert "position.barge.surge: " in said["p"]
     lines = chart(data_of(page), "position.barge.surge: offset 0.05 m")
     np.testing.assert_allclose(lines["recorded"] - lines["ours"], 0.05, atol=1e-6)
     apart = chart(data_of(page), "position.barge.surge: difference")
@@ -74,11 +74,9 @@ def test_figures_are_those_of_the_file(tmp_path: Path) -> None:
     found = of_runs(tmp_path)
     page = Page(html(comparison_document(found), "mark"))
     shown = [float(str(of["value"])) for tag, of in page.elements if tag == "data"]
-    scale = {"rad": np.degrees(1.0), "rad/s": np.degrees(1.0), "N": 1e-3, "N m": 1e-3, "J": 1e-6}
     for one in (found.isel(channel=k) for k in range(found.sizes["channel"])):
         for name in ("rms", "peak", "mean", "drift"):
-            value = scale.get(str(one.units.values), 1.0) * float(one[name])
-            assert value in shown, (str(one.channel.values), name)
+            assert float(one[name]) in shown, (str(one.channel.values), name)
 
 
 @pytest.mark.parametrize("paired", [True, False])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from browser import opened
+from reading import ends, number, rows, tables
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.curves import ticks
@@ -49,7 +50,8 @@ def limits(text: str = "heave") -> xr.Dataset:
             "governing": (over, np.array([text, ""]).reshape(1, 1, 1, 2)),
         },
         {"stage": ["all"], "swell": ["none"], "heading": [0.5], "peak_period": [6.0, 9.0]},
-        {"title": text, "criteria": text, "probability": 0.9, "highest": 3.0, "seeds": 10},
+        {"title": text, "criteria": text, "probability": 0.9, "seeds": 10, "runs": 40}
+        | {"lowest": 0.5, "highest": 3.0, "apart": 0.1},
     )
 
 
@@ -58,11 +60,11 @@ def test_a_study_shows_means_with_their_intervals() -> None:
     values = [float(str(of["value"])) for tag, of in page.elements if tag == "data"]
     assert {0.0, 10.0}.issubset(values)
     assert page.count("circle") == 3
-    assert "failed: plain (1 runs: 11)" in page.texts["li"]
-    assert "plain (12 of 12 runs)" in page.texts["li"]
+    assert "failed: plain (run 11)" in page.texts["li"]
+    assert "plain (12 of 12 runs)" in page.texts["p"]
     assert "crawl at 1: 10" not in page.texts["title"]
     assert "crawl: 10 (" in page.texts["title"]
-    assert "90 % interval" in page.texts["p"]
+    assert "90 % interval" in page.texts["th"]
 
 
 def test_points_stand_where_their_numbers_are() -> None:
@@ -100,11 +102,18 @@ def test_limits_are_shown_with_what_they_are_worth_in_the_weather() -> None:
     )
     found = found.assign_coords(season)
     page = Page(html(limits_document(found), "mark"))
-    assert "80.0% is workable" in page.texts["p"]
-    assert "A window lasts 6 h" in page.texts["p"]
+    assert "80 % is workable" in page.texts["p"]
+    assert "10 % is outside peak periods of 6 to 9 s" in page.texts["p"]
+    assert "5 % of the time has no limit" in page.texts["p"]
+    assert "Windows of 6 h" in page.texts["caption"]
     assert "yearMay" in page.texts["th"]
-    for words in ("30.0%", "60.0%", "beyond the record"):
-        assert words in page.texts["td"]
+    nodes = limits_document(found).nodes
+    year, may = rows(nodes, "season")
+    assert number(year["workable"], "share") == 0.3
+    assert number(may["workable"], "share") == 0.6
+    assert number(year["waiting P50"], "h") == 1.0
+    assert year["P90"] == "beyond the record"
+    assert number(may["P90"], "h") == 2.0
 
 
 def test_limits_are_shown_with_what_governs() -> None:
@@ -112,15 +121,21 @@ def test_limits_are_shown_with_what_governs() -> None:
     assert not is_limits(study())
     page = Page(html(limits_document(limits()), "mark"))
     assert page.count("circle") == 2
-    assert "0.8 to above all m" in page.texts["td"]
-    assert "none up to the highest" in page.texts["td"]
+    first, last = rows(limits_document(limits()).nodes, "stage")
+    assert ends(first["interval"], "m") == pytest.approx((0.7, 0.9))
+    assert ends(last["interval"], "m") == pytest.approx((0.8, np.inf))
+    assert (first["governed by"], last["governed by"]) == ("heave", "")
+    assert "0.800 or more" in page.texts["td"]
     assert "governed by heave" in page.texts["title"]
 
 
 def test_limits_show_their_case() -> None:
     case = "bodies: {barge: {mass: 1000.0, heading: 0.0, dofs: [heave]}}"
-    page = Page(html(limits_document(limits().assign_attrs(case_resolved=case)), "mark"))
-    assert "1000 kg" in page.texts["td"]
+    document = limits_document(limits().assign_attrs(case_resolved=case))
+    (bodies,) = tables(document.nodes, "body")
+    assert bodies.rows[0][0] == "barge, mass"
+    assert "body [t] " in " ".join(str(document).split())
+    assert "barge, mass 1 " in " ".join(str(document).split())
     assert "does not hold its case" in Page(html(limits_document(limits()), "mark")).texts["p"]
 
 
@@ -130,7 +145,7 @@ def test_limits_by_spectra_have_no_seeds_and_no_intervals() -> None:
     page = Page(html(limits_document(limits().assign_attrs(runs=0)), "mark"))
     assert "seeds" not in page.texts["th"]
     assert "none, without runs" in page.texts["td"]
-    assert "0.7 to 0.9 m" not in page.texts["td"]
+    assert "0.700 to 0.900" not in page.texts["td"]
 
 
 def test_a_study_without_a_plan_says_so() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_scenes import block, moving, scene, steady, table
-from hydrosim.commands.summary import lines
+from reading import number, row
 
 import hydrosim as hs
 from hydrosim.errors import InputError
@@ -26,6 +26,7 @@ from hydrosim.plot.pictures import PICTURES
 from hydrosim.results.stages import PARTS, STAGES, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 from hydrosim.statistics.explain import WHOLE, explained
+from hydrosim.wording.run import run_document
 
 MASS, WEIGHT = 1e5, 9.81e5
 K = 1e7  # N/m of each: legs together, pads together
@@ -270,7 +271,8 @@ def test_a_restart_knows_the_stages_before_it():
 
 
 def test_the_summary_and_the_picture_tell_the_stages(run):
-    said = "\n".join(lines(run))
-    assert "legs: first contact 0.0 s" in said
-    assert "gap          clearance min" in said
+    nodes = run_document(run).nodes
+    assert number(row(nodes, "stage or figure", of=["first contact"])["legs"], "s") == 0.0
+    smallest = row(nodes, "clearance", of=["gap"])["smallest"]
+    assert number(smallest, "m") == run.clearance.sel(gap="gap").min()
     assert len(PICTURES["_transfer"](run)) == 5

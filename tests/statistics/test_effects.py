@@ -8,10 +8,14 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.statistics.effect_lines import as_csv, study_lines
+from reading import ends, number, rows, tables, texts
 
 from hydrosim.errors import InputError
+from hydrosim.presentation.layout import laid_out
+from hydrosim.presentation.units import DEFAULT
 from hydrosim.statistics import effects
+from hydrosim.statistics.effect_table import as_csv
+from hydrosim.wording.study import study_tables
 
 
 def file_of(
@@ -27,6 +31,7 @@ def file_of(
     runs = xr.Dataset({"y": ("run", y, {"units": "m"})}, attrs={"title": "known"})
     runs.attrs["design"] = json.dumps({**known, "figures": ["y"], "limits": {}})
     along = {**values, **more, "seed": np.zeros(y.size, int) if seed is None else seed}
+    runs["status"] = "run", ["complete"] * y.size
     return runs.assign_coords({name: ("run", x) for name, x in along.items()})
 
 
@@ -89,8 +94,12 @@ def test_one_at_a_time_and_what_is_missing() -> None:
     found = {each.parameter: each for each in effects.differences(effects.plans(runs)[0])}
     assert found["a"].spread.mean == pytest.approx(1.0)
     assert found["b"].spread.mean == pytest.approx(10.0)
-    assert as_csv(runs).splitlines()[1].startswith(",1.0,5.0,,y,m,1,51,nan")
-    assert any("varied" in line for line in study_lines(runs))
+    assert as_csv(runs).splitlines()[1].startswith(",1,5,,y,m,1,51,nan")
+    document = study_tables(runs)
+    each = rows(document.nodes, "figure")
+    assert [row["varied"] for row in each] == ["", "a", "a", "b"]
+    assert [number(row["mean"], "m") for row in each] == [51.0, 50.0, 52.0, 61.0]
+    assert "y changes by 1 m of a, from 0 to 2 (one run at each end)." in texts(document.nodes)
 
 
 def test_tables_say_what_there_is_and_nothing_else() -> None:
@@ -99,16 +108,23 @@ def test_tables_say_what_there_is_and_nothing_else() -> None:
     a, seed = np.array([1.0, 1.0, 2.0, 2.0]), np.array([1, 2, 1, 2])
     runs = file_of("grid", {"a": a}, np.array([1e-5, 3e-5, np.nan, np.nan]), seed)
     runs["a"].attrs["units"] = "s"
-    lines = list(study_lines(runs))
-    assert lines[2].split() == [
-        *("a", "1", "s", "y", "2.000e-05", "m", "(-4.314e-05", "to", "8.314e-05)"),
-        *("another", "-8.936e-05", "to", "1.294e-04", "2", "runs"),
+    nodes = study_tables(runs).nodes
+    one, none = rows(nodes, "figure")
+    assert (one["figure"], number(one["a"], "s"), one["runs"]) == ("y", 1.0, "2")
+    assert number(one["mean"], "m") == pytest.approx(2e-5)
+    assert ends(one["90 % interval"], "m") == pytest.approx((-4.314e-5, 8.314e-5), rel=1e-3)
+    assert ends(one["another seed"], "m") == pytest.approx((-8.936e-5, 1.294e-4), rel=1e-3)
+    assert (number(none["a"], "s"), none["mean"], none["runs"]) == (2.0, "no run has a value", "0")
+    (shown, _) = laid_out(*tables(nodes, "figure"), DEFAULT).rows
+    assert [cell.text for cell in shown] == [
+        *("y", "1", "0.000020", "-0.000043 to 0.000083", "-0.000089 to 0.000129", "2")
     ]
-    assert lines[3].split() == ["a", "2", "s", "y", "no", "run", "has", "a", "value", "0", "runs"]
-    assert lines[4] == "  d y / d a, 1 to 2: no seed has a value at both"
-    alone = list(study_lines(file_of("grid", {"a": a[1:3]}, np.array([12.5, 22.5]))))
-    assert alone[2].split() == ["a", "1", "y", "12.5", "m", "1", "run"]
-    assert alone[4] == "  d y / d a, 1 to 2: 10 m, of one run at each"
+    assert "y: no seed has a value at both ends of a." in texts(nodes)
+    alone = study_tables(file_of("grid", {"a": a[1:3]}, np.array([12.5, 22.5])))
+    first, _ = rows(alone.nodes, "figure")
+    assert (number(first["mean"], "m"), first["runs"]) == (12.5, "1")
+    assert "y changes by 10 m of a, from 1 to 2 (one run at each end)." in texts(alone.nodes)
+    assert "nan" not in str(alone)
 
 
 def test_runs_of_no_study_are_refused() -> None:

@@ -8,11 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.statistics.explain_rows import explanation, figure
+from reading import ends, number, row, rows
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.tally import MODES
+from hydrosim.presentation.document import Document
 from hydrosim.results.phases import Phase
 from hydrosim.results.stages import STAGES
 from hydrosim.statistics.explain import (
@@ -26,6 +27,7 @@ from hydrosim.statistics.explain import (
     WHOLE,
     explained,
 )
+from hydrosim.wording.explain import explanation, mean_cell
 
 MU = 0.2
 EVERY = 1.0  # s
@@ -172,9 +174,10 @@ def test_what_is_held_has_a_reaction_of_its_own() -> None:
     assert float(held.sel(dof="surge")) == 0.0
     assert float(whole.unbalanced.sel(dof="sway")) == pytest.approx(0.0, abs=1e-9)
     assert float(whole.unbalanced.sel(dof="surge")) == pytest.approx(2e3)
-    text = "\n".join(explanation(explained(run), "barge", "sway"))
-    assert f"mean force, {REACTION} [kN]" in text
-    assert REACTION not in "\n".join(explanation(explained(run), "barge", "surge"))
+    title = "barge in sway"
+    assert row(explanation(explained(run), "barge", "sway"), title, of=[f"mean force, {REACTION}"])
+    surge = rows(explanation(explained(run), "barge", "surge"), "barge in surge")
+    assert not any(REACTION in str(each["barge in surge"]) for each in surge)
 
 
 def test_stages_of_a_transfer() -> None:
@@ -202,14 +205,20 @@ def test_a_run_without_impulses_is_told_what_it_lacks() -> None:
 def test_means_over_runs_have_the_interval_of_student() -> None:
     """Of five numbers with standard deviation sqrt(2.5): t(0.95, 4) = 2.1318 (tables)."""
     x = xr.DataArray([1.0, 2.0, 3.0, 4.0, 5.0], dims="run")
-    assert figure(x, digits=4) == f"3.0000 ± {2.131847 * np.sqrt(2.5 / 5.0):.4f}"
-    assert figure(x[:1]) == "1.00"
-    assert figure(x * np.nan) == ""
+    mean, interval = mean_cell(x, "m").parts
+    assert number(mean, "m") == 3.0
+    half = 2.131847 * np.sqrt(2.5 / 5.0)
+    assert ends(interval, "m") == pytest.approx((3.0 - half, 3.0 + half), rel=1e-6)
+    assert number(mean_cell(x[:1], "m"), "m") == 1.0
+    assert mean_cell(x * np.nan, "m") == ""
 
 
 def test_the_lines_say_each_figure_once() -> None:
-    text = "\n".join(explanation(explained(made()), "barge", "surge"))
+    nodes = list(explanation(explained(made()), "barge", "surge"))
+    text = str(Document("made", nodes))
     assert "nan" not in text
     assert text.count("mean force, pad [kN]") == 1
-    assert "-260.4" in text  # of the whole run: (6 HELD - 4 MU E[N d] - 8e3) / 20 s
+    pad = row(nodes, "barge in surge", of=["mean force, pad"])
+    assert number(pad[WHOLE], "N") == pytest.approx(-260.4e3, rel=1e-6)
+    # (6 HELD - 4 MU E[N d] - 8e3) / 20 s
     assert "stuck" not in text

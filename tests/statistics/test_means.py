@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.report.figures import statistics_blocks
-from hydrosim.statistics.sentences import lines
 from moored_barge import in_contact
+from reading import number, row, texts
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.statistics.figures import Figure, figure_of
 from hydrosim.statistics.statistics import statistics
+from hydrosim.wording.statistics import figures, statistics_nodes
 
 CHANNEL = "force_line.barge.surge"
 TIME = np.arange(0.0, 400.0, 0.5)
@@ -53,9 +54,16 @@ def test_a_force_that_chatters_has_the_mean_of_its_impulse() -> None:
     assert mean_of(found) == pytest.approx(whole, abs=0.2)
     assert mean_of(found, "first_mean") == pytest.approx(50.0, abs=2.0)
     assert float(found.named_recorded_mean.sel(channel=CHANNEL)) == pytest.approx(100.0, abs=0.5)
-    text = "\n".join(lines(found))
-    assert "this mean is by impulses; that of the records is 100." in text
-    assert "take a smaller solver.step" in text
+    said = list(figures(found))
+    moments = row(said, "channel", "mean", of=[CHANNEL])
+    assert number(moments["mean"], "N") == mean_of(found)
+    told = re.match(
+        rf"warning: {CHANNEL}: this mean is by impulses; the mean of the records is (\S+) kN\.",
+        texts(said)[0],
+    )
+    assert told is not None
+    assert float(told[1]) == pytest.approx(0.1, abs=0.5e-3)
+    assert "use a smaller solver.step" in texts(said)[0]
     figure = figure_of(run, Figure("push", CHANNEL, "mean"))
     assert float(figure) == pytest.approx(whole, abs=0.2)
     assert figure.attrs["units"] == "N"
@@ -66,7 +74,7 @@ def test_a_smooth_force_has_the_mean_of_its_records() -> None:
     found = statistics(run, channels=[CHANNEL])
     assert mean_of(found) == (100.0 + SURGE).mean()
     assert "named_recorded_mean" not in found
-    assert "impulses" not in "\n".join(lines(found))
+    assert "impulses" not in "\n".join(texts(figures(found)))
 
 
 def test_knocks_between_records_count() -> None:
@@ -84,7 +92,7 @@ def test_knocks_between_records_count() -> None:
     assert abs(found.named_recorded_mean.item() / expected - 1.0) > 0.02
     normal = fine.fender_normal_force.transpose("time", "fender").values
     expected = np.trapezoid(normal, fine.time.values, axis=0) / 90.0
-    page = "\n".join(map(str, statistics_blocks(coarse.assign_attrs(wave_ramp=0.0))))
-    assert "this mean is by impulses" in page
+    page = texts(statistics_nodes(coarse.assign_attrs(wave_ramp=0.0)))
+    assert any("this mean is by impulses" in line for line in page)
     each = found.fender_force.sel(statistic="mean").values
     np.testing.assert_allclose(each, expected, rtol=2e-3)

@@ -8,16 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.statistics.sentences import RUNS, lines, lines_of_runs
 from random_records import KINDS
+from reading import ends, number, row, rows, texts
 
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.presentation.document import Document, Node
 from hydrosim.results.phases import contact_phases
 from hydrosim.statistics.extremes import LAWS, Basis
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.statistics import statistics
+from hydrosim.wording.seeds import LAW, RUNS, nodes_over_seeds
+from hydrosim.wording.statistics import contact_nodes, figures
 
 TIME = np.arange(0.0, 2000.0, 0.5)
 
@@ -62,6 +65,15 @@ def basis(found: xr.Dataset, dof: str, side: str = "largest") -> Basis:
     return Basis(int(found.motion_basis.sel(body="barge", dof=dof, side=side)))
 
 
+def nodes(found: xr.Dataset) -> list[Node]:
+    """What is said of statistics."""
+    return [*figures(found), *contact_nodes(found)]
+
+
+def text_of(found: xr.Dataset) -> str:
+    return str(Document("known", nodes(found)))
+
+
 def test_sine() -> None:
     """A hundred periods of 20 s about 3 m."""
     found = of(record(heave=3.0 + 2.0 * np.sin(2 * np.pi * TIME / 20.0)), "heave")
@@ -88,6 +100,7 @@ def test_channels_that_are_asked_for() -> None:
     modes = np.where(TIME < 1000.0, OPEN, STICK)
     run = with_contact(record(heave=x), modes, 1e6 * (modes == STICK))
     run = run.assign_coords(fender_group=("fender", ["interface"]))
+    run.position.attrs["dof_units"] = "m, m, m, rad, rad, rad"
     found = statistics(run, channels=["position.barge.heave", "fender_normal_force.interface"])
     same = found.motion.sel(body="barge", dof="heave")
     np.testing.assert_array_equal(found.named.sel(channel="position.barge.heave"), same)
@@ -97,10 +110,12 @@ def test_channels_that_are_asked_for() -> None:
     )
     assert float(after.sel(channel="fender_normal_force.interface", statistic="mean")) == 1e6
     assert np.isnan(found.named_phase.sel(phase="compressed")).all()
-    text = "\n".join(lines(found))
-    assert "position.barge.heave: mean" in text
-    assert "  interface stuck: mean" in text
-    assert "nan" not in text
+    moments = row(nodes(found), "channel", "mean", of=["position.barge.heave"])
+    assert number(moments["mean"], "m") == x.mean()
+    stuck = ["position.barge.heave", "interface", "stuck"]
+    phase = row(nodes(found), "channel", "group", "phase", of=stuck)
+    assert number(phase["mean"], "m") == pytest.approx(x[TIME >= 1000.0].mean())
+    assert "nan" not in text_of(found)
 
 
 def test_each_statistic_has_its_unit() -> None:
@@ -141,9 +156,9 @@ class TestWithoutExtremes:
 
     @staticmethod
     def said(run: xr.Dataset, **options: Any) -> str:
-        text = "\n".join(lines(statistics(run, **options)))
-        assert "nan" not in text
-        return text
+        found = statistics(run, **options)
+        assert "nan" not in text_of(found)
+        return "\n".join(texts(nodes(found)))
 
     def test_few_waves(self) -> None:
         x = np.sin(2 * np.pi * TIME / 200.0)
@@ -151,12 +166,15 @@ class TestWithoutExtremes:
         assert "too short" in self.said(record(sway=x))
 
     def test_no_period(self) -> None:
-        assert "no period (it does not cross its mean twice)" in self.said(record(surge=TIME))
+        moments = row(nodes(statistics(record(surge=TIME))), "channel", "mean", of=["barge surge"])
+        assert np.isnan(number(moments["period"], "s"))
+        assert number(moments["mean"], "m") == TIME.mean()
+        self.said(record(surge=TIME))
 
     def test_constant_channels_are_not_printed(self) -> None:
         found = statistics(record(surge=waves(), sway=0.0 * TIME + 3.0))
         assert basis(found, "sway") == basis(found, "yaw") == Basis.CONSTANT
-        assert "sway" not in "\n".join(lines(found))
+        assert "sway" not in text_of(found)
 
     def test_one_peak(self) -> None:
         self.said(record(heave=np.exp(-(((TIME - 1000.0) / 5.0) ** 2))))
@@ -164,7 +182,7 @@ class TestWithoutExtremes:
     def test_growing_waves(self) -> None:
         run = record(heave=waves() * np.minimum(TIME / 200.0, 1.0), ramp=200.0)
         assert basis(statistics(run), "heave") == Basis.WAVES_GROW
-        assert "the waves grow until 200 s: begin there (--from 200)" in self.said(run)
+        assert "the waves grow until 200 s. Start there (--from 200)." in self.said(run)
         assert basis(statistics(run, 200.0), "heave") == Basis.GAUSSIAN
 
     def test_a_run_that_ends_while_the_waves_grow(self) -> None:
@@ -172,13 +190,13 @@ class TestWithoutExtremes:
 
     def test_a_lift(self) -> None:
         text = self.said(record(heave=0.1 * waves() + TIME / 2000.0))
-        found = re.search(r"its mean goes from (\S+) to (\S+) m", text)
+        found = re.search(r"the mean goes from (\S+) m to (\S+) m", text)
         assert found is not None
         assert (float(found[1]), float(found[2])) == pytest.approx((0.1, 0.9), abs=0.03)
 
     def test_waves_that_grow_over_the_whole_record(self) -> None:
         text = self.said(record(heave=waves() * (1.0 + 2.0 * TIME / 2000.0)))
-        assert "its standard deviation goes from" in text
+        assert "the standard deviation goes from" in text
 
     def test_an_operation(self) -> None:
         """Pitch itself is stationary; but contact begins at half the time, and heave is lifted."""
@@ -205,7 +223,7 @@ class TestWithoutExtremes:
         x = waves().copy()
         x[-1] = np.nan
         assert basis(statistics(record(heave=x)), "heave") == Basis.NOT_FINITE
-        assert "it is not finite" in "\n".join(lines(statistics(record(heave=x))))
+        assert "barge heave: It is not finite." in texts(nodes(statistics(record(heave=x))))
 
     @pytest.mark.parametrize("count", [4, 5, 30, 200])
     def test_short_records(self, count: int) -> None:
@@ -213,7 +231,8 @@ class TestWithoutExtremes:
         self.said(record(time, heave=waves(time=time), pitch=np.sin(time)))
 
     def test_all_zero(self) -> None:
-        assert len(list(lines(statistics(record())))) == 1
+        (moments,) = rows(nodes(statistics(record())), "channel", "mean")
+        assert moments["channel"] == "wave elevation"
 
 
 def test_whole_seconds_and_a_last_record_off_the_grid() -> None:
@@ -272,8 +291,9 @@ def test_crawl_by_phase() -> None:
     assert float(crawl.sel(phase="stuck")) == pytest.approx(0.0, abs=0.03)
     assert float(found.fender_share.sel(fender="interface 1").sum()) == pytest.approx(1.0)
     assert float(found.phase_duration.sum()) == pytest.approx(TIME[-1], rel=1e-3)
-    text = list(lines(found))
-    assert any(line.startswith("interface initial contact: ") for line in text)
+    first = row(nodes(found), "group", "phase", of=["interface", "initial contact"])
+    assert number(first["duration"], "s") == pytest.approx(400.0, rel=0.02)
+    assert number(first["crawl in x"], "m") == pytest.approx(-0.5, abs=0.04)
 
 
 def test_runs_by_gumbels_law() -> None:
@@ -281,17 +301,21 @@ def test_runs_by_gumbels_law() -> None:
     figures = [statistics(record(heave=waves(seed))) for seed in range(RUNS)]
     failed = figures[0] * np.nan
     runs = xr.concat([*figures, failed], "run")
-    text = list(lines_of_runs(runs))
+    said = list(nodes_over_seeds(runs))
     high = runs.motion.sel(body="barge", dof="heave", statistic="largest").values[:-1]
-    assert text[0].startswith("barge heave: ")
-    assert f"to {high.max():.3f} m" in text[0]
-    pattern = r"  largest of a run: most probable (\S+) \(.*\), P90 (\S+) \(.*\), of another"
-    said = re.match(pattern, text[2])
-    assert said is not None
+    (between,) = rows(said, "motion", "smallest")
+    assert between["motion"] == "barge heave"
+    assert number(between["largest"], "m") == high.max()
+    heave = ["barge heave", "largest"]
+    largest = row(said, "motion", "side", "most probable", of=heave)
+    rare = row(said, "motion", "side", "P90", of=heave)
     law = fit_maxima(high)
     p90 = law.location - law.scale * np.log(-np.log(0.9))
-    assert (float(said[1]), float(said[2])) == pytest.approx((law.location, p90), abs=6e-4)
-    assert len(list(lines_of_runs(runs.isel(run=[0, 1])))) == 1
+    assert number(largest["most probable"], "m") == pytest.approx(law.location, rel=1e-9)
+    assert number(rare["P90"], "m") == pytest.approx(p90, rel=1e-9)
+    assert ends(largest["another run"], "m") == pytest.approx(law.prediction(1.0), rel=1e-9)
+    assert rare["by"] == LAW
+    assert len(list(nodes_over_seeds(runs.isel(run=[0, 1])))) == 1
 
 
 def test_runs_that_follow_no_law_are_told_by_their_order() -> None:
@@ -301,12 +325,16 @@ def test_runs_that_follow_no_law_are_told_by_their_order() -> None:
     knocked = runs.motion.sel(body="barge", dof="heave", statistic="largest").values
     knocked[::3] += 5.0 + np.arange(knocked[::3].size)
     runs.motion.loc[{"body": "barge", "dof": "heave", "statistic": "largest"}] = knocked
-    text = list(lines_of_runs(runs))
-    assert f"of another run {knocked.min():.3f} to {knocked.max():.3f} (90 %)" in text[2]
-    assert "which do not follow Gumbel's law" in text[2]
-    assert "unknown by so few runs" in text[2]
-    few = list(lines_of_runs(runs.isel(run=slice(9))))
-    assert "(80 %; 19 runs hold 90 %)" in few[2]
+    heave = ["barge heave", "largest"]
+    largest = row(nodes_over_seeds(runs), "motion", "side", "most probable", of=heave)
+    rare = row(nodes_over_seeds(runs), "motion", "side", "P90", of=heave)
+    assert ends(largest["another run"], "m") == (knocked.min(), knocked.max())
+    assert rare["by"] == "order of the runs (90 %)"
+    low, high = ends(rare["interval"], "m")
+    assert low < knocked.max()
+    assert high == np.inf  # so few runs do not bound it
+    few = row(nodes_over_seeds(runs.isel(run=slice(9))), "motion", "side", "P90", of=heave)
+    assert few["by"] == "order of the runs (80 %; 19 runs hold 90 %)"
 
 
 def test_a_line_cannot_push() -> None:
@@ -329,6 +357,7 @@ def test_what_has_no_law_is_told_with_what_to_do() -> None:
     x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
     time = 0.5 * np.arange(x.size)
     x[5000] = 300.0
-    text = list(lines(statistics(record(time, heave=x))))
-    assert any("take the largest of 19 seeds" in line for line in text)
-    assert text[-1].startswith("the largest of 19 seeds write") or "hydrosim sweep" in text[-1]
+    said = texts(nodes(statistics(record(time, heave=x))))
+    assert any(line.startswith("barge heave") and line.endswith("run 19 seeds.") for line in said)
+    assert "`hydrosim sweep STUDY.yaml`" in said[-1]
+    assert "`seeds: 1-19`" in said[-1]

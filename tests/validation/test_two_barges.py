@@ -13,12 +13,12 @@ from typing import Literal
 import numpy as np
 import pytest
 import xarray as xr
-from hydrosim.studies.run.check import survey
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.compiling.wet import WetGroup
 from hydrosim.database import HydroDatabase, load, needed
+from hydrosim.presentation.document import List
 from hydrosim.radiation import Retardation, retardation
 from hydrosim.radiation.retardation import (
     diagonal_scale,
@@ -27,6 +27,7 @@ from hydrosim.radiation.retardation import (
     transfer_function,
 )
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
+from hydrosim.wording.check import check_document
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]
@@ -252,8 +253,8 @@ def test_a_run_of_both_goes_on_where_another_ended(moored: Scene) -> None:
 
 
 def test_check_knows_both(moored: Scene) -> None:
-    lines = [str(line) for line in survey(moored)]
-    assert "port, starboard:" in lines
+    titles = [node.title for node in check_document(moored).nodes if isinstance(node, List)]
+    assert "port, starboard" in titles
 
 
 def test_a_held_neighbour_reflects_the_waves(moored: Scene) -> None:

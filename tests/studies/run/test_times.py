@@ -7,18 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dry_scenes import block, scene
-from hydrosim.studies.run.check import survey
 from moored_barge import CASES
 from numpy.testing import assert_allclose
-from rich.table import Table
+from reading import number, rows, tables
 
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
+from hydrosim.presentation.document import Document, Value, Verdict
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
 from hydrosim.studies.ballast.loading import as_at
+from hydrosim.wording.check import check_document
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0
 END = 200.0
@@ -34,22 +35,23 @@ def lightening(step: float = 0.1, **solver: object) -> Scene:
     return replace(hung, environment=Environment(gravity=1e-6))
 
 
-def periods(parts: list[object]) -> dict[str, float]:
+def periods(document: Document) -> dict[str, float]:
     """Those of heave, by what the tables are of."""
-    tables = [part for part in parts if isinstance(part, Table)]
-    return {str(t.title): float(next(iter(t.columns[2].cells))) for t in tables}
+    found = tables(document.nodes, "body", "mode")
+    return {t.title: number(rows([t], "body")[0]["natural period"], "s") for t in found}
 
 
 def test_periods_and_limits_are_told_of_the_mass_at_each_time() -> None:
-    """2 pi sqrt(m / k), to what is printed; rk4 is stable up to 2.78 / w."""
-    parts = list(survey(lightening(), [100.0]))
-    found = periods(parts)
+    """2 pi sqrt(m / k); rk4 is stable up to 2.78 / w."""
+    document = check_document(lightening(), [100.0])
+    found = periods(document)
     names = ("at the start of the run", "at 100 s", "at 200 s")
     assert [*found] == [f"Natural periods {name}" for name in names]
     omega = np.sqrt(STIFFNESS / (MASS - RATE * np.array([0.0, 100.0, 200.0])))
-    assert_allclose([*found.values()], 2.0 * np.pi / omega, atol=0.005)
-    limits = [line for line in parts if isinstance(line, str) and "stable step" in line]
-    steps = [float(line.partition("stable step ")[2].split()[0]) for line in limits]
+    assert_allclose([*found.values()], 2.0 * np.pi / omega, rtol=1e-5)
+    verdicts = [node for node in document.nodes if isinstance(node, Verdict)]
+    limits = [verdict.parts[1] for verdict in verdicts if "stable step" in verdict.text]
+    steps = [limit.number for limit in limits if isinstance(limit, Value)]
     assert_allclose(steps, 2.785 / omega, rtol=0.02)
 
 
