@@ -24,6 +24,7 @@ class MeshHull(MeshKeys):
     """A closed hull in the file ``mesh``."""
 
     mesh: StrictStr
+    """File with a closed mesh of the hull. Example: hull.stl."""
 
     def read(self, folder: Path, _: int) -> Hull:
         """The hull."""
@@ -42,7 +43,9 @@ class RecipeHull(Strict):
     """The hull that the ``recipe`` of the database describes, ``depth`` from keel to deck."""
 
     recipe: StrictStr
+    """Recipe file that describes the hull. Example: ../hydro_db/barge.yaml."""
     depth: Depth | None = None
+    """Height from keel to deck."""
 
     def read(self, folder: Path, body: int) -> Hull:
         """The hull of this body of the recipe."""

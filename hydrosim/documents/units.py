@@ -48,13 +48,12 @@ def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
-def _number_or_text(what: str, example: str, **bounds: float | None) -> dict[str, Any]:
+def _number_or_text(what: str, unit: str, example: str, **bounds: float | None) -> dict[str, Any]:
     """JSON schema of a quantity; a schema cannot tell one unit from another."""
     number = {"type": "number"} | {key: x for key, x in bounds.items() if x is not None}
     positive = bounds.get("exclusiveMinimum") == 0.0 or bounds.get("minimum") == 0.0
     text = {"type": "string", "pattern": UNSIGNED if positive else SIGNED}
-    said = f"{what}, in SI or with a unit"
-    return {"anyOf": [number, text], "description": said, "examples": [example]}
+    return {"anyOf": [number, text], "quantity": what, "unit": unit, "examples": [example]}
 
 
 _WRITTEN: ContextVar[list[tuple[str, str]] | None] = ContextVar("written", default=None)
@@ -93,7 +92,7 @@ class Quantity:
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
         limits = {"exclusiveMinimum": self.above, "minimum": self.at_least, "maximum": self.at_most}
-        found = _number_or_text(self.what, self.example, **limits)
+        found = _number_or_text(self.what, self.unit, self.example, **limits)
         if self.infinite:
             found["anyOf"].append({"const": "infinite"})
         return found
@@ -189,7 +188,7 @@ class AnyQuantity:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
-        return _number_or_text(self.what, self.example, exclusiveMinimum=self.above)
+        return _number_or_text(self.what, "", self.example, exclusiveMinimum=self.above)
 
     def read(self, value: object) -> Scale:
         """The factor; raises PydanticCustomError where it is none."""

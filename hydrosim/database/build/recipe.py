@@ -55,8 +55,11 @@ class Steps(Strict, Generic[T]):
     """Values from start to stop."""
 
     start: T
+    """First value."""
     stop: T
+    """Last value."""
     step: T
+    """Difference between values."""
 
     def values(self) -> tuple[float, ...]:
         """All values; rounded, so that 0.06 is 0.06."""
@@ -115,7 +118,9 @@ class DifferenceQtf(Strict):
     """Difference-frequency QTFs of waves to the same heading, for the body floating free."""
 
     frequencies: Frequencies
+    """Frequencies of the pairs of waves."""
     headings: Headings
+    """Headings of the waves, among those of the recipe."""
 
 
 class FarField(Strict):
@@ -123,7 +128,9 @@ class FarField(Strict):
     to the first frequency of ``rising``, the ``share`` from the second on."""
 
     share: Share
+    """Part of the loads from the far field, above the second frequency of rising."""
     rising: tuple[Frequency, Frequency]
+    """Frequencies between which the share rises from 0."""
 
 
 class Part(Strict):
@@ -131,11 +138,17 @@ class Part(Strict):
     own frame, of which ``position`` and ``heading`` are those in the database's."""
 
     hull: AnyHull
+    """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
+    """Place x, y of the hull's frame in the frame of the database."""
     heading: of.Angle = 0.0
+    """Direction of the hull's x axis in the frame of the database."""
     centre_of_gravity: of.Point
+    """Centre of gravity in the hull's frame."""
     radii_of_gyration: of.Radii | None = None
+    """Radii of gyration about the centre of gravity for roll, pitch and yaw."""
     inertia: of.InertiaMatrix | None = None
+    """Moments of inertia about the centre of gravity: three by name, or a 3 x 3 matrix."""
 
     @model_validator(mode="after")
     def _check_turning(self) -> Self:
@@ -149,14 +162,23 @@ class Common(Strict):
     """What recipes of one and of several bodies have in common, in SI and radians."""
 
     title: StrictStr
+    """Title of the database, for people. Example: Barge at a draught of 6 m."""
     water: Water = Water()
+    """Water that the hull floats in."""
     frequencies: Frequencies
+    """Wave frequencies: steps, or a list of values and steps."""
     headings: Headings
+    """Directions that waves go to: steps, or a list. They are multiples of half a degree."""
     lid: Lid = Lid.AUTO
+    """Whether panels on the inner waterplane remove irregular frequencies."""
     symmetry: Symmetry = Symmetry.AUTO
+    """Whether half of a symmetric hull is computed."""
     method: Method = Method.INDIRECT
+    """Integral equation that is solved."""
     far_field: FarField | None = None
+    """Use of the far field for loads at high frequencies."""
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
+    """Further texts by name that the database carries. Example: {project: Crane barge}."""
 
     @model_validator(mode="after")
     def _check_far_field(self) -> Self:
@@ -174,7 +196,9 @@ class SeveralBodies(Common):
     """The recipe of bodies whose waves meet: by name, in the order of the database."""
 
     bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+    """Bodies by name, in the order of the database."""
     drift: tuple[Drifting, ...] = ()
+    """Mean drift loads to compute: of bodies floating free, held, or both."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -195,8 +219,11 @@ class OneBody(Part, Common):
     """The recipe of one body."""
 
     drift: tuple[Drifting, ...] = tuple(Drifting)
+    """Mean drift loads to compute: of the body floating free, held, or both."""
     qtf: DifferenceQtf | None = None
+    """Difference-frequency QTFs to compute."""
     extrapolate: Coarser | None = None
+    """Part of the panels of a second, coarser mesh. Results are extrapolated from both."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
