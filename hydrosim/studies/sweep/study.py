@@ -24,6 +24,7 @@ from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.places import locating_in
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
@@ -81,6 +82,11 @@ def load_study(path: Path | str) -> Study:
     """
     path = Path(path)
     data = read_study(path)
+    with locating_in(path):
+        return _loaded(path, data)
+
+
+def _loaded(path: Path, data: StudyFile) -> Study:
     builder = _Builder(path, data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
     _check_once(path, _labels(data, rows))

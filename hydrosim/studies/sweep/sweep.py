@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
 from hydrosim.studies.many.many import simulate_many
 from hydrosim.studies.sweep.study import DESIGN
@@ -31,7 +32,8 @@ def run_study(
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""
     file = study.inputs[0]
-    check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
+    with locating_in(file):
+        check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
     try:
         return simulate_many(
             study.scenes,
