@@ -137,7 +137,8 @@ def _form(value: object) -> str:
     if isinstance(value, list | tuple):
         return "family"
     if isinstance(value, dict):
-        return "changed" if "file" in value else "numbers"
+        numbers = Coefficients.model_fields.keys() & value.keys()
+        return "numbers" if numbers and "file" not in value else "changed"
     return "plain"
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, StrictStr, Tag
+from pydantic import BeforeValidator, Discriminator, StrictStr, Tag
 
 from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.documents.quantities import Strict
-from hydrosim.documents.units import Quantity
+from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
 
@@ -65,11 +65,19 @@ def _form(value: object) -> str:
     return MATRIX
 
 
+def _check_text(value: Any) -> Any:
+    if isinstance(value, str) and value != MATRIX:
+        expected = "matrix, {mesh: FILE} or {recipe: FILE}"
+        raise problem(f'"{value}"', expected, f"a hull is in a file: {{mesh: {value}}}")
+    return value
+
+
 Hydrostatics = Annotated[
     Annotated[Literal["matrix"], Tag(MATRIX)]
     | Annotated[MeshHull, Tag("of a mesh")]
     | Annotated[RecipeHull, Tag("of a recipe")],
     Discriminator(_form),
+    BeforeValidator(_check_text),
 ]
 
 

@@ -31,6 +31,7 @@ from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
 from hydrosim.scene import (
@@ -52,8 +53,10 @@ OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
-    if len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
-        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once")
+    unknown = [dof for dof in dofs if dof not in DOFS]
+    if unknown or len(set(dofs)) != len(dofs):
+        remedy = suggestion(unknown[0], DOFS) if unknown else ""
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once", remedy)
     return tuple(sorted(dofs, key=DOFS.index))
 
 
@@ -244,6 +247,14 @@ class Body(Strict):
     changes."""
     points: dict[of.Name, of.Point] = Field(default_factory=dict)
     """Places in the body frame by name. Their motions are recorded."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and {"type", "body"} & data.keys():
+            found = f"a force element, type {data.get('type')}"
+            raise problem(found, "a body", 'move it below "forces:"')
+        return data
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
@@ -464,6 +475,13 @@ class CaseFile(Strict):
     """Figures of the run with limits, by name."""
     report: Report = Report()
     """Title block of the report."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "case" in data and "bodies" not in data:
+            raise problem("a study, with the key case", "a case", "run it by hydrosim sweep")
+        return data
 
     @model_validator(mode="after")
     def _check_rest(self) -> Self:

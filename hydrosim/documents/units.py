@@ -23,6 +23,10 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from hydrosim.documents import factors
 
 LONGEST = 200  # characters of what was found, in a message
+NO_NUMBER = {
+    ",": "a number has no comma: write 1000 or 1.5",
+    ":": "a time is a number and one unit: write 600 s or 10 min",
+}
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 # in SI: products of a few such numbers are numbers still
 LARGEST = 1e20
@@ -128,6 +132,8 @@ class Quantity:
         unit = text.strip()[number.end() :].strip()
         if not unit:
             return float(number.group())
+        if unit[0] in ",:":
+            raise self._wrong(text, NO_NUMBER[unit[0]])
         factor = self._factor(text, unit)
         if (written := _WRITTEN.get()) is not None:
             written.append((self.unit, unit))
@@ -279,6 +285,8 @@ def _why_not(unit: str, source: Any, target: Any) -> str:
     acceleration = registry().parse_units("m/s^2")
     if _same_kind(source * acceleration, target, strict=False):
         return f'"{unit}" has a mass where a force belongs: a weight is in tonne_force'
+    if _same_kind(source / acceleration, target, strict=False):
+        return f'"{unit}" has a force where a mass belongs: divide a weight by 9.81 m/s^2'
     return f'"{unit}" is another kind of quantity'
 
 

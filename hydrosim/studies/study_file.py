@@ -217,6 +217,14 @@ class StudyFile(Plan):
     operability: Operability | None = None
     """Seas in which limits of the operation are looked for."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "bodies" in data:
+            remedy = "run it by hydrosim run, or name it in a study: case: FILE.yaml"
+            raise problem("a case, with the key bodies", "a study", remedy)
+        return data
+
     @model_validator(mode="after")
     def _check_plans(self) -> Self:
         if self.studies and self.parameters:
