@@ -55,9 +55,7 @@ def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Pro
             yield _problem(details, data, readers, every)
 
 
-def _problem(
-    details: Details, data: Any, readers: Readers, every: Sequence[Details]
-) -> Problem:
+def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Details]) -> Problem:
     keys, value, context = details["loc"], details["input"], details.get("ctx", {})
     match details["type"]:
         case "hydrosim":

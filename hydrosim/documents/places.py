@@ -11,9 +11,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+import yaml
 from yaml.nodes import MappingNode, Node, SequenceNode
 
-from hydrosim.documents.nodes import compose, entries, where
+from hydrosim.documents.nodes import SETTING, compose, entries, where
 from hydrosim.errors import InputError
 
 Places = Mapping[str, str]
@@ -24,19 +25,23 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
 
 def places_of(node: Node) -> dict[str, str]:
-    """The places of all keys of a document."""
-    return dict(_places(node, ""))
+    """The places of all keys of a document; empty of those that the command line set."""
+    return {key: _of(mark) for key, mark in _marks(node, "")}
 
 
-def _places(node: Node, above: str) -> Iterator[tuple[str, str]]:
+def _of(mark: yaml.Mark) -> str:
+    return "" if mark.name.startswith(SETTING) else where(mark)
+
+
+def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
     if isinstance(node, MappingNode):
         for key, (name, value) in entries(node).items():
-            yield f"{above}{key}", where(name.start_mark)
-            yield from _places(value, f"{above}{key}.")
+            yield f"{above}{key}", name.start_mark
+            yield from _marks(value, f"{above}{key}.")
     elif isinstance(node, SequenceNode) and len(node.value) <= MOST_ITEMS:
         for k, item in enumerate(node.value):
-            yield f"{above}{k}", where(item.start_mark)
-            yield from _places(item, f"{above}{k}.")
+            yield f"{above}{k}", item.start_mark
+            yield from _marks(item, f"{above}{k}.")
 
 
 def located(text: str, places: Places) -> str:

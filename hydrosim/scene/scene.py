@@ -27,6 +27,7 @@ class Question(StrEnum):
     PLANE = "plane"
     POINTS = "points"
     LINES = "lines"
+    FALL = "fall"
     MASS = "mass"
     INERTIA = "inertia"
     TRIM = "trim"

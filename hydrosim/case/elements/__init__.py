@@ -18,7 +18,6 @@ from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
 from hydrosim.documents.units import problem
 
 
-
 def _check_kind(data: Any) -> Any:
     if isinstance(data, dict) and "mass" in data and "type" not in data:
         raise problem("a body, with a mass", "a force element", 'move it below "bodies:"')

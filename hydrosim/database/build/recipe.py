@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Generic, Self, TypeVar
 
@@ -16,6 +17,7 @@ from hydrosim.database.build.drift import STEP, Drifting, Real
 from hydrosim.database.build.hull_keys import AnyHull, MeshHull, Water, check_hull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, written
+from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import entries
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
@@ -180,6 +182,15 @@ class Common(Strict):
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
     """Further texts by name that the database carries. Example: {project: Crane barge}."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        other = {"duration": "a case", "case": "a study"}
+        key = next((key for key in other if isinstance(data, dict) and key in data), None)
+        if key is not None:
+            raise problem(f"{other[key]}, with the key {key}", "a recipe of a database")
+        return data
+
     @model_validator(mode="after")
     def _check_far_field(self) -> Self:
         if self.far_field is not None:
@@ -301,6 +312,16 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
     for setting in settings:
         document = apply_setting(document, setting)
     text = written(document) if settings else text
+    further = partial(_without_file, path.parent)
     if "bodies" in entries(document):
-        return Recipe(path, text, validated(document, SeveralBodies))
-    return Recipe(path, text, validated(document, OneBody))
+        return Recipe(path, text, validated(document, SeveralBodies, further))
+    return Recipe(path, text, validated(document, OneBody, further))
+
+
+def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Problem]:
+    """Hulls whose mesh is not there."""
+    for k, part in enumerate(data.parts):
+        if isinstance(part.hull, MeshHull) and not (folder / part.hull.file).is_file():
+            above = ("bodies", [*data.bodies][k]) if isinstance(data, SeveralBodies) else ()
+            text = f"found no such file at {folder / part.hull.file}; expected a mesh of the hull"
+            yield Problem((*above, "hull", "file"), text)

@@ -13,6 +13,7 @@ figures: {crawl: {channel: position.barge.surge, statistic: end}}
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from hydrosim.case.checks import RELATIVE
 from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
@@ -71,7 +73,15 @@ class Study:
 
 def read_study(path: Path) -> StudyFile:
     """The study in a YAML file; InputError says what is not valid, also what is too much."""
-    return validated(read_case(path)[1], StudyFile, _problems)
+
+    def further(data: StudyFile) -> Iterator[Problem]:
+        yield from _problems(data)
+        if not os.path.isfile(path.parent / data.case):
+            place = os.path.normpath(path.parent / data.case)
+            text = f"found no such file at {place}; expected a case file; {RELATIVE}"
+            yield Problem(("case",), text)
+
+    return validated(read_case(path)[1], StudyFile, further)
 
 
 def load_study(path: Path | str) -> Study:
