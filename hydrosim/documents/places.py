@@ -22,6 +22,7 @@ Places = Mapping[str, str]
 
 MOST_ITEMS = 20  # of a list: longer ones are tables of numbers
 WORD = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
+SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})")
 
 
 def places_of(node: Node) -> dict[str, str]:
@@ -58,9 +59,10 @@ def _located(line: str, places: Places) -> str:
 
 
 def _named(line: str, places: Places) -> Iterator[str]:
-    """Places of the keys that a line names: dotted words, or the one that it begins with."""
-    for found in WORD.finditer(line):
-        key = found[0]
+    """Places of the keys that a line is about: of dotted words that it, or what is after a colon,
+    begins with, and of the one word that it begins with."""
+    for found in SUBJECT.finditer(line):
+        key = found[1]
         if "." not in key and not line.startswith(f"{key}:"):
             continue
         while key and key not in places:

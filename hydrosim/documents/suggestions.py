@@ -1,4 +1,4 @@
-"""What may have been meant by a word that is not known: a synonym, other capitals, a typing error."""
+"""What an unknown word may have meant: a synonym, other capitals, a typing error."""
 
 from __future__ import annotations
 
