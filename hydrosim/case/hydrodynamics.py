@@ -138,7 +138,7 @@ def _form(value: object) -> str:
         return "family"
     if isinstance(value, dict):
         numbers = Coefficients.model_fields.keys() & value.keys()
-        return "numbers" if numbers and "file" not in value else "changed"
+        return "numbers" if not value or (numbers and "file" not in value) else "changed"
     return "plain"
 
 

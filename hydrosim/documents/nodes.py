@@ -45,8 +45,8 @@ def compose(text: str, name: str) -> Node | None:
         _refuse_bad_keys(node)
         node = _merged(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
-        mark, what = describe(error, text)
-        place = where(mark) if mark else name
+        at, what = describe(error, text)
+        place = where(at) if at else name
         raise InputError(f"{place}: not valid YAML: {what}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes pass as the latter
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None

@@ -8,10 +8,10 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.spring import Spring, stretch
-from hydrosim.scene import GivenComponents, Weight
+from hydrosim.scene import ForceElement, GivenComponents, Weight
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # of a body afloat, whose hydrostatics are linear
@@ -85,7 +85,7 @@ def plane(about: About) -> Iterator[Doubt]:
 def fall(about: About) -> Iterator[Doubt]:
     """Dry bodies that fall by metres before anything carries them."""
     acting = about.scene.forces.values()
-    held = {each.body for each in acting if each.carries() and not isinstance(each, Contact)}
+    held = {each.body for each in acting if each.carries() and not _touches(each)}
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
         most = max(float(deep.max()), deepest.get(fender.body, -np.inf))
@@ -101,6 +101,11 @@ def fall(about: About) -> Iterator[Doubt]:
                 "It falls freely until it touches. Points are in the body frame, from the centre"
                 " of gravity; planes in the earth frame.",
             )
+
+
+def _touches(element: ForceElement) -> bool:
+    """Whether an element is a contact that carries what is pressed into it."""
+    return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
 def lines(about: About) -> Iterator[Doubt]:
