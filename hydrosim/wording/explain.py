@@ -64,7 +64,7 @@ def explanation_document(
 def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
-    found = found.sel(span=_told_spans(found))
+    found = found.sel(span=told_spans(found))
     yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
@@ -100,7 +100,7 @@ def _of_group(found: xr.Dataset, group: str) -> list[str]:
     return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
 
 
-def _told_spans(found: xr.Dataset) -> list[str]:
+def told_spans(found: xr.Dataset) -> list[str]:
     """All spans but the phases of groups of contacts that go through no operation."""
     there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
     names = [str(s) for s in found.span.values]
