@@ -22,7 +22,7 @@ Places = Mapping[str, str]
 
 MOST_ITEMS = 20  # of a list: longer ones are tables of numbers
 WORD = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
-SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})")
+SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})((?:, \w+)*)")
 
 
 def places_of(node: Node) -> dict[str, str]:
@@ -60,15 +60,22 @@ def _located(line: str, places: Places) -> str:
 
 def _named(line: str, places: Places) -> Iterator[str]:
     """Places of the keys that a line is about: of dotted words that it, or what is after a colon,
-    begins with, and of the one word that it begins with."""
+    begins with, and of the one word that it begins with; in "bodies.barge.inertia, mass" of that
+    of both which is there, or else of the mapping that they belong in."""
     for found in SUBJECT.finditer(line):
-        key = found[1]
+        key, others = found.groups()
         if "." not in key and not line.startswith(f"{key}:"):
             continue
-        while key and key not in places:
-            key = key.rpartition(".")[0]
-        if key:
-            yield places[key]
+        above = key.rpartition(".")[0]
+        beside = [f"{above}.{name}" for name in others.split(", ")[1:]]
+        known = [each for each in (key, *beside, *_above(key)) if each in places]
+        yield from [places[known[0]]] if known else []
+
+
+def _above(key: str) -> Iterator[str]:
+    """The mappings that a key is in, the nearest first."""
+    while key := key.rpartition(".")[0]:
+        yield key
 
 
 @contextmanager
