@@ -82,26 +82,23 @@ def _keys(kind: Any, title: str) -> str:
     from hydrosim.commands.schema import schema_of
 
     shared = schema_of(kind)["$defs"]
-    names = ["Whole", *sorted(n for n in shared if n not in ("Whole", "Over") and "Part_" not in n)]
+    others = [n for n in shared if n not in ("Whole", "Over") and "Part_" not in n]
+    names = ["Whole", *sorted(n for n in others if "allOf" not in shared[n])]
     parts = [title]
     for name in names:
         each = shared[name]
         if each.get("type") != "object" or "properties" not in each:
             continue
-        head = "The file" if name == "Whole" else _plain(name)
+        head = "The file" if name == "Whole" else name
         parts.append(f"\n## {head}\n\n{each.get('description', '')}\n")
-        parts.append("| key | what it holds | if not given |\n| --- | --- | --- |")
+        parts.append("| key | meaning | value | default |\n| --- | --- | --- | --- |")
         needed = set(each.get("required", ()))
         for key, value in each["properties"].items():
             if value is not False:
                 default = "needed" if key in needed else _default(value.get("default"))
-                parts.append(f"| `{key}` | {_holds(value, shared)} | {default} |")
+                meaning = value.get("description", "")
+                parts.append(f"| `{key}` | {meaning} | {_holds(value, shared)} | {default} |")
     return "\n".join(parts) + "\n"
-
-
-def _plain(name: str) -> str:
-    """The name of a model, without those of what it is made of."""
-    return re.sub(r"_(Annotated|Union|tuple).*", "", name)
 
 
 def _default(value: object) -> str:
@@ -110,16 +107,17 @@ def _default(value: object) -> str:
 
 def _holds(value: dict[str, Any], shared: dict[str, Any]) -> str:
     """What a value is, in words."""
-    said, examples = value.get("description", ""), value.get("examples", [])
+    examples = value.get("examples", [])
     example = f", such as `{examples[0]}`" if examples and isinstance(examples[0], str) else ""
     if "$ref" in value:
-        full = value["$ref"].rsplit("/", 1)[1]
-        name, target = _plain(full), shared[full]
-        return f"[{name}](#{name.lower()})" if "properties" in target else _holds(target, {})
+        name = value["$ref"].rsplit("/", 1)[1]
+        target = shared[name]
+        is_mapping = "properties" in target and "allOf" not in target
+        return f"[{name}](#{name.lower()})" if is_mapping else _holds(target, shared)
+    if "quantity" in value:
+        return f"{value['quantity']}{example}"
     if "enum" in value:
         return ", ".join(f"`{x}`" for x in value["enum"])
-    if said:
-        return f"{said.splitlines()[0]}{example}"
     if "const" in value:
         return f"`{value['const']}`"
     if "allOf" in value:
@@ -134,7 +132,7 @@ def _holds(value: dict[str, Any], shared: dict[str, Any]) -> str:
         return f"a list of {times}{_holds(inner, shared)}"
     if isinstance(value.get("additionalProperties"), dict):
         return f"by name, {_holds(value['additionalProperties'], shared)}"
-    return PLAIN.get(value.get("type", ""), value.get("type", ""))
+    return PLAIN.get(value.get("type", ""), value.get("type", "")) + example
 
 
 def measured() -> str:

@@ -18,7 +18,8 @@ from hydrosim.case.waves import (
     Table,
 )
 from hydrosim.documents.messages import Keys, Problem
-from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import shown
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, StrictStr
+from pydantic import StrictStr
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale
@@ -23,38 +23,38 @@ PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
 class Report(of.Strict):
     """The title block of reports. All keys are texts and may be left out."""
 
-    project: Annotated[StrictStr, Field(description="Name or number of the project.")] = ""
-    client: Annotated[StrictStr, Field(description="Who the report is for.")] = ""
-    author: Annotated[StrictStr, Field(description="Who made the analysis.")] = ""
-    checked_by: Annotated[StrictStr, Field(description="Who checked the analysis.")] = ""
-    document: Annotated[StrictStr, Field(description="Number of the document.")] = ""
-    revision: Annotated[StrictStr, Field(description='Revision of the document, such as "B".')] = ""
-    date: Annotated[StrictStr, Field(description='Date of issue, such as "2026-11-25".')] = ""
-    remarks: Annotated[StrictStr, Field(description="A few sentences for the first page.")] = ""
+    project: StrictStr = ""
+    """Name or number of the project. Example: P1234."""
+    client: StrictStr = ""
+    """Who the report is for. Example: Harbour Authority."""
+    author: StrictStr = ""
+    """Who made the analysis. Example: J. Doe."""
+    checked_by: StrictStr = ""
+    """Who checked the analysis. Example: R. Roe."""
+    document: StrictStr = ""
+    """Number of the document. Example: P1234-R01."""
+    revision: StrictStr = ""
+    """Revision of the document. Example: B."""
+    date: StrictStr = ""
+    """Date of issue. Example: '2026-11-25'."""
+    remarks: StrictStr = ""
+    """A few sentences for the first page. Example: For discussion."""
 
 
 class RunCriterion(of.Strict):
     """A limit of a statistic of a channel, and where the limit comes from."""
 
-    channel: Annotated[
-        StrictStr, Field(description="Channel of the run, such as position.barge.surge.")
-    ]
-    statistic: Annotated[
-        STATISTIC_NAMES, Field(description="Statistic that is held against the limit.")
-    ]
-    limit: Annotated[
-        Annotated[Scale, AnyQuantity("limit", "1 m")],
-        Field(
-            description="Largest value that is accepted. For the statistic smallest it is the"
-            " smallest value that is accepted."
-        ),
-    ]
-    source: Annotated[
-        StrictStr, Field(description="Where the limit comes from: a document and its clause.")
-    ] = ""
-    phase: Annotated[
-        PHASE_NAMES | None, Field(description="Phase of the contacts that it is for.")
-    ] = None
+    channel: StrictStr
+    """Channel of the run. Example: position.barge.surge."""
+    statistic: STATISTIC_NAMES
+    """Statistic that is held against the limit."""
+    limit: Annotated[Scale, AnyQuantity("limit", "1 m")]
+    """Largest value that is accepted. For the statistic smallest it is the smallest value that is
+    accepted."""
+    source: StrictStr = ""
+    """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
+    phase: PHASE_NAMES | None = None
+    """Phase of the contacts that it is for."""
 
 
 def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[str, str]:

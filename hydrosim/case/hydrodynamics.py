@@ -36,22 +36,39 @@ class DatabaseFile(Strict):
     `hydrosim.scene.Given` and `hydrosim.scene.Changes`."""
 
     file: StrictStr
+    """Database file, relative to the case file. Example: ../hydro_db/barge.nc."""
     density: of.Density | None = None
+    """Water density of the database, where the file does not hold it."""
     gravity: of.Gravity | None = None
+    """Gravity of the database, where the file does not hold it."""
     depth: of.Depth | None = None
+    """Water depth of the database, where the file does not hold it."""
     length: of.LineLength | None = None
+    """Length that the file's values are made dimensionless with (WAMIT's ULEN)."""
     volume: Volumes | None = None
+    """Displaced volume of the hull, or a list with one of each body."""
     centre_of_buoyancy: Points | None = None
+    """Centre of buoyancy in the database's frame, or a list with one of each body."""
     centre_of_gravity: Points | None = None
+    """Centre of gravity that the database was computed with, or a list with one of each body."""
     reference_point: Points | None = None
+    """Point that moments and motions of the file are about, or a list with one of each body."""
     frequency_column: FrequencyColumn | None = None
+    """Kind of the frequency column in the file's tables."""
     symmetric: StrictBool | None = None
+    """Whether the hull is its own mirror image, port and starboard."""
     accept: tuple[StrictStr, ...] = ()
+    """Names of findings of the database check that are accepted. Example: [energy]."""
     frequencies: tuple[of.TableFrequency, of.TableFrequency] | None = None
+    """Lowest and highest frequency that are used."""
     symmetrise: StrictBool = False
+    """Whether matrices are made symmetric and values that symmetry forbids are removed."""
     without: tuple[Without, ...] = ()
+    """Parts of the database that are left out."""
     bodies_apart: StrictBool = False
+    """Whether each body of the database is taken by itself, with the others held."""
     draught: StrictStr | None = None
+    """Name of one of several draughts in the file. Example: draught_6m."""
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
@@ -79,6 +96,7 @@ class MemberFile(DatabaseFile):
     """The database of one ``draught`` of a hull."""
 
     draught: Draught  # type: ignore[assignment]
+    """Draught that this database of the hull was computed at."""
 
     def build_member(self, place: Place) -> scene.AtDraught:
         """As a scene has it."""
@@ -92,8 +110,11 @@ class Coefficients(Strict):
     """Numbers instead of a database: constant, and without wave loads."""
 
     added_mass: of.AddedMassMatrix | None = None
+    """Constant added mass: per degree of freedom, or a 6 x 6 matrix."""
     damping: of.DampingMatrix | None = None
+    """Constant damping: per degree of freedom, or a 6 x 6 matrix."""
     stiffness: of.StiffnessMatrix | None = None
+    """Hydrostatic stiffness: per degree of freedom, or a 6 x 6 matrix."""
 
     @model_validator(mode="after")
     def _check_some(self) -> Self:
@@ -116,7 +137,8 @@ def _form(value: object) -> str:
     if isinstance(value, list | tuple):
         return "family"
     if isinstance(value, dict):
-        return "changed" if "file" in value else "numbers"
+        numbers = Coefficients.model_fields.keys() & value.keys()
+        return "numbers" if not value or (numbers and "file" not in value) else "changed"
     return "plain"
 
 

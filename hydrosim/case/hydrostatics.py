@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, StrictStr, Tag
+from pydantic import BeforeValidator, Discriminator, StrictStr, Tag
 
 from hydrosim.documents.mesh_keys import MeshKeys
 from hydrosim.documents.quantities import Strict
-from hydrosim.documents.units import Quantity
+from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import Hull
 
@@ -24,6 +24,7 @@ class MeshHull(MeshKeys):
     """A closed hull in the file ``mesh``."""
 
     mesh: StrictStr
+    """File with a closed mesh of the hull. Example: hull.stl."""
 
     def read(self, folder: Path, _: int) -> Hull:
         """The hull."""
@@ -42,7 +43,9 @@ class RecipeHull(Strict):
     """The hull that the ``recipe`` of the database describes, ``depth`` from keel to deck."""
 
     recipe: StrictStr
+    """Recipe file that describes the hull. Example: ../hydro_db/barge.yaml."""
     depth: Depth | None = None
+    """Height from keel to deck."""
 
     def read(self, folder: Path, body: int) -> Hull:
         """The hull of this body of the recipe."""
@@ -62,11 +65,19 @@ def _form(value: object) -> str:
     return MATRIX
 
 
+def _check_text(value: Any) -> Any:
+    if isinstance(value, str) and value != MATRIX:
+        expected = "matrix, {mesh: FILE} or {recipe: FILE}"
+        raise problem(f'"{value}"', expected, f"a hull is in a file: {{mesh: {value}}}")
+    return value
+
+
 Hydrostatics = Annotated[
     Annotated[Literal["matrix"], Tag(MATRIX)]
     | Annotated[MeshHull, Tag("of a mesh")]
     | Annotated[RecipeHull, Tag("of a recipe")],
     Discriminator(_form),
+    BeforeValidator(_check_text),
 ]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,6 +15,7 @@ from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of
 from hydrosim.documents.layers import written as yaml_text
 from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.places import Places, locating, places_of
 from hydrosim.documents.units import units_written
 from hydrosim.documents.validate import validated
 from hydrosim.outputs import files_named, settings_text
@@ -27,18 +28,21 @@ from hydrosim.scene import Scene
 class Case:
     """A validated case: the file's ``path``, its whole ``text`` in YAML (with what it extends and
     the settings laid over it), its ``data`` in SI and radians, the ``units`` that it is read in by
-    SI unit."""
+    SI unit. ``places`` are file and line of its keys."""
 
     path: Path
     text: str
     data: CaseFile
     units: Mapping[str, str] = field(default_factory=dict)
+    places: Places = field(default_factory=dict, repr=False, compare=False)
 
     def scene(self) -> Scene:
         """The scene to simulate; databases are files in it, not yet read."""
         from hydrosim.case.build import build_scene  # the force elements load numba
 
-        return build_scene(self.data, self.path, self.text, self.units)
+        with locating(self.places):
+            scene = build_scene(self.data, self.path, self.text, self.units)
+        return replace(scene, places=self.places)
 
     def __repr__(self) -> str:
         data = self.data
@@ -110,4 +114,4 @@ def laid_over(
         text = f"# {path.name}\n{remarks}{yaml_text(document)}"
     with units_written() as written:
         data = validated(document, CaseFile, lambda data: check(data, path.parent))
-    return Case(path, text, data, chosen_units(written))
+    return Case(path, text, data, chosen_units(written), places_of(document))

@@ -31,6 +31,7 @@ from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import Strict
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
 from hydrosim.scene import (
@@ -52,8 +53,10 @@ OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
 def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
-    if len(set(dofs)) != len(dofs) or not set(dofs) <= set(DOFS):
-        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once")
+    unknown = [dof for dof in dofs if dof not in DOFS]
+    if unknown or len(set(dofs)) != len(dofs):
+        remedy = suggestion(unknown[0], DOFS) if unknown else ""
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once", remedy)
     return tuple(sorted(dofs, key=DOFS.index))
 
 
@@ -64,42 +67,62 @@ class Stream(Strict):
     """Steady current or wind, and where it goes to."""
 
     speed: of.FlowSpeed
+    """Speed of the stream."""
     heading: of.Angle = 0.0
+    """Direction that the stream goes to, counter-clockwise from the x axis of the earth."""
 
 
 class Environment(Strict):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     water_depth: of.Depth = np.inf
+    """Depth of the water, or infinite."""
     water_density: of.Density = 1025.0
+    """Density of the water."""
     gravity: of.Gravity = 9.81
+    """Acceleration of gravity."""
     waves: Waves = ()
+    """One wave train, or a list of wave trains that act together."""
     current: Stream | None = None
+    """Steady and uniform current. It acts through force elements alone."""
     wind: Stream | None = None
+    """Steady and uniform wind. It acts through force elements alone."""
 
 
 class Initial(Strict):
     """Offsets from the place at rest, and velocities, at the start."""
 
     position: of.Offsets = (0.0,) * 6
+    """Offsets from the place at rest when the run starts: six values, or some by name."""
     velocity: of.Velocities = (0.0,) * 6
+    """Velocities when the run starts: six values, or some by name."""
 
 
 class WaveForces(Strict):
     """Which wave loads act."""
 
     first_order: StrictBool = True
+    """Whether first-order wave loads act."""
     second_order: SecondOrder = SecondOrder.NONE
+    """Approximation of the slow second-order wave loads."""
     sum_frequency: StrictBool = False
+    """Whether second-order loads at the sums of wave frequencies act."""
     headings: Place = Place.AUTOMATIC
+    """Whether wave loads follow the yaw of the body: mean (its heading at rest), slow or
+    instantaneous."""
     position: Place = Place.AUTOMATIC
+    """Whether wave loads follow the place of the body: mean (its place at rest), slow or
+    instantaneous."""
 
 
 class Tabulated(Strict):
     """What all retardation functions have: how long they are, and the step of their tables."""
 
     length: of.Period | None = None
+    """Length of the retardation functions. Without it they are 100 s long, or as long as the
+    frequencies of the database resolve."""
     step: of.Period = 0.1
+    """Time step of the tables of the retardation functions. It is not the step of the run."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -114,27 +137,34 @@ class AutomaticRadiation(Tabulated):
     """States where their fit holds the tolerance, else the memory integral itself."""
 
     model: Literal["automatic"]
+    """States where their fit is within the tolerance, the memory integral elsewhere."""
     tolerance: of.Tolerance = 3e-4
+    """Largest error of the fit, relative to the largest diagonal entries."""
 
 
 class StateSpaceRadiation(Tabulated):
     """A rational fit of the retardation functions."""
 
     model: Literal["state_space"]
+    """A rational fit of the retardation functions."""
     tolerance: of.Tolerance = 3e-4
+    """Largest error of the fit, relative to the largest diagonal entries."""
 
 
 class ConvolutionRadiation(Tabulated):
     """The memory integral itself."""
 
     model: Literal["convolution"]
+    """The memory integral itself."""
 
 
 class ConstantRadiation(Strict):
     """Added mass and damping of one period."""
 
     model: Literal["constant"]
+    """Added mass and damping of one period, without memory."""
     period: of.Period
+    """Wave period whose added mass and damping are used."""
 
 
 class NoRadiation(Strict):
@@ -142,6 +172,7 @@ class NoRadiation(Strict):
 
     model_config = ConfigDict(extra="ignore")
     model: Literal["none"]
+    """No radiation forces."""
 
 
 def _with_model(value: Any) -> Any:
@@ -168,26 +199,62 @@ class Body(Strict):
     """A rigid body; dry if it has no hydrodynamics."""
 
     mass: of.Mass | None = None
+    """Mass of the body, with the contents of its tanks at the start."""
     lightship: Lightship | None = None
+    """Mass properties of the body without the contents of its tanks, in place of mass and
+    inertia."""
     hydrodynamics: Hydrodynamics | None = None
+    """Database file, a mapping with a file and changes to it, a list of databases by draught, or
+    coefficients. A body without it is dry."""
     hydrostatics: Hydrostatics = "matrix"
+    """Source of buoyancy: the stiffness matrix of the database, or a closed hull for any draught,
+    heel and trim."""
     database_body: Annotated[int, Field(strict=True, ge=1)] = 1
+    """Number of this body in a database of several bodies."""
     database_checksum: StrictStr | None = None
+    """Checksum that the database must have. Another database is refused. Example: 8c1f0a2b."""
     centre_of_gravity: of.Point | None = None
+    """Centre of gravity in the frame of the database. It is the origin of the body frame."""
     location: of.Position = (0.0, 0.0)
+    """Place x, y of the database's origin in the earth frame."""
     heading: of.Angle = 0.0
+    """Direction of the body's x axis at rest, counter-clockwise from the x axis of the earth. Yaw
+    is counted from it."""
     radii_of_gyration: of.Radii | None = None
+    """Radii of gyration about the centre of gravity for roll, pitch and yaw."""
     inertia: of.InertiaMatrix | None = None
+    """Moments of inertia about the centre of gravity: three by name, or a 3 x 3 matrix."""
     mass_matrix: of.MassMatrix | None = None
+    """Full 6 x 6 mass matrix about the centre of gravity."""
     dofs: Dofs = DOFS
+    """Degrees of freedom that may move. Others are locked; an empty list holds the body. Example:
+    [surge, heave, pitch]."""
     initial: Initial = Initial()
+    """Offsets and velocities when the run starts."""
     radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation(model="automatic")
+    """Model of the radiation forces: a name, or a mapping with a model and its settings."""
     wave_forces: WaveForces = WaveForces()
+    """Wave loads that act on the body."""
     weight: Weight | None = None
+    """Whether weight and buoyancy balance at rest, or weight is a force that contacts, lines and
+    buoyancy carry."""
     tanks: dict[of.Name, Tank] = Field(default_factory=dict)
+    """Tanks of the body, by name."""
     pumps: dict[of.Name, Pump] = Field(default_factory=dict)
+    """Pumps between tanks or the sea, by name."""
     constant_inertia: StrictBool = False
+    """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
+    changes."""
     points: dict[of.Name, of.Point] = Field(default_factory=dict)
+    """Places in the body frame by name. Their motions are recorded."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and {"type", "body"} & data.keys():
+            found = f"a force element, type {data.get('type')}"
+            raise problem(found, "a body", 'move it below "forces:"')
+        return data
 
     @model_validator(mode="after")
     def _check_mass(self) -> Self:
@@ -247,8 +314,11 @@ class Tolerance(Strict):
     """Error per second of a run that an adaptive method keeps to in each step."""
 
     relative: of.Tolerance = 1e-6
+    """Relative error per second."""
     position: of.SmallLength = 1e-6
+    """Absolute error of positions per second."""
     angle: of.SmallAngle = 1e-8
+    """Absolute error of angles per second."""
 
 
 def _form_of_tolerance(value: object) -> str:
@@ -281,13 +351,23 @@ class Solver(Strict):
     model_config = ConfigDict(json_schema_extra=_OF_STEPS)
 
     method: Method = Method.RK4
+    """Time integration method. The methods automatic, dopri5 and esdirk4 choose their own steps."""
     step: of.Period = 0.1
+    """Time step. A method that chooses its own steps begins with it."""
     tolerance: EitherTolerance = Tolerance()
+    """Error of motions relative to their range, of method automatic; a mapping of errors of each
+    step, of dopri5 and esdirk4."""
     kinematics: Kinematics = Kinematics.EXACT
+    """Whether rotations are exact or small angles throughout."""
     events: StrictBool = True
+    """Whether steps end where a contact changes its mode. Without it results are for comparison
+    only."""
     unstable: Unstable = Unstable.WARN
+    """Whether a time step above the stable limit gives a warning or an error."""
     linear: LinearScenes = LinearScenes.EXACT
+    """Whether a linear scene is propagated exactly or stepped as any other."""
     symmetry: Symmetry = Symmetry.USE
+    """Whether a scene that is its own mirror image is solved in its plane of symmetry."""
 
     @model_validator(mode="before")
     @classmethod
@@ -312,8 +392,11 @@ class Clearance(Strict):
     """The distance of a named point, "bow of barge", from another or from a plane."""
 
     of: StrictStr
+    """Named point of a body. Example: bow of barge."""
     to: StrictStr | None = None
+    """Named point of another body that the distance is measured to. Example: leg of topside."""
     plane: Plane | None = None
+    """Plane that the distance is measured to."""
 
     @model_validator(mode="after")
     def _check_other(self) -> Self:
@@ -334,18 +417,26 @@ class Output(Strict):
     named points by name."""
 
     step: of.Period | None = None
+    """Time between records, a multiple of the step of the solver. Without it about 0.5 s."""
     states: StrictBool = False
+    """Whether all states are recorded, so that another run can start from any record."""
     impulses: StrictBool = False
+    """Whether impulses of forces are recorded, for hydrosim explain."""
     accelerations: StrictBool = False
+    """Whether accelerations are recorded."""
     wave_probes: dict[of.Name, of.Position] = Field(default_factory=dict)
+    """Places x, y by name where the wave elevation is recorded."""
     clearances: dict[of.Name, Clearance] = Field(default_factory=dict)
+    """Distances by name that are recorded."""
 
 
 class Start(Strict):
     """A run to start from, at a time of it or at its end; see `hydrosim.scene.Start`."""
 
     run: StrictStr
+    """Result file of the run that this one continues. Example: first.nc."""
     time: of.Instant | None = None
+    """Time of that run at which this one begins. Without it that is its end."""
 
 
 def _begins(value: object) -> str:
@@ -362,16 +453,35 @@ class CaseFile(Strict):
     """A whole case file."""
 
     title: StrictStr
+    """Title of the case, for people. Example: Barge alongside in 1.5 m waves."""
     duration: of.Period
+    """Length of the run."""
     environment: Environment | None = None
+    """Water, waves, current and wind."""
     bodies: Annotated[dict[of.Name, Body], AfterValidator(of.some)]
+    """Rigid bodies by name."""
     forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
+    """Force elements by name: moorings, fenders, lines, damping, loads."""
     solver: Solver = Solver()
+    """Time integration."""
     output: Output = Output()
+    """Results that are recorded."""
     initial: Begin | None = None
+    """Either at_rest, which starts in equilibrium, or a mapping with the run that this one
+    continues."""
     accept: tuple[Question, ...] = ()
+    """Names of the questions that are answered: their values are meant as they are."""
     criteria: dict[of.Name, RunCriterion] = Field(default_factory=dict)
+    """Figures of the run with limits, by name."""
     report: Report = Report()
+    """Title block of the report."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "case" in data and "bodies" not in data:
+            raise problem("a study, with the key case", "a case", "run it by hydrosim sweep")
+        return data
 
     @model_validator(mode="after")
     def _check_rest(self) -> Self:

@@ -22,7 +22,9 @@ class Table(Strict, Generic[T]):
     """Straight lines between the forces at some times, constant outside."""
 
     time: of.Times
+    """Times that rise."""
     force: Annotated[tuple[T, ...], AfterValidator(of.some)]
+    """Force at each time, with straight lines between."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -37,22 +39,31 @@ class Recorded(Strict):
     if that is given."""
 
     file: StrictStr
+    """Text file or result file with the series, relative to the case file. Example:
+    lift.csv."""
     case: StrictStr | None = None
+    """Case file whose run is the file. Commands run it first. Example: lift.yaml."""
     column: Annotated[
         tuple[StrictStr | StrictInt, ...],
         of.one_or_more(StrictStr | StrictInt),
         AfterValidator(of.some),
     ]
+    """Column or list of columns to add up: names or numbers."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
+    """Factor with a unit that the series is multiplied by."""
 
 
 class Harmonic(Strict, Generic[T]):
     """mean + amplitude sin(2 pi t / period + phase)."""
 
     amplitude: T
+    """Amplitude of the sine."""
     period: of.Period
+    """Period of the sine."""
     mean: T | None = None
+    """Mean that the sine is added to."""
     phase: of.Angle = 0.0
+    """Phase of the sine at time 0."""
 
 
 def _form(value: object) -> str:

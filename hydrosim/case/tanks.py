@@ -34,9 +34,13 @@ class Lightship(Strict):
     """The body without what is in its tanks; ``centre_of_gravity`` is in the database's frame."""
 
     mass: of.Mass
+    """Mass without the contents of tanks."""
     centre_of_gravity: of.Point
+    """Centre of gravity without the contents of tanks, in the database's frame."""
     radii_of_gyration: of.Radii | None = None
+    """Radii of gyration without the contents of tanks, about that centre."""
     inertia: of.InertiaMatrix | None = None
+    """Moments of inertia without the contents of tanks, about that centre."""
 
     @model_validator(mode="after")
     def _check_inertia(self) -> Self:
@@ -52,11 +56,17 @@ class TankTable(Strict):
     in the database's frame, and second moments of its free surface about the surface's centroid."""
 
     level: Levels
+    """Levels above the tank's bottom, rising from 0."""
     volume: Volumes
+    """Volume of fluid at each level, rising from 0."""
     centroid: tuple[of.Point, ...]
+    """Centroid of the fluid at each level, in the database's frame."""
     longitudinal: tuple[AreaMoment, ...]
+    """Second moment of the free surface about its transverse axis, at each level."""
     transverse: tuple[AreaMoment, ...]
+    """Second moment of the free surface about its longitudinal axis, at each level."""
     mixed: tuple[MixedMoment, ...] | None = None
+    """Mixed second moment of the free surface at each level."""
 
     @model_validator(mode="after")
     def _check_rows(self) -> Self:
@@ -79,7 +89,9 @@ class Plan(Strict):
     """Levels at times; the flow between them is constant, from or to the sea."""
 
     time: of.Times
+    """Times that rise."""
     level: tuple[Level, ...]
+    """Level of the tank at each time. Between them the flow is constant."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -94,19 +106,33 @@ class Tank(Strict):
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
     box: tuple[of.Point, of.Point] | None = None
+    """Two opposite corners of a tank that is a box, in the database's frame."""
     table: TankTable | None = None
+    """Volumes and free surfaces at levels."""
     mesh: StrictStr | None = None
+    """File with a closed mesh of the tank. Example: tank.stl."""
     scale: Scale | None = None
+    """Factor that turns the coordinates of the mesh into metres."""
     axes: Axes | None = None
+    """The axes of the mesh that point forward, to port and up."""
     offset: of.Point | None = None
+    """Vector that is added to the scaled and turned coordinates of the mesh."""
     waterline: of.Length | None = None
+    """Height of the still water above z = 0 of the mesh."""
     recipe: StrictStr | None = None
+    """Recipe file whose hull is the tank. Example: ../hydro_db/barge.yaml."""
     depth: Depth | None = None
+    """Height from keel to deck of the recipe's hull."""
     permeability: Part = 1.0
+    """Part of the volume that fluid can fill."""
     density: of.Density = 1025.0
+    """Density of the fluid."""
     level: Level = 0.0
+    """Level of the fluid above the tank's bottom when the run starts."""
     free_surface: FreeSurface = FreeSurface.QUASI_STATIC
+    """Whether the fluid's surface stays level, or is frozen to the tank."""
     plan: Plan | None = None
+    """Levels at times, filled from or emptied to the sea."""
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
@@ -157,8 +183,11 @@ class LevelReached(Strict):
     """When the level of a tank is above or below a height."""
 
     tank: StrictStr
+    """Name of a tank of the body. Example: fore_sb."""
     above: Level | None = None
+    """The event happens when the level is above this."""
     below: Level | None = None
+    """The event happens when the level is below this."""
 
     @model_validator(mode="after")
     def _check_side(self) -> Self:
@@ -192,10 +221,16 @@ class Pump(Strict):
     ``start`` to ``stop``, each a time, a level or an event."""
 
     source: StrictStr
+    """Tank that fluid is taken from, or sea. Example: fore_sb."""
     target: StrictStr
+    """Tank that fluid is pumped to, or sea. Example: sea."""
     rate: Rate
+    """Mass of fluid per time."""
     start: When = 0.0
+    """Time, level or event at which the pump starts."""
     stop: When | None = None
+    """Time, level or event at which the pump stops. Without it the pump stops when a tank is empty
+    or full."""
 
     def build(self, name: str) -> scene.Pump:
         """As a scene has it."""

@@ -27,12 +27,14 @@ class Growing(Strict):
     """What all waves have: the time that they take to grow."""
 
     ramp: of.Span = 0.0
+    """Time over which the waves grow from zero."""
 
 
 class Directed(Growing):
     """What all waves of one mean direction have: where they go to."""
 
     heading: of.Angle = 0.0
+    """Direction that the waves go to, counter-clockwise from the x axis of the earth."""
 
 
 class Irregular(Growing):
@@ -40,8 +42,12 @@ class Irregular(Growing):
     their amplitudes are drawn."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    """Number that the random phases are drawn with."""
     repeat_period: of.Period = 10800.0
+    """Time after which the sea repeats. A run must not be longer."""
     amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
+    """Whether the amplitudes of components follow from the spectrum, or are Rayleigh distributed
+    about it."""
 
 
 class Spread(Irregular, Directed):
@@ -49,63 +55,82 @@ class Spread(Irregular, Directed):
     distributed as cos^2s of half the angle to the heading, one for each frequency."""
 
     spreading: of.Sharpness | None = None
+    """Exponent s of directions that are distributed as cos^2s of half the angle to the heading.
+    Without it the sea is long-crested."""
 
 
 class Peaked(Spread):
     """What random seas of one height and one peak have."""
 
     significant_height: of.Height
+    """Significant wave height Hs."""
     peak_period: of.Period
+    """Period Tp of the peak of the spectrum."""
 
 
 class Jonswap(Peaked):
     """JONSWAP spectrum, scaled to the significant height."""
 
     spectrum: Literal["jonswap"]
+    """JONSWAP spectrum."""
     peak_enhancement: of.Peak = 3.3
+    """Peak enhancement factor gamma."""
 
 
 class PiersonMoskowitz(Peaked):
     """JONSWAP without peak enhancement."""
 
     spectrum: Literal["pierson_moskowitz"]
+    """Pierson-Moskowitz spectrum."""
 
 
 class Tma(Peaked):
     """JONSWAP limited by the environment's water depth."""
 
     spectrum: Literal["tma"]
+    """TMA spectrum: JONSWAP in finite water depth."""
     peak_enhancement: of.Peak = 3.3
+    """Peak enhancement factor gamma."""
 
 
 class Torsethaugen(Peaked):
     """Wind sea and swell of the North Sea."""
 
     spectrum: Literal["torsethaugen"]
+    """Torsethaugen spectrum: wind sea and swell of the North Sea."""
 
 
 class OchiHubblePeak(Strict):
     """One peak; ``shape`` is lambda."""
 
     significant_height: of.Height
+    """Significant height of this peak alone."""
     peak_period: of.Period
+    """Period of this peak."""
     shape: of.Sharpness = 1.0
+    """Sharpness lambda of this peak."""
 
 
 class OchiHubble(Spread):
     """Peaks of chosen sharpness: swell and wind sea."""
 
     spectrum: Literal["ochi_hubble"]
+    """Ochi-Hubble spectrum."""
     peaks: Annotated[tuple[OchiHubblePeak, ...], AfterValidator(of.some)]
+    """Peaks of the spectrum, such as swell and wind sea."""
 
 
 class WhiteNoise(Spread):
     """Constant density between two frequencies."""
 
     spectrum: Literal["white_noise"]
+    """Constant density between two frequencies."""
     significant_height: of.Height
+    """Significant wave height Hs."""
     lowest_frequency: of.Frequency
+    """Lowest frequency with waves."""
     highest_frequency: of.Frequency
+    """Highest frequency with waves."""
 
     @model_validator(mode="after")
     def _check_band(self) -> Self:
@@ -121,12 +146,20 @@ class Table(Spread):
     each multiplied by a factor that has its unit."""
 
     spectrum: Literal["table"]
+    """Densities at given frequencies."""
     frequency: of.Frequencies | None = None
+    """Frequencies that rise."""
     density: of.WaveDensities | None = None
+    """Density of wave elevation at each frequency."""
     file: StrictStr | None = None
+    """Text file whose first column is frequency, in place of the lists. Example:
+    spectrum.csv."""
     column: StrictStr | StrictInt = 2
+    """Column of the file with the densities: its name or number."""
     frequency_factor: of.Frequency = 1.0
+    """Factor of the file's frequencies, such as 1 Hz."""
     density_factor: of.WaveDensity = 1.0
+    """Factor of the file's densities, such as 1 m^2/Hz."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -147,18 +180,27 @@ class DirectionalTable(Irregular):
     """
 
     spectrum: Literal["directional_table"]
+    """Densities over frequency and direction."""
     file: StrictStr
+    """File (netCDF) with the density efth over freq and dir, as wavespectra writes it. Example:
+    spectra.nc."""
     select: dict[StrictStr, StrictInt] = Field(default_factory=dict)
+    """Index of each other dimension of the file, such as time."""
     x_axis: of.Angle
+    """Compass bearing of the x axis of the earth frame."""
 
 
 class Regular(Directed):
     """One regular wave."""
 
     spectrum: Literal["regular"]
+    """One regular wave."""
     amplitude: of.Height
+    """Amplitude, half of the wave height."""
     period: of.Period
+    """Wave period."""
     phase: of.Angle = 0.0
+    """Phase of the elevation at the origin."""
 
 
 def _components(value: object) -> str:
@@ -169,10 +211,15 @@ class Component(Strict):
     """One of given components: it goes to the ``heading`` of them all if it has none of its own."""
 
     amplitude: of.Height
+    """Amplitude, half of the wave height."""
     period: of.Period | None = None
+    """Period of the component, in place of frequency."""
     frequency: of.Frequency | None = None
+    """Frequency of the component, in place of period."""
     phase: of.Angle = 0.0
+    """Phase of the elevation at the origin."""
     heading: of.Angle | None = None
+    """Direction that the component goes to. Without it that of the whole train."""
 
     @model_validator(mode="after")
     def _check_frequency(self) -> Self:
@@ -186,6 +233,8 @@ class ComponentsFile(Strict):
     """A text ``file`` with a line for each component, and columns named as the keys of one."""
 
     file: StrictStr
+    """Text file with a line for each component and columns named frequency or period,
+    amplitude, phase, heading. Example: components.csv."""
 
 
 class Components(Directed):
@@ -193,12 +242,15 @@ class Components(Directed):
     multiples of it, as random seas are, else summed one by one."""
 
     spectrum: Literal["components"]
+    """Given components."""
     components: Annotated[
         Annotated[ComponentsFile, Tag("file")]
         | Annotated[tuple[Component, ...], AfterValidator(of.some), Tag("list")],
         Discriminator(_components),
     ]
+    """List of components, or a mapping with their file."""
     repeat_period: of.Period = 10800.0
+    """Time that all periods divide, if the components are to be summed by FFT."""
 
 
 class RecordedElevation(Recorded, Directed):
@@ -206,8 +258,11 @@ class RecordedElevation(Recorded, Directed):
     ``highest_frequency`` is left out."""
 
     spectrum: Literal["recorded"]
+    """Measured elevation."""
     position: of.Position = (0.0, 0.0)
+    """Place x, y of the measurement in the earth frame."""
     highest_frequency: of.Frequency | None = None
+    """Frequency above which the record is left out."""
 
 
 class NoWaves(Strict):
@@ -215,6 +270,7 @@ class NoWaves(Strict):
 
     model_config = ConfigDict(extra="ignore")
     spectrum: Literal["none"]
+    """No waves."""
 
 
 SomeWaves = (

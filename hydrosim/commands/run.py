@@ -75,12 +75,20 @@ def run(
             show(f"result    {_save(error.dataset, result)}")
             raise
         path = _save(dataset, result)
-    show_document(run_document(dataset), verbose)
+    show_document(run_document(_with_places(dataset, case)), verbose)
     show(f"result    {path}")
     if plot_too:
         plot(path, overwrite=overwrite)
     if dataset.attrs["status"] == "interrupted":
         raise typer.Exit(130)
+
+
+def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
+    """The run with file and line before warnings that name a key; a result holds no paths."""
+    from hydrosim.documents.places import located
+
+    text = dataset.attrs.get("warnings")
+    return dataset.assign_attrs(warnings=located(text, case.places)) if text else dataset
 
 
 def _require_room(case: Case, path: Path) -> None:

@@ -26,7 +26,7 @@ def schema(
     "# yaml-language-server: $schema=case.schema.json": editors with a YAML language server then
     complete keys, show what they mean, and mark what is wrong.
     """
-    typer.echo(json.dumps(schema_of(kind), indent=1))
+    typer.echo(json.dumps(schema_of(kind)))
 
 
 def schema_of(kind: Kind) -> dict[str, Any]:

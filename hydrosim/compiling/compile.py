@@ -13,6 +13,7 @@ from hydrosim.compiling.families import all_groups
 from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened
 from hydrosim.compiling.wet import in_states
+from hydrosim.documents.places import locating
 from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import RadiationModel
@@ -38,11 +39,12 @@ def compile_scene(scene: Scene, in_plane: bool = False) -> Compiled:
     Raises InputError where a database or a run to start from cannot be read or does not fit the
     scene.
     """
-    check_scene(scene)  # also whether its sea can be drawn
-    drawn = sea(scene.environment)
-    calm = compile_in_calm(scene, seas=drawn)
-    calm = planar(calm, drawn) if in_plane else calm
-    return in_waves(calm, calm.scene, drawn)
+    with locating(scene.places):
+        check_scene(scene)  # also whether its sea can be drawn
+        drawn = sea(scene.environment)
+        calm = compile_in_calm(scene, seas=drawn)
+        calm = planar(calm, drawn) if in_plane else calm
+        return in_waves(calm, calm.scene, drawn)
 
 
 def planar(calm: Compiled, seas: Sequence[Components]) -> Compiled:
@@ -62,12 +64,13 @@ def compile_in_calm(
     """The scene as arrays without its waves; raises as `compile_scene` does. ``states`` is the
     tolerance of fits in place of all convolutions, which cannot be made linear; of its databases it
     uses what it needs in the ``seas``."""
-    scene = opened(scene)
-    check_scene(scene)
-    wet = all_groups(scene, seas, before(scene))
-    if states is not None:
-        scene, wet = in_states(scene, wet, states)
-    return compile_calm(scene, wet)
+    with locating(scene.places):
+        scene = opened(scene)
+        check_scene(scene)
+        wet = all_groups(scene, seas, before(scene))
+        if states is not None:
+            scene, wet = in_states(scene, wet, states)
+        return compile_calm(scene, wet)
 
 
 def compile_for_linear(

@@ -2,39 +2,101 @@
 
 They are made of the models that read the files, so they know every key, value and default, and what
 a value means. They cannot tell one unit from another, nor what several keys have to agree in.
+
+The meaning of a key is the docstring below its field; that of a text ends with "Example: ...". A
+quantity carries two keywords of its own: ``quantity``, its kind, and ``unit``, its SI unit. Parts
+that occur often are definitions of their own.
 """
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from itertools import count, pairwise
 from typing import Any
 
+import yaml
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 REFERENCE = "#/$defs/"
 NULL = {"type": "null"}
-EXTENDS = {"type": "string", "description": "the file that this one is laid over, key by key"}
+EXTENDS = {"type": "string", "description": "The file that this one is laid over, key by key."}
 ALIKE = {"oneOf": "anyOf"}  # lists and mappings are told apart by validators, not by schemas
+KEPT = ("description", "default")  # of a key, beside the reference to what it holds
+EXAMPLE = " Example: "
+SEVERAL = ("prefixItems", "items", "anyOf")  # where a list or an alternative holds quantities
+Schema = dict[str, Any]
 
 
-class _Plain(GenerateJsonSchema):
-    """Without warnings about defaults that JSON does not know, such as an infinite depth."""
+class _Described(GenerateJsonSchema):
+    """Says of each key what it means."""
 
     def emit_warning(self, kind: JsonSchemaWarningKind, detail: str) -> None:
-        """Says nothing of what a schema leaves out."""
+        """Passes over defaults that JSON does not know, such as an infinite depth."""
+
+    def model_schema(self, schema: Any) -> Schema:
+        """Schema of a model, with the meaning of its keys."""
+        found = super().model_schema(schema)
+        for key, text in meanings(schema["cls"]).items():
+            found["properties"][key] |= _told(text)
+        return found
 
 
-def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+def _told(text: str) -> Schema:
+    """Meaning and example of a key in a schema, from its docstring."""
+    meaning, _, example = text.partition(EXAMPLE)
+    said = {"description": meaning}
+    return said | {"examples": [yaml.safe_load(example.removesuffix("."))]} if example else said
+
+
+def meanings(model: type[BaseModel]) -> dict[str, str]:
+    """Meaning of each key of a ``model``: the docstring below its field."""
+    texts: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        texts |= _docstrings(base.__module__).get(base.__qualname__, {})
+    fields = model.model_fields.items()
+    return {field.alias or name: texts[name] for name, field in fields if name in texts}
+
+
+@lru_cache(maxsize=64)
+def _docstrings(module: str) -> dict[str, dict[str, str]]:
+    """Docstrings below the fields of each class of a module."""
+    if not module.startswith("hydrosim."):
+        return {}
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    return {node.name: dict(_documented(node)) for node in classes}
+
+
+def _documented(node: ast.ClassDef) -> Iterator[tuple[str, str]]:
+    for field, after in pairwise(node.body):
+        match field, after:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(ast.Constant(str(text))):
+                yield name, " ".join(text.split())
+
+
+def json_schema(model: type[BaseModel], title: str) -> Schema:
     """JSON schema (draft 2020-12) of the files that ``model`` reads. A file with the key `extends`
     may leave keys out, and null removes what the file below has."""
-    whole = model.model_json_schema(schema_generator=_Plain)
-    shared, whole = _told(whole.pop("$defs", {})), _told(whole)
-    lean = {f"Part_{name}": _partial(each) for name, each in shared.items()}
-    part = _partial(whole)
+    whole = _tidy(model.model_json_schema(schema_generator=_Described))
+    shared, whole = _with_short_names(whole.pop("$defs", {}), whole)
+    known: dict[str, Schema] = {}
+    shared, whole = (_share_parts(each, known) for each in (shared, whole))
+    for each in (*shared.values(), whole):
+        _append_units(each, known)
+    shared |= known
+    deep = _with_mappings(shared)
+    parts = {f"Part_{name}": _partial(shared[name], name, deep) for name in shared if name in deep}
+    over = _partial(whole, "Whole", deep)
     whole["properties"] = {"extends": False, **whole["properties"]}
-    part["properties"] = {"extends": EXTENDS, **part["properties"]}
+    over["properties"] = {"extends": EXTENDS, **over["properties"]}
     return {
         "$schema": DIALECT,
         "title": title,
@@ -42,15 +104,13 @@ def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
         "if": {"required": ["extends"]},
         "then": {"$ref": f"{REFERENCE}Over"},
         "else": {"$ref": f"{REFERENCE}Whole"},
-        "$defs": {"Whole": whole, "Over": part, **shared, **lean},
+        "$defs": {"Whole": whole, "Over": over, **shared, **parts},
     }
 
 
-def either(
-    title: str, key: str, with_it: dict[str, Any], without: dict[str, Any]
-) -> dict[str, Any]:
+def either(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
     """JSON schema of files of two kinds, which a ``key`` tells apart."""
-    found: dict[str, Any] = {"$schema": DIALECT, "title": title, "type": "object"}
+    found: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
     found |= {"if": {"required": [key]}, "$defs": {}}
     for branch, prefix, schema in (("then", "With_", with_it), ("else", "Without_", without)):
         text = json.dumps(schema).replace(REFERENCE, f"{REFERENCE}{prefix}")
@@ -60,20 +120,33 @@ def either(
     return found
 
 
-def _told(schema: Any) -> Any:
-    """The schema with alternatives that are told apart by what they say they are, so that an editor
-    shows what is wrong in one and not that none of them fits; others may hold at the same time."""
+def _tidy(schema: Any) -> Any:
+    """The schema with alternatives that are told apart by the kind that they name, so that an
+    editor shows what is wrong in one of them; keys without titles, and without null."""
     if isinstance(schema, list):
-        return [_told(each) for each in schema]
+        return [_tidy(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     named = schema.get("discriminator")
     if isinstance(named, dict) and "mapping" in named:
-        return _chosen(named["propertyName"], named["mapping"])
-    return {ALIKE.get(key, key): _told(each) for key, each in schema.items()}
+        told = {key: schema[key] for key in ("description", "default") if key in schema}
+        return {**_chosen(named["propertyName"], named["mapping"]), **told}
+    found = {ALIKE.get(key, key): _tidy(each) for key, each in schema.items()}
+    if isinstance(found.get("properties"), dict):
+        found["properties"] = {k: _without_null(x) for k, x in found["properties"].items()}
+    return found
 
 
-def _chosen(key: str, mapping: dict[str, str]) -> dict[str, Any]:
+def _without_null(schema: Schema) -> Schema:
+    """The schema of a key that may be left out, and has no value then."""
+    own = {k: x for k, x in schema.items() if k != "title" and (k, x) != ("default", None)}
+    values = [each for each in own.get("anyOf", ()) if each != NULL]
+    if len(values) == 1:
+        return {**values[0], **{key: x for key, x in own.items() if key != "anyOf"}}
+    return {**own, "anyOf": values} if values else own
+
+
+def _chosen(key: str, mapping: dict[str, str]) -> Schema:
     """The schema of mappings whose ``key`` says which of several they are."""
     each = [
         {"if": {"properties": {key: {"const": name}}, "required": [key]}, "then": {"$ref": where}}
@@ -83,15 +156,112 @@ def _chosen(key: str, mapping: dict[str, str]) -> dict[str, Any]:
     return {"type": "object", **known, "allOf": each}
 
 
-def _partial(schema: Any) -> Any:
-    """The schema, `_told`, with no key required and with null for each."""
+def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
+    """Definitions and the whole with names as models have them, numbered where several have one."""
+    names: dict[str, str] = {}
+    for long, each in shared.items():
+        short = re.sub(r"\W.*", "", each.get("title", long))
+        tried = (short if k == 1 else f"{short}{k}" for k in count(1))
+        names[long] = next(name for name in tried if name not in names.values())
+    text = json.dumps([{names[long]: each for long, each in shared.items()}, whole])
+    pattern = re.compile(rf'"{re.escape(REFERENCE)}([^"]*)"')
+    short_text = pattern.sub(lambda found: f'"{REFERENCE}{names[found[1]]}"', text)
+    renamed, rest = json.loads(short_text)
+    return renamed, rest
+
+
+def _share_parts(schema: Any, known: dict[str, Schema]) -> Any:
+    """The schema with references to its quantities, vectors and mappings of several kinds, which
+    are added to the ``known`` definitions."""
     if isinstance(schema, list):
-        return [_partial(each) for each in schema]
+        return [_share_parts(each, known) for each in schema]
     if not isinstance(schema, dict):
         return schema
-    found = {key: each if key == "if" else _partial(each) for key, each in schema.items()}
-    if isinstance(schema.get("$ref"), str):
-        found["$ref"] = schema["$ref"].replace(REFERENCE, f"{REFERENCE}Part_")
+    own = {key: each for key in KEPT if (each := schema.get(key)) is not None}
+    rest = {key: _share_parts(x, known) for key, x in schema.items() if key not in own}
+    if isinstance(schema.get("quantity"), str):
+        return {"$ref": f"{REFERENCE}{_quantity(own | rest, known)}"} | own
+    if "prefixItems" in rest:
+        name = _known_as(f"list_of_{len(rest['prefixItems'])}", rest, known)
+        return {"$ref": f"{REFERENCE}{name}"} | own
+    if "allOf" in rest:
+        name = _known_as(f"by_{rest['required'][0]}", rest, known)
+        return {"$ref": f"{REFERENCE}{name}"} | own
+    return own | rest
+
+
+def _quantity(schema: Schema, known: dict[str, Schema]) -> str:
+    """The name of the definition of a quantity."""
+    what, unit = schema["quantity"], schema["unit"]
+    said = f"{what} in {unit}, or with a unit" if unit else what
+    kept = {key: x for key, x in schema.items() if key not in KEPT}
+    definition = {"description": f"{said[0].upper()}{said[1:]}.", **kept}
+    return _known_as(re.sub(r"\W+", "_", f"{what} {unit}").strip("_"), definition, known)
+
+
+def _known_as(stem: str, definition: Schema, known: dict[str, Schema]) -> str:
+    """The name of a ``definition``, which is added to the ``known`` ones if it is new."""
+    tried = (stem if k == 1 else f"{stem}_{k}" for k in count(1))
+    return next(name for name in tried if known.setdefault(name, definition) == definition)
+
+
+def _append_units(schema: Schema, known: Mapping[str, Schema]) -> None:
+    """Appends their units to the meanings of keys; editors show nothing else of a reference."""
+    for value in schema.get("properties", {}).values():
+        units = [*dict.fromkeys(_units_of(value, known))]
+        if isinstance(value, dict) and units:
+            value["description"] = f"{value.get('description', '')} Unit: {', '.join(units)}."
+
+
+def _units_of(value: Any, known: Mapping[str, Schema]) -> Iterator[str]:
+    """Units of a value, or of those in a list; not of those in a mapping."""
+    if isinstance(value, list):
+        for each in value:
+            yield from _units_of(each, known)
+    elif isinstance(value, dict):
+        definition = known.get(value.get("$ref", "").removeprefix(REFERENCE), {})
+        yield from [definition["unit"]] if definition.get("unit") else []
+        for key in SEVERAL:
+            yield from _units_of(definition.get(key), known)
+            yield from _units_of(value.get(key), known)
+
+
+def _with_mappings(shared: Mapping[str, Schema]) -> set[str]:
+    """The definitions that are mappings, or refer to one."""
+    texts = {name: json.dumps(each) for name, each in shared.items()}
+    deep = {name for name, text in texts.items() if '"type": "object"' in text}
+    while more := {name for name, text in texts.items() if _refers(text, deep)} - deep:
+        deep |= more
+    return deep
+
+
+def _refers(text: str, names: set[str]) -> bool:
+    return any(f'"{REFERENCE}{name}"' in text for name in names)
+
+
+def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
+    """The definition ``name`` with no key required and with null for each. Keys without mappings
+    below are as they are there."""
+    found: Schema = _optional(schema, deep)
+    for key, value in schema.get("properties", {}).items():
+        text = json.dumps(value)
+        if '"type": "object"' not in text and not _refers(text, deep):
+            place = {"$ref": f"{REFERENCE}{name}/properties/{key}"}
+            found["properties"][key] = _or_none(place)
+    return found
+
+
+def _optional(schema: Any, deep: set[str]) -> Any:
+    """The schema with no key required, with null for each, and with the parts of what is deep."""
+    if isinstance(schema, list):
+        return [_optional(each, deep) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    kept = {key: each for key, each in schema.items() if key != "examples"}
+    found = {key: each if key == "if" else _optional(each, deep) for key, each in kept.items()}
+    name = str(schema.get("$ref", "")).removeprefix(REFERENCE)
+    if name in deep:
+        found["$ref"] = f"{REFERENCE}Part_{name}"
     if schema.get("type") == "object":
         found.pop("required", None)
         found["properties"] = {k: _or_none(x) for k, x in found.get("properties", {}).items()}
@@ -100,5 +270,5 @@ def _partial(schema: Any) -> Any:
     return found
 
 
-def _or_none(schema: dict[str, Any]) -> dict[str, Any]:
+def _or_none(schema: Schema) -> Schema:
     return {"anyOf": [schema, NULL]}

@@ -14,7 +14,8 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, suggestion, wrong
+from hydrosim.documents.nodes import SETTING, compose, entries, joined, plain, wrong
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import shown
 from hydrosim.errors import InputError
 

@@ -21,9 +21,13 @@ class MeshKeys(Strict):
     to port and z up, plus ``offset``; the still water is ``waterline`` above z = 0 after that."""
 
     scale: Scale = 1.0
+    """Factor that turns the coordinates of the file into metres."""
     axes: Axes = ("x", "y", "z")
+    """The axes of the file that point forward, to port and up, such as [x, -y, -z] for z down."""
     offset: of.Point = (0.0, 0.0, 0.0)
+    """Vector that is added to the scaled and turned coordinates."""
     waterline: of.Length = 0.0
+    """Height of the still water above z = 0, after scale, axes and offset."""
 
     @model_validator(mode="after")
     def _check_axes(self) -> Self:

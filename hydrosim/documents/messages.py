@@ -1,19 +1,29 @@
-"""From pydantic's errors to what a person can act on: "found X; expected Y; remedy"."""
+"""From pydantic's errors to what a person can act on: "found X; expected Y; remedy".
+
+One mistake gives one message: a key of another name stands for the key that is missing beside it,
+and a mapping with many unknown keys is told once.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.suggestions import meant, suggestion
 from hydrosim.documents.units import Quantity, shown
 
 Keys = tuple[str | int, ...]
 Readers = Mapping[int, type[BaseModel]]
+Details = Mapping[str, Any]
+
+MANY_UNKNOWN = 4  # keys of one mapping that are told together
+MANY_KNOWN = 12  # keys are not all named where one of them is suggested
+SHOWN = 60  # characters of a list
 
 
 class Problem(NamedTuple):
@@ -36,50 +46,131 @@ EXPECTED = {
 
 
 def explain(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
-    """Each error in ``data`` with its place; ``readers`` are the models by ``id`` of the mapping
+    """Each mistake in ``data`` with its place; ``readers`` are the models by ``id`` of the mapping
     that they read."""
-    for details in error.errors(include_url=False):
-        keys, value, context = details["loc"], details["input"], details.get("ctx", {})
-        match details["type"]:
-            case "hydrosim":
-                yield Problem(keys, context["text"])
-            case "extra_forbidden":
-                yield Problem(keys, _unknown(keys, readers.get(id(_at(data, keys[:-1])))))
-            case "missing":
-                yield Problem(keys, _missing(keys, value, readers.get(id(value))))
-            case "union_tag_invalid":
-                key = context["discriminator"].strip("'")
-                yield Problem((*keys, key), _choice(context["tag"], context["expected_tags"]))
-            case "union_tag_not_found":
-                key = context["discriminator"].strip("'")
-                yield Problem(keys, f'found no key "{key}"; expected it to say which kind this is')
-            case "literal_error" | "enum":
-                yield Problem(keys, _choice(value, context["expected"]))
-            case "too_long":
-                yield Problem(
-                    keys, f"found {shown(value)}; expected {context['max_length']} values"
-                )
-            case "too_short":
-                least = context["min_length"]
-                yield Problem(keys, f"found {shown(value)}; expected {_some(least)} or more")
-            case kind:
-                expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
-                yield Problem(keys, f"found {shown(value)}; expected {expected}")
+    every: list[Details] = list(error.errors(include_url=False))
+    renamed = {*_renamed(every, data, readers)}
+    for details in every:
+        if details["loc"] not in renamed:
+            yield _problem(details, data, readers, every)
+
+
+def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Details]) -> Problem:
+    keys, value, context = details["loc"], details["input"], details.get("ctx", {})
+    match details["type"]:
+        case "hydrosim":
+            return Problem(keys, context["text"])
+        case "extra_forbidden":
+            return _unknown(keys, readers.get(id(_at(data, keys[:-1]))), _alike(details, every))
+        case "missing" if isinstance(keys[-1], int):
+            return Problem(keys[:-1], _too_few(value, _alike(details, every)))
+        case "missing":
+            return Problem(keys, _missing(keys, readers[id(value)]))
+        case "union_tag_invalid":
+            key = context["discriminator"].strip("'")
+            return Problem((*keys, key), _choice(context["tag"], context["expected_tags"]))
+        case "union_tag_not_found":
+            key = context["discriminator"].strip("'")
+            text = f'found no key "{key}"; expected it to say which kind this is'
+            return Problem(keys, joined(text, _other_name(key, value)))
+        case "literal_error" | "enum":
+            return Problem(keys, _choice(value, context["expected"]))
+        case "too_long":
+            return Problem(keys, f"found {shown(value)}; expected {context['max_length']} values")
+        case "too_short":
+            least = context["min_length"]
+            return Problem(keys, f"found {shown(value)}; expected {_some(least)} or more")
+        case "tuple_type" if len(_alike(details, every)) > 1:
+            return Problem(keys[:-1], _flat(_at(data, keys[:-1])))
+        case "tuple_type" if isinstance(value, str):
+            return Problem(keys, f"found {shown(value)}; expected a list, in brackets: [{value}]")
+        case "model_type":
+            return Problem(keys, f"found {shown(value)}; expected {_mapping(context)}")
+        case kind:
+            expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
+            return Problem(keys, f"found {shown(value)}; expected {expected}")
+
+
+def _alike(details: Details, every: Sequence[Details]) -> list[Details]:
+    """The errors of the same kind in the same mapping or list."""
+    kind, above = details["type"], details["loc"][:-1]
+    return [each for each in every if each["type"] == kind and each["loc"][:-1] == above]
+
+
+def _renamed(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
+    """The missing keys that are there by another name."""
+    missing = {each["loc"] for each in every if each["type"] == "missing"}
+    for each in every:
+        keys = each["loc"]
+        reader = readers.get(id(_at(data, keys[:-1])))
+        if each["type"] == "extra_forbidden" and reader:
+            found = (*keys[:-1], meant(str(keys[-1]), _fields(reader)))
+            yield from {found} & missing
 
 
 def _some(count: int) -> str:
     return "one" if count == 1 else f"{count}"
 
 
-def _unknown(keys: Keys, reader: type[BaseModel] | None) -> str:
+def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]) -> Problem:
     known = _fields(reader) if reader else {}
-    text = f"found an unknown key; expected one of: {', '.join(known)}"
-    return joined(text, suggestion(str(keys[-1]), known))
+    if len(alike) >= MANY_UNKNOWN:
+        names = ", ".join(str(each["loc"][-1]) for each in alike)
+        text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(known)}"
+        return Problem(keys[:-1], text)
+    key = str(keys[-1])
+    remedy = _of_colon(key, known) or suggestion(key, known)
+    expected = "" if remedy and len(known) > MANY_KNOWN else f"expected one of: {', '.join(known)}"
+    text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
+    return Problem(keys, text)
 
 
-def _missing(keys: Keys, value: Any, reader: type[BaseModel] | None) -> str:
-    if reader is None:
-        return f"found {shown(value)}; expected more values"
+def _of_colon(key: str, known: Mapping[str, Any]) -> str:
+    """The remedy where a colon, or the blank after it, is missing after a known key."""
+    first = re.split(r"[\s:]", key)[0]
+    return f'write "{first}: value", with a colon and a blank' if first in {*known} - {key} else ""
+
+
+def _other_name(key: str, value: Any) -> str:
+    """The key of a mapping that may have been meant by ``key``."""
+    names = [str(name) for name in value] if isinstance(value, dict) else []
+    given = next((name for name in names if _of_colon(name, {key: None})), "")
+    if given:
+        return f'write "{key}: value", with a colon and a blank, not "{given}"'
+    found = next((name for name in names if meant(name, [key])), "")
+    return f'is "{found}" meant as "{key}"?' if found else ""
+
+
+def _too_few(value: Any, alike: Sequence[Details]) -> str:
+    count = 1 + max(each["loc"][-1] for each in alike)
+    return f"found {shown(value)}; expected {count} values"
+
+
+def _flat(value: Sequence[Any]) -> str:
+    inside = ", ".join(map(str, value))
+    example = f", [[{inside}]]" if len(inside) < SHOWN else ""
+    return f"found a list of values; expected a list of lists; put it in brackets{example}"
+
+
+def _mapping(context: Mapping[str, Any]) -> str:
+    """A mapping as a model of that name reads it."""
+    models = [each for each in _models(BaseModel) if each.__name__ == context.get("class_name")]
+    if not models:
+        return EXPECTED["model_type"]
+    fields = _fields(models[0])
+    needed = [name for name, field in fields.items() if field.is_required()]
+    if not needed:
+        return f"a mapping with some of {', '.join(fields)}"
+    return f"a mapping with the key{'s' * (len(needed) > 1)} {', '.join(needed)}"
+
+
+def _models(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for each in base.__subclasses__():
+        yield each
+        yield from _models(each)
+
+
+def _missing(keys: Keys, reader: type[BaseModel]) -> str:
     about = _fields(reader)[str(keys[-1])].metadata
     expected = next((item.expected for item in about if isinstance(item, Quantity)), "one")
     return f'found no key "{keys[-1]}"; expected {expected}'

@@ -11,13 +11,13 @@ first; null removes what they give.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from difflib import get_close_matches
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from hydrosim.documents.broken_yaml import describe
 from hydrosim.documents.limits import excesses, too_long
 from hydrosim.documents.units import NUMBER
 from hydrosim.errors import InputError
@@ -47,8 +47,8 @@ def compose(text: str, name: str) -> Node | None:
         _refuse_bad_keys(node)
         node = _merged(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
-        what = ", ".join(part for part in (error.context, error.problem) if part)
-        place = where(error.problem_mark) if error.problem_mark else name
+        at, what = describe(error, text)
+        place = where(at) if at else name
         raise InputError(f"{place}: not valid YAML: {what}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # bad escapes pass as the latter
         raise InputError(f"{name}: not valid YAML: {str(error).splitlines()[0]}") from None
@@ -111,12 +111,6 @@ def where(mark: yaml.Mark) -> str:
 def wrong(mark: yaml.Mark, text: str) -> InputError:
     """An error about the place ``mark``."""
     return InputError(f"{where(mark)}: {text}")
-
-
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Asks for the word of ``known`` that may have been meant; empty if none is near."""
-    close = get_close_matches(word, list(known), n=1)
-    return f'did you mean "{close[0]}"?' if close else ""
 
 
 def joined(text: str, remedy: str) -> str:

@@ -114,11 +114,17 @@ class PerDof(Strict, Generic[T, R]):
     """A value for each DOF that is named."""
 
     surge: T | None = None
+    """Value along the x axis, forward."""
     sway: T | None = None
+    """Value along the y axis, to port."""
     heave: T | None = None
+    """Value along the z axis, upward."""
     roll: R | None = None
+    """Value about the x axis."""
     pitch: R | None = None
+    """Value about the y axis."""
     yaw: R | None = None
+    """Value about the z axis."""
 
     def values(self, absent: Any = 0.0) -> list[Any]:
         """Six values, ``absent`` where none is given."""
@@ -129,8 +135,11 @@ class PerTurn(Strict, Generic[R]):
     """A value for each rotation."""
 
     roll: R
+    """Value about the x axis."""
     pitch: R
+    """Value about the y axis."""
     yaw: R
+    """Value about the z axis."""
 
 
 def _listed_six(value: Any) -> Any:

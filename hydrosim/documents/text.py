@@ -19,7 +19,8 @@ from typing import NoReturn
 import numpy as np
 
 from hydrosim.documents.files import no_file
-from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.nodes import joined
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import LARGEST, LARGEST_OF, factor, shown
 from hydrosim.errors import InputError
 

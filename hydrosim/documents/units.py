@@ -23,6 +23,10 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from hydrosim.documents import factors
 
 LONGEST = 200  # characters of what was found, in a message
+NO_NUMBER = {
+    ",": "a number has no comma: write 1000 or 1.5",
+    ":": "a time is a number and one unit: write 600 s or 10 min",
+}
 TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 # in SI: products of a few such numbers are numbers still
 LARGEST = 1e20
@@ -48,13 +52,12 @@ def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
-def _number_or_text(what: str, example: str, **bounds: float | None) -> dict[str, Any]:
+def _number_or_text(what: str, unit: str, example: str, **bounds: float | None) -> dict[str, Any]:
     """JSON schema of a quantity; a schema cannot tell one unit from another."""
     number = {"type": "number"} | {key: x for key, x in bounds.items() if x is not None}
     positive = bounds.get("exclusiveMinimum") == 0.0 or bounds.get("minimum") == 0.0
     text = {"type": "string", "pattern": UNSIGNED if positive else SIGNED}
-    said = f"{what}, in SI or with a unit"
-    return {"anyOf": [number, text], "description": said, "examples": [example]}
+    return {"anyOf": [number, text], "quantity": what, "unit": unit, "examples": [example]}
 
 
 _WRITTEN: ContextVar[list[tuple[str, str]] | None] = ContextVar("written", default=None)
@@ -93,7 +96,7 @@ class Quantity:
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
         limits = {"exclusiveMinimum": self.above, "minimum": self.at_least, "maximum": self.at_most}
-        found = _number_or_text(self.what, self.example, **limits)
+        found = _number_or_text(self.what, self.unit, self.example, **limits)
         if self.infinite:
             found["anyOf"].append({"const": "infinite"})
         return found
@@ -129,6 +132,8 @@ class Quantity:
         unit = text.strip()[number.end() :].strip()
         if not unit:
             return float(number.group())
+        if unit[0] in ",:":
+            raise self._wrong(text, NO_NUMBER[unit[0]])
         factor = self._factor(text, unit)
         if (written := _WRITTEN.get()) is not None:
             written.append((self.unit, unit))
@@ -189,7 +194,7 @@ class AnyQuantity:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
-        return _number_or_text(self.what, self.example, exclusiveMinimum=self.above)
+        return _number_or_text(self.what, "", self.example, exclusiveMinimum=self.above)
 
     def read(self, value: object) -> Scale:
         """The factor; raises PydanticCustomError where it is none."""
@@ -280,6 +285,8 @@ def _why_not(unit: str, source: Any, target: Any) -> str:
     acceleration = registry().parse_units("m/s^2")
     if _same_kind(source * acceleration, target, strict=False):
         return f'"{unit}" has a mass where a force belongs: a weight is in tonne_force'
+    if _same_kind(source / acceleration, target, strict=False):
+        return f'"{unit}" has a force where a mass belongs: divide a weight by 9.81 m/s^2'
     return f'"{unit}" is another kind of quantity'
 
 

@@ -29,7 +29,8 @@ def validated(document: Node, model: type[M], further: Further[M] = lambda _: ()
     try:
         data = model.model_validate(raw, context=readers)
     except ValidationError as error:
-        _report([*explain(error, raw, readers), *_empty(document)], document)
+        empty = [each for each in _empty(document) if ":" not in str(each.keys[-1])]
+        _report([*explain(error, raw, readers), *empty], document)
         raise
     _report([*_empty(document), *further(data)], document)
     return data

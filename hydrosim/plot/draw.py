@@ -18,6 +18,7 @@ from hydrosim.plot.layout import Frame, Phase, picture
 from hydrosim.plot.panels import Panel, Window, coarse
 from hydrosim.plot.pictures import PICTURES, channels
 from hydrosim.results.phases import Phase as Named
+from hydrosim.results.phases import is_operation
 
 COLUMNS = {"_forces": 2}
 ALWAYS = Window()
@@ -102,14 +103,15 @@ def figure(run: xr.Dataset, name: str = "overview", window: Window = ALWAYS) -> 
 
 
 def phases(run: xr.Dataset) -> tuple[list[Phase], str]:
-    """The phases of the group of contacts that begins free, and its name; none where none does."""
+    """The phases of the first group of contacts that goes through an operation, and its name; none
+    where none does."""
     if "contact_phase" not in run:
         return [], ""
     time = run.time.values
     each = run.contact_phase.transpose("contact_group", "time").values
     for group, of in zip(run.contact_group.values, each, strict=True):
         starts = np.flatnonzero(np.diff(of, prepend=-1))
-        if of[0] == Named.MOORED and starts.size > 1:
+        if is_operation(of):
             ends = [*time[starts[1:]], time[-1]]
             kinds = [Named(of[k]).name.lower().replace("_", " ") for k in starts]
             found = [Phase(*each) for each in zip(kinds, time[starts], ends, strict=True)]

@@ -25,8 +25,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import joined, suggestion
+from hydrosim.documents.nodes import joined
 from hydrosim.documents.series import columns_of, select
+from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 

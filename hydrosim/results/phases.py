@@ -10,11 +10,14 @@ is always in contact hides no operation at another one.
 
 A body sticks nearly all the time from where on every stretch of `WINDOW` has at least `SHARE` of
 its fenders' time in stick. A run that ends before a phase does not have it.
+
+Phases are computed for every group, and told of those alone that go through such an operation: that
+begin without contact and end stuck for good. Fenders of a quay and pairs of fenders do not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -32,6 +35,12 @@ class Phase(IntEnum):
     INITIAL_CONTACT = 1
     COMPRESSED = 2
     STUCK = 3
+
+
+def is_operation(phases: Iterable[int]) -> bool:
+    """Whether a group of contacts that goes through these ``phases`` begins without contact and
+    ends stuck for good."""
+    return {Phase.MOORED, Phase.STUCK} <= {*phases}
 
 
 def contact_phases(time: np.ndarray, modes: np.ndarray) -> np.ndarray:

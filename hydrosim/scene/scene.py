@@ -27,6 +27,7 @@ class Question(StrEnum):
     PLANE = "plane"
     POINTS = "points"
     LINES = "lines"
+    FALL = "fall"
     MASS = "mass"
     INERTIA = "inertia"
     TRIM = "trim"
@@ -73,7 +74,8 @@ class Scene:
     ``output_accelerations`` those of the bodies.
     ``wave_probes`` are points x, y [m] by name where the elevation is wanted, ``clearances`` those
     that are recorded besides the named points of bodies. ``accept`` are the
-    questions that are not asked of it.
+    questions that are not asked of it. ``places`` are file and line of keys of its case file, for
+    messages.
     """
 
     title: str
@@ -92,3 +94,4 @@ class Scene:
     source: Mapping[str, Any] = field(default_factory=dict)
     output_accelerations: bool = False
     output_impulses: bool = False
+    places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)

@@ -19,8 +19,11 @@ class Heights(of.Strict):
     ``apart``."""
 
     low: of.Length = Field(alias="from")
+    """Lowest significant height."""
     high: of.Length = Field(alias="to")
+    """Highest significant height."""
     apart: of.LineLength
+    """Step between heights."""
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
@@ -42,8 +45,11 @@ class SwellFile(of.Strict):
     """A swell beside the wind sea: JONSWAP, with its own heading."""
 
     significant_height: of.Height
+    """Significant height of the swell."""
     peak_period: of.Period
+    """Peak period of the swell."""
     heading: of.Angle
+    """Direction that the swell goes to."""
 
 
 class Operation(of.Strict):
@@ -51,8 +57,11 @@ class Operation(of.Strict):
     it is not given; factors of a table ``alpha`` by planned time and significant height."""
 
     planned: of.Period
+    """Planned time of the operation."""
     contingency: of.Span | None = None
+    """Contingency time. Without it as long as the planned time."""
     alpha: AlphaFile | None = None
+    """Table of alpha factors."""
 
 
 class AlphaFile(of.Strict):
@@ -60,9 +69,13 @@ class AlphaFile(of.Strict):
     planned times up to each of ``planned``, a column for each of the ``heights`` of the limit."""
 
     source: StrictStr
+    """Document and edition that the factors are from. Example: Company standard 12, 2024."""
     planned: tuple[of.Period, ...]
+    """Planned times that the rows go up to."""
     heights: tuple[of.Length, ...]
+    """Significant heights of the columns."""
     factors: tuple[tuple[of.Factor, ...], ...]
+    """A row of factors for each planned time."""
 
     @model_validator(mode="after")
     def _check_sizes(self) -> Self:
@@ -86,14 +99,23 @@ class Operability(of.Strict):
     from north, by which a hindcast's directions become headings."""
 
     heights: Heights
+    """Significant heights among which the limit is looked for."""
     peak_periods: Annotated[tuple[of.Period, ...], Field(min_length=1)]
+    """Peak periods of the wind sea."""
     headings: tuple[of.Angle, ...] = ()
+    """Directions that the wind sea goes to. Without them that of the case."""
     swells: tuple[SwellFile, ...] = ()
+    """Swells beside the wind sea."""
     probability: Annotated[float, Quantity("probability", "", "90 %", above=0, at_most=0.999)] = 0.9
+    """Probability with which criteria must hold."""
     scatter: StrictStr | None = None
+    """File with a scatter diagram of heights and periods. Example: scatter.csv."""
     hindcast: StrictStr | None = None
+    """File with a hindcast of seas over time. Example: hindcast.nc."""
     bearing: of.Angle | None = None
+    """Compass bearing of the x axis, by which directions of the hindcast become headings."""
     operation: Operation | None = None
+    """Time that the operation takes, for the wait for weather."""
 
     @model_validator(mode="after")
     def _check_periods(self) -> Self:

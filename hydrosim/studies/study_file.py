@@ -60,8 +60,11 @@ class Range(of.Strict):
     """From one value to another, all between equally likely, or all of their logarithms."""
 
     low: Any = Field(alias="from")
+    """Lower end of the range. Example: 100 kN."""
     high: Any = Field(alias="to")
+    """Upper end of the range. Example: 400 kN."""
     scale: Literal["linear", "logarithmic"] = "linear"
+    """Whether all values are equally likely, or all logarithms of values."""
 
 
 def _spread(value: Any) -> str:
@@ -78,7 +81,9 @@ class Linked(of.Strict):
     """Keys of the case that are varied together, and what their values are called."""
 
     keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
+    """Values or ranges by key of the case. They change together."""
     called: tuple[StrictStr, ...] | None = None
+    """Names of the values, for tables and plots. Example: [soft, stiff]."""
 
     @model_validator(mode="after")
     def _check_alike(self) -> Self:
@@ -110,9 +115,13 @@ class Plan(of.Strict):
     several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
 
     parameters: dict[StrictStr, Parameter] = Field(default_factory=dict)
+    """Values or ranges by key of the case, such as environment.waves.significant_height."""
     design: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol", "sobol_indices"] = "grid"
+    """How values of several parameters are combined."""
     samples: Annotated[StrictInt, Field(ge=2)] | None = None
+    """Number of samples that are drawn from ranges."""
     random: Seed = 0
+    """Number that samples are drawn with."""
 
     @model_validator(mode="after")
     def _check_design(self) -> Self:
@@ -135,9 +144,13 @@ class Kept(of.Strict):
     ``impulses`` what `hydrosim explain` says of it."""
 
     step: of.Period | None = None
+    """Time between records that are kept. Without it that of the case."""
     impulses: StrictBool | None = None
+    """Whether the impulses that hydrosim explain needs are kept."""
     variables: tuple[StrictStr, ...] = ("position",)
+    """Variables of each run that are kept. Example: [position]."""
     start: of.Instant = 0.0
+    """Time from which statistics are taken."""
 
 
 PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
@@ -151,8 +164,11 @@ class Asked(of.Strict):
     """A figure of each run."""
 
     channel: StrictStr
+    """Channel of the run. Example: position.barge.surge."""
     statistic: STATISTIC_NAMES
+    """Statistic of the channel."""
     phase: PHASE_NAMES | None = None
+    """Phase of the operation that the statistic is limited to."""
 
     def figure(self, name: str, start: float) -> Figure:
         """The same, as what is computed of a run."""
@@ -163,6 +179,7 @@ class Criterion(Asked):
     """A figure and what it may not exceed, or, of the statistic "smallest", not fall below."""
 
     limit: Annotated[Scale, AnyQuantity("limit", "1 m")]
+    """Limit that the figure must not exceed. The statistic smallest must not fall below it."""
 
 
 class Enough(of.Strict):
@@ -170,8 +187,11 @@ class Enough(of.Strict):
     so ``wide``, for all values of the parameters."""
 
     figure: StrictStr
+    """Name of the figure whose mean must be known well enough. Example: largest_surge."""
     wide: Annotated[Scale, AnyQuantity("width", "0.1 m", above=0.0)]
+    """Largest width of the 90 % interval of its mean."""
     most: Annotated[StrictInt, Field(ge=2)] = 1000
+    """Largest number of seeds."""
 
 
 class StudyFile(Plan):
@@ -179,14 +199,31 @@ class StudyFile(Plan):
     seeds; ``figures`` of each run, to compare."""
 
     case: StrictStr
+    """Case file that is varied, relative to the study file. Example: ../base.yaml."""
     studies: dict[StrictStr, Plan] = Field(default_factory=dict)
+    """Several plans by name, in place of parameters."""
     seeds: Seeds | None = None
+    """Seeds of the sea: 1-100, a list, or one number."""
     until: Enough | None = None
+    """Accuracy that more seeds are run for."""
     duration: of.Period | None = None
+    """Length of each run, in place of that of the case."""
     output: Kept = Kept()
+    """Results that are kept of each run."""
     figures: dict[StrictStr, Asked] = Field(default_factory=dict)
+    """Figures of each run by name."""
     criteria: dict[StrictStr, Criterion] = Field(default_factory=dict)
+    """Figures with limits by name."""
     operability: Operability | None = None
+    """Seas in which limits of the operation are looked for."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "bodies" in data:
+            remedy = "run it by hydrosim run, or name it in a study: case: FILE.yaml"
+            raise problem("a case, with the key bodies", "a study", remedy)
+        return data
 
     @model_validator(mode="after")
     def _check_plans(self) -> Self:

@@ -15,6 +15,7 @@ from hydrosim.compiling.facts import solution
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import resume, started_from
 from hydrosim.compiling.wet import in_states
+from hydrosim.documents.places import located
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import Kind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, unwatched
@@ -71,7 +72,7 @@ def check(case: Case | Scene, times: Sequence[float] = ()) -> Document:
 
 
 def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
-    yield from warnings(own.notes.warnings)
+    yield from warnings([located(text, own.scene.places) for text in own.notes.warnings])
     if not own.facts.exact:
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):

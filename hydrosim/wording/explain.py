@@ -20,8 +20,9 @@ from hydrosim.presentation.document import (
     Value,
 )
 from hydrosim.presentation.units import units_of
+from hydrosim.results.phases import is_operation
 from hydrosim.statistics.effects import spread
-from hydrosim.statistics.explain import AXES, OTHER, PARTS, lasting, matter
+from hydrosim.statistics.explain import AXES, OTHER, PARTS, PHASES, lasting, matter
 from hydrosim.wording.parts import title_of
 
 SLIPS = {
@@ -63,6 +64,7 @@ def explanation_document(
 def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
+    found = found.sel(span=told_spans(found))
     yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
     if "friction_part" in found:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
@@ -98,6 +100,25 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
 def _of_group(found: xr.Dataset, group: str) -> list[str]:
     """The spans that are not those of other groups."""
     return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+
+
+def told_spans(found: xr.Dataset) -> list[str]:
+    """All spans but the phases of groups of contacts that go through no operation."""
+    there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
+    names = [str(s) for s in found.span.values]
+    return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
+
+
+def _phase(span: str) -> int | None:
+    """The phase that a span is; none if it is no phase."""
+    name = span.rpartition(": ")[2]
+    return PHASES.index(name) if name in PHASES else None
+
+
+def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
+    """The phases of the same group of contacts, among the spans that are ``there``."""
+    prefix = span.removesuffix(span.rpartition(": ")[2])
+    yield from (k for k, phase in enumerate(PHASES) if f"{prefix}{phase}" in there)
 
 
 def _balance(found: xr.Dataset) -> Iterator[Row]:

@@ -20,6 +20,7 @@ from hydrosim.presentation.document import (
     Verdict,
 )
 from hydrosim.presentation.units import units_of
+from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, Basis
 from hydrosim.statistics.orders import ENOUGH
 from hydrosim.statistics.statistics import NAMES, SIDES, statistics
@@ -155,9 +156,9 @@ def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
         modes = [str(mode) for mode in found["mode"].values]
         rows = [_modes(found.sel(fender=name), modes) for name in found.fender.values]
         yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
-    if "phase_crawl" in found:
+    if rows := list(_phases(found)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
-        yield Table(head, list(_phases(found)), "Crawl by phase")
+        yield Table(head, rows, "Crawl by phase")
 
 
 def has_statistics(run: xr.Dataset) -> bool:
@@ -232,7 +233,7 @@ def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]
         return
     rows: list[list[Cell]] = []
     for channel in (each for each in channels if each.kind == "named"):
-        for group in map(str, found.contact_group.values):
+        for group in _operations(found):
             for phase in map(str, found.phase.values):
                 at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
                 of = {name: float(at.sel(statistic=name)) for name in NAMES}
@@ -244,13 +245,24 @@ def _in_phases(found: xr.Dataset, channels: Sequence[Channel]) -> Iterator[Node]
         yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
 
 
+def _operations(found: xr.Dataset) -> list[str]:
+    """The groups of contacts that go through an operation, whose phases are told."""
+    if "phase_duration" not in found:
+        return []
+    groups = map(str, found.contact_group.values)
+    lasting = {
+        group: found.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
+    }
+    return [group for group, each in lasting.items() if is_operation(np.flatnonzero(each))]
+
+
 def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
     shares = (Value(float(contact.fender_share.sel(mode=mode)), "share", 3) for mode in modes)
     return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
 
 
 def _phases(found: xr.Dataset) -> Iterator[list[Cell]]:
-    for group in map(str, found.contact_group.values):
+    for group in _operations(found):
         for phase in map(str, found.phase.values):
             at = found.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)

@@ -608,7 +608,11 @@ class TestFender:
         ("old", "new", "message"),
         [
             ("[[0, 0, 1]]", "[]", ".points: found nothing in it"),
-            ("[[0, 0, 1]]", "[0, 0, 1]", ".points.0: found 0; expected a list"),
+            (
+                "[[0, 0, 1]]",
+                "[0, 0, 1]",
+                ".points: found a list of values; expected a list of lists",
+            ),
             ("[0, 0, -1]", "[0, 0, 0]", ".plane: found the normal [0, 0, 0]"),
             ("-1]", "-1], body: block", '.plane.body: found "block" on both sides'),
             ("-1]", "-1], body: blok", '.plane.body: found "blok"; expected a body of this case'),

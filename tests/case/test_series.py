@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -112,7 +113,7 @@ def test_bad_text(load: Load, tmp_path: Path, text: str, column: str, found: str
     with pytest.raises(InputError) as caught:
         ready.scene()
     message = str(caught.value).replace(f"{tmp_path}/", "")
-    assert message.startswith("case.yaml: forces.push.force.surge: data.csv")
+    assert re.match(r"case\.yaml:\d+: forces\.push\.force\.surge: data\.csv", message)
     assert found in message
     assert "\n" not in message
 
@@ -197,7 +198,7 @@ def test_moments_of_a_run(load: Load, run: xr.Dataset) -> None:
 def test_bad_columns_of_a_run(load: Load, run: xr.Dataset, column: str, found: str) -> None:
     with pytest.raises(InputError) as caught:
         load(surge("run.nc", column)).scene()
-    assert "case.yaml: forces.push.force.surge: " in str(caught.value)
+    assert re.search(r"case\.yaml:\d+: forces\.push\.force\.surge: ", str(caught.value))
     assert found in str(caught.value)
 
 

@@ -152,6 +152,7 @@ THIN = 1e4 * np.diag([1.0, 1.0, 3.0])
 BELOW = Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
 REVERSED = Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
 POINTS = [[0.0, 0.0, -0.9]]
+LOW, FAR = [[0.0, 0.0, -0.9]], Plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
 ODD = {
     Question.ANGLES: (in_sea(Jonswap(1.5, 8.0), heading=45.0), "2578.3 deg"),
     Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
@@ -164,6 +165,10 @@ ODD = {
         "1 m behind the plane",
     ),
     Question.LINES: (dry({"l": line(5.0)}), "5 m more"),
+    Question.FALL: (
+        dry({"f": on_floor(1e5, Frictionless(), LOW, FAR)}, weight=Weight.CARRIED),
+        "a gap of 9.1 m between block and all contacts",
+    ),
     Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
     Question.MASS: (afloat(mass=1.4e8), "displaces 1.568e+08 kg"),
     Question.INERTIA: (dry({}, inertia=THIN), "principal moments"),
@@ -334,6 +339,24 @@ def test_many_soft_fenders_are_as_good_as_a_few_stiff_ones() -> None:
     fender = one.forces["it"]
     many = replace(one, forces={**one.forces, **{f"f{i}": fender for i in range(19)}})
     assert not asked_of(many, Question.SOFTNESS)
+
+
+def test_a_dry_body_whose_weight_presses_its_fenders_by_metres_is_asked_about() -> None:
+    """98.1 kN on 2 kN/m, for 2 MN/m: 49 m; a line that carries it, or enough points, do."""
+    soft = on_floor(2e3, Frictionless(), [[0, 0, -1.0]], BELOW)
+    (text,) = asked_of(dry({"f": soft}, weight=Weight.CARRIED), Question.SOFTNESS)
+    assert "whose weight of 9.81e+04 N presses it by 49 m" in text
+    assert not asked_of(dry({"f": soft, "l": line(9.9)}, weight=Weight.CARRIED), Question.SOFTNESS)
+    stiff_one = on_floor(2e6, Frictionless(), [[0, 0, -1.0]], BELOW)
+    assert not asked_of(dry({"f": stiff_one}, weight=Weight.CARRIED), Question.SOFTNESS)
+    assert not asked_of(dry({"f": soft}), Question.SOFTNESS)
+
+
+def test_a_body_that_hangs_or_is_held_does_not_fall() -> None:
+    high = on_floor(1e5, Frictionless(), LOW, FAR)
+    hanging = dry({"f": high, "l": line(9.9)}, weight=Weight.CARRIED)
+    assert not asked_of(hanging, Question.FALL)
+    assert not asked_of(dry({"f": high}), Question.FALL)
 
 
 def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -156,3 +158,59 @@ def test_a_file_over_another_may_leave_keys_out_and_remove_them() -> None:
     assert not list(case.iter_errors(over))
     assert list(case.iter_errors(over | {"bodies": {"barge": {"mas": 3}}}))
     assert list(case.iter_errors({"title": "alone", "duration": 3}))
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_every_key_has_a_meaning(kind: Kind) -> None:
+    """A sentence each, and the unit of what has one."""
+    definitions = schema_of(kind)["$defs"]
+    for name, definition in definitions.items():
+        if "Part_" in name or name.endswith("Over"):
+            continue
+        for key, value in definition.get("properties", {}).items():
+            if value is not False and "by_" not in name:
+                text = value.get("description", "")
+                assert re.fullmatch(r"[A-Z].*\.", text), (name, key)
+
+
+def test_every_quantity_has_a_unit_and_an_example() -> None:
+    definitions = schema_of(Kind.CASE)["$defs"]
+    quantities = [each for each in definitions.values() if "quantity" in each]
+    assert len(quantities) > 40
+    assert all(each["examples"] and each["unit"] is not None for each in quantities)
+    mass = definitions["Body"]["properties"]["mass"]
+    assert mass["description"].endswith("Unit: kg.")
+    assert definitions["Environment"]["properties"]["gravity"]["default"] == 9.81
+
+
+def test_every_key_has_an_example_or_its_choices() -> None:
+    for kind in Kind:
+        definitions = schema_of(kind)["$defs"]
+        for name, definition in definitions.items():
+            if not any(part in name for part in ("Part_", "Over", "by_")):
+                for key, value in definition.get("properties", {}).items():
+                    assert value is False or exemplified(value, definitions), (kind, name, key)
+
+
+def exemplified(value: dict[str, Any], definitions: dict[str, Any]) -> bool:
+    """Whether a value has an example or says its choices, or what is in it does."""
+    if "$ref" in value:
+        return exemplified(definitions[value["$ref"].split("/")[2]], definitions)
+    if value.get("type") in ("boolean", "integer"):
+        return True
+    if {"examples", "enum", "const", "properties", "allOf"} & value.keys():
+        return True
+    inside = [*value.get("anyOf", ()), *value.get("prefixItems", ())]
+    inside += [value[key] for key in ("items", "additionalProperties") if key in value]
+    return any(exemplified(each, definitions) for each in inside if isinstance(each, dict))
+
+
+def test_the_schema_of_cases_is_small() -> None:
+    assert len(json.dumps(schema_of(Kind.CASE))) < 250_000
+
+
+def test_definitions_are_all_there_and_used() -> None:
+    for kind in Kind:
+        text = json.dumps(schema_of(kind))
+        used = set(re.findall(r'"#/\$defs/(\w+)', text))
+        assert used == {*schema_of(kind)["$defs"]}

@@ -119,8 +119,9 @@ def test_infinite_only_where_it_means_something() -> None:
 def test_message_says_what_was_found_expected_and_wrong() -> None:
     assert refused(MASS, "3 kN") == (
         'found "3 kN"; expected a mass in kg, or with a unit, such as "1000 tonne"; '
-        '"kN" is another kind of quantity'
+        '"kN" has a force where a mass belongs: divide a weight by 9.81 m/s^2'
     )
+    assert '"m" is another kind of quantity' in refused(MASS, "3 m")
     assert "not known" in refused(LENGTH, "3 metrs")
     assert "above 0" in refused(MASS, "0 kg")
     assert "0 or more" in refused(STIFFNESS, "-1 N/m")

@@ -266,6 +266,16 @@ def test_phases_are_those_of_the_group_that_begins_free() -> None:
     )
 
 
+def test_contacts_that_do_not_end_stuck_have_no_phases() -> None:
+    """Those of a quay, and one that begins closed."""
+    phase = np.zeros((121, 2), int)
+    phase[:, 0] = 3
+    phase[20:, 1] = 2
+    run = run_of().assign_coords(contact_group=["keel", "quay"])
+    run["contact_phase"] = (("time", "contact_group"), phase)
+    assert phases(run) == ([], "")
+
+
 def test_lines_have_tensions_one_each_and_capacities() -> None:
     run = run_of().assign_coords(spring=["bow", "stern"])
     tension = 1e5 * np.outer(2.0 + np.sin(TIME), [1.0, 2.0])

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+import xarray as xr
 
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases
+from hydrosim.results.phases import SHARE, WINDOW, Phase, contact_phases, group_phases, is_operation
+from hydrosim.wording.explain import told_spans
 
 
 def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:
@@ -68,3 +71,20 @@ def test_contacts_of_one_element_are_one_group() -> None:
     time, modes = history((50.0, OPEN, SLIP), (50.0, SLIP, SLIP))
     (each,) = group_phases(time, modes, ["interface", "interface"]).T
     np.testing.assert_array_equal(each, contact_phases(time, modes))
+
+
+@pytest.mark.parametrize(
+    ("phases", "told"),
+    [([0, 1, 2, 3], True), ([0, 3], True), ([0, 1, 2], False), ([2, 3], False), ([0], False)],
+)
+def test_an_operation_begins_without_contact_and_ends_stuck(phases: list[int], told: bool) -> None:
+    assert is_operation(np.array(phases, dtype=np.int8)) is told
+
+
+def test_an_explanation_tells_phases_of_operations_alone() -> None:
+    """Of the group "legs", which ends stuck, and not of the group "quay", which does not."""
+    ends = {"whole run": 9.0, "in contact": 9.0}
+    ends |= {"legs: moored": 3.0, "legs: stuck": 9.0, "legs: in contact": 9.0}
+    ends |= {"quay: moored": 3.0, "quay: compressed": 9.0, "quay: stuck": np.nan}
+    found = xr.Dataset({"span_end": ("span", [*ends.values()])}, {"span": [*ends]})
+    assert told_spans(found) == [name for name in ends if not name.startswith("quay")]

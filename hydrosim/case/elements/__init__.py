@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Discriminator
+from pydantic import BeforeValidator, Discriminator
 
 from hydrosim.case.elements.applied_force import AppliedForce
 from hydrosim.case.elements.element import Element, Where
@@ -15,6 +15,14 @@ from hydrosim.case.elements.linear_mooring import LinearMooring
 from hydrosim.case.elements.quadratic_damping import QuadraticDamping
 from hydrosim.case.elements.spring import Spring
 from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
+from hydrosim.documents.units import problem
+
+
+def _check_kind(data: Any) -> Any:
+    if isinstance(data, dict) and "mass" in data and "type" not in data:
+        raise problem("a body, with a mass", "a force element", 'move it below "bodies:"')
+    return data
+
 
 AnyElement = Annotated[
     LinearMooring
@@ -27,4 +35,5 @@ AnyElement = Annotated[
     | CurrentLoad
     | WindLoad,
     Discriminator("type"),
+    BeforeValidator(_check_kind),
 ]

@@ -21,9 +21,13 @@ class Event(Strict):
     """That a channel of the run has been above or below a value for so long."""
 
     channel: StrictStr
+    """Channel of the run that is watched. Example: speed.barge."""
     above: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    """The event happens when the channel is above this value."""
     below: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    """The event happens when the channel is below this value."""
     lasting: of.Span = 0.0
+    """Time that the condition must last."""
 
     @model_validator(mode="after")
     def _check_value(self) -> Self:
@@ -71,7 +75,9 @@ class Active(Strict):
 
     model_config = ConfigDict(populate_by_name=True)
     start: Moment | None = Field(default=None, alias="from")
+    """Time or event from which the element acts."""
     until: Moment | None = None
+    """Time or event until which the element acts."""
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:

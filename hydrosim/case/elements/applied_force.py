@@ -32,10 +32,16 @@ class AppliedForce(Element):
     }
 
     type: Literal["applied_force"]
+    """A force and moment over time on a point of a body."""
     frame: Literal["earth", "body"] = "earth"
+    """Axes of the force: fixed to the earth, or turning with the body."""
     point: of.Point = (0.0, 0.0, 0.0)
+    """Point of attack in the body frame."""
     time: of.Times | None = None
+    """Times of the lists in force."""
     force: Forces
+    """Force or moment by degree of freedom: a number, a list over time, a table, a recorded series
+    or a sine."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:

@@ -45,9 +45,13 @@ class Element(Exemplary):
     stream: ClassVar[str | None] = None
     """The stream of the environment, if it is one that loads the element."""
     type: str
+    """Kind of force element."""
     body: StrictStr
+    """Name of the body that the element acts on. Example: barge."""
     active: Active | None = None
+    """Time in which the element acts: from, until, or both."""
     when: Event | None = None
+    """Event from which the element acts, short for active with from."""
 
     @model_validator(mode="after")
     def _check_active(self) -> Self:

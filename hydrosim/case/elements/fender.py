@@ -25,9 +25,14 @@ class Plane(Strict):
     """The other side of a contact, in the earth frame or in that of a body."""
 
     point: of.Point
+    """A point of the plane, in the earth frame or the frame of its body."""
     normal: of.Direction
+    """Direction away from the plane, to the free side."""
     body: StrictStr | None = None
+    """Body that the plane is fixed to. Without it the plane is fixed to the earth. Example:
+    topside."""
     corners: tuple[of.Point, ...] = ()
+    """Corners of a polygon in the plane, outside of which there is no contact."""
 
     @model_validator(mode="after")
     def _check_normal(self) -> Self:
@@ -64,8 +69,11 @@ class Unloading(Strict):
     """The way back along a normal curve, and the stiff line between."""
 
     compression: of.Compressions
+    """Compressions from 0 that rise, on the way back."""
     force: of.NormalForces
+    """Force at each compression on the way back."""
     stiffness: of.Stiffness
+    """Stiffness of the line between the way there and the way back."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -77,12 +85,19 @@ class Normal(Strict):
     """Normal force of a contact; ``total`` values are shared by the points."""
 
     stiffness: of.Stiffness | None = None
+    """Force per compression of a linear contact."""
     compression: of.Compressions | None = None
+    """Compressions from 0 that rise, for a curve."""
     force: of.NormalForces | None = None
+    """Force at each compression."""
     unloading: Unloading | None = None
+    """Curve of the way back, of a contact that loses energy."""
     prescribed: NormalOverTime | None = None
+    """Normal force over time, whatever the compression."""
     damping: of.Damping = 0.0
+    """Damping of compression."""
     total: StrictBool = False
+    """Whether values are of all points together and are shared equally."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
@@ -133,12 +148,20 @@ class Fender(Element):
     }
 
     type: Literal["fender"]
+    """Points of a body against a plane."""
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    """Points in the body frame that touch the plane."""
     plane: Plane
+    """The other side of the contact."""
     normal: Normal
+    """Normal force of the contact."""
     friction: Friction
+    """Friction law of the contact."""
     group: of.Name | None = None
+    """Name of a group of contacts. Statistics of contacts are made for each group. Example:
+    legs."""
     capacity: of.ReferenceForce | None = None
+    """Allowable force, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_corners(self) -> Self:

@@ -25,9 +25,13 @@ class LoadPowers(Strict):
     reference is shared by the points, as the coefficients are."""
 
     reference: of.ReferenceForce
+    """Normal force at which the coefficients are as given."""
     stiffness: of.Power
+    """Power of the normal force that the stiffness goes with."""
     damping: of.Power = 0.0
+    """Power of the normal force that the damping goes with."""
     slip_damping: of.Power = 0.0
+    """Power of the normal force that the slip damping goes with."""
 
     @model_validator(mode="after")
     def _check_powers(self) -> Self:
@@ -50,13 +54,21 @@ class StickSlip(Exemplary):
     }
 
     law: Literal["stick_slip"]
+    """Stick-slip friction with an elastic contact node."""
     static: of.Factor
+    """Friction coefficient at which sticking ends."""
     kinetic: of.Factor
+    """Friction coefficient while slipping."""
     stiffness: of.Stiffness
+    """Tangential stiffness K2 of the contact."""
     damping: of.Damping = 0.0
+    """Tangential damping C2 of the contact."""
     slip_damping: of.Damping = 0.0
+    """Damping C3 of the slip velocity."""
     load: LoadPowers | None = None
+    """Powers of the normal force that stiffness and damping go with."""
     total: StrictBool = False
+    """Whether values are of all points together and are shared equally."""
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
@@ -86,8 +98,11 @@ class Coulomb(Exemplary):
     example: ClassVar[dict[str, Any]] = {"law": "coulomb", "static": 0.4, "kinetic": 0.3}
 
     law: Literal["coulomb"]
+    """Rigid friction: a contact that sticks does not move."""
     static: of.Factor
+    """Friction coefficient at which sticking ends."""
     kinetic: of.Factor
+    """Friction coefficient while slipping."""
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
@@ -111,9 +126,13 @@ class FrictionSlope(Exemplary):
     }
 
     law: Literal["friction_slope"]
+    """Friction that rises with velocity up to the full value, as in aNySIM."""
     coefficient: of.Factor
+    """Friction coefficient."""
     slope: of.Slope
+    """Friction force per velocity while below the full value."""
     total: StrictBool = False
+    """Whether the slope is of all points together and is shared equally."""
 
     def build(self, count: int) -> forces.FrictionSlope:
         """The law of each of ``count`` points."""
@@ -128,6 +147,7 @@ class Frictionless(Exemplary):
     model_config = ConfigDict(extra="ignore")
     example: ClassVar[dict[str, Any]] = {"law": "none"}
     law: Literal["none"]
+    """No friction."""
 
     def build(self, count: int) -> forces.Frictionless:
         """The law of each of ``count`` points."""

@@ -26,9 +26,14 @@ class Seats(Strict):
     far as ``extent`` from their middle."""
 
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    """Seats, one for each point, in the earth frame or the frame of their body."""
     axis: of.Direction = (0.0, 0.0, 1.0)
+    """Direction in which seats carry, from seat to point."""
     body: StrictStr | None = None
+    """Body that the seats are fixed to. Without it they are fixed to the earth. Example:
+    barge."""
     extent: of.LineLength | None = None
+    """Distance from the middle of a seat beyond which it does not carry."""
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
@@ -41,11 +46,17 @@ class Wall(Strict):
     """The wall around each seat: a cylinder, or a cone of an ``angle`` to its axis."""
 
     gap: of.LineLength
+    """Play between point and wall."""
     stiffness: of.Stiffness | None = None
+    """Force per compression of the wall."""
     compression: of.Compressions | None = None
+    """Compressions from 0 that rise, for a curve."""
     force: of.NormalForces | None = None
+    """Force at each compression."""
     angle: of.Angle = 0.0
+    """Angle of a conical wall to the axis. Zero is a cylinder."""
     depth: of.LineLength | None = None
+    """Height of the wall above the seat."""
 
     @model_validator(mode="after")
     def _check_wall(self) -> Self:
@@ -93,13 +104,22 @@ class Landing(Element):
     }
 
     type: Literal["landing"]
+    """Points of a body, each on a seat of its own."""
     points: Annotated[tuple[of.Point, ...], AfterValidator(of.some)]
+    """Points in the body frame."""
     on: Seats
+    """Seats that the points come down on."""
     normal: Normal
+    """Normal force of the contact."""
     friction: Friction = Frictionless(law="none")
+    """Friction law of the contact."""
     wall: Wall | None = None
+    """Wall around each seat, which guides the point."""
     group: of.Name | None = None
+    """Name of a group of contacts. Statistics of contacts are made for each group. Example:
+    legs."""
     capacity: of.ReferenceForce | None = None
+    """Allowable force, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_seats(self) -> Self:

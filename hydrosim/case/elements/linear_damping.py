@@ -26,9 +26,13 @@ class LinearDamping(Element):
     }
 
     type: Literal["linear_damping"]
+    """Linear damping in the axes of the body."""
     damping: of.DampingMatrix | None = None
+    """Damping: per degree of freedom, or a 6 x 6 matrix."""
     damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    """Part of critical damping, per degree of freedom."""
     relative_to_current: StrictBool = False
+    """Whether damping is of the velocity relative to the current."""
 
     @model_validator(mode="after")
     def _check_damping(self) -> Self:

@@ -29,10 +29,15 @@ class LinearMooring(Element):
     }
 
     type: Literal["linear_mooring"]
+    """Linear spring and damper at the centre of gravity."""
     stiffness: of.StiffnessMatrix | None = None
+    """Stiffness: per degree of freedom, or a 6 x 6 matrix."""
     natural_period: of.PerDof[of.Period, of.Period] | None = None
+    """Natural period that the stiffness is chosen for, per degree of freedom."""
     damping: of.DampingMatrix | None = None
+    """Damping: per degree of freedom, or a 6 x 6 matrix."""
     damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    """Part of critical damping, per degree of freedom."""
 
     @property
     def diagonal(self) -> tuple[np.ndarray, np.ndarray]:

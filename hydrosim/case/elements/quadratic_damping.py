@@ -22,7 +22,9 @@ class QuadraticDamping(Element):
     }
 
     type: Literal["quadratic_damping"]
+    """Damping by the squared velocity relative to the current, in the axes of the body."""
     damping: of.QuadraticMatrix
+    """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
     def build(self, where: Where) -> Built:
         from hydrosim.forces.quadratic_damping import QuadraticDamping as Built  # loads numba

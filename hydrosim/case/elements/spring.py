@@ -22,7 +22,9 @@ class Curve(Strict):
     """Tension of a spring over its extension."""
 
     extension: of.Extensions
+    """Extensions that rise."""
     tension: of.NormalForces
+    """Tension at each extension."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
@@ -49,14 +51,24 @@ class Spring(Element):
     }
 
     type: Literal["spring"]
+    """A line between a point of a body and an anchor. It carries no push."""
     point: of.Point
+    """End of the line on the body, in the body frame."""
     anchor: of.Point
+    """Other end of the line, in the earth frame or the frame of anchor_body."""
     anchor_body: StrictStr | None = None
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    barge."""
     length: of.LineLength
+    """Length of the line without tension."""
     stiffness: of.Stiffness | None = None
+    """Tension per extension."""
     curve: Curve | None = None
+    """Tension over extension, in place of stiffness."""
     damping: of.Damping = 0.0
+    """Damping along the line."""
     capacity: of.ReferenceForce | None = None
+    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:

@@ -27,10 +27,15 @@ class StreamLoad(Element):
     that is its own mirror image."""
 
     point: of.Point = (0.0, 0.0, 0.0)
+    """Point of attack in the body frame."""
     headings: of.Headings
+    """Directions of the stream relative to the body, from 0 to 180 deg or all round."""
     surge: of.StreamForces | None = None
+    """Surge force per squared speed at each heading."""
     sway: of.StreamForces | None = None
+    """Sway force per squared speed at each heading."""
     yaw: of.StreamMoments | None = None
+    """Yaw moment per squared speed at each heading."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -78,6 +83,7 @@ class CurrentLoad(StreamLoad):
     example: ClassVar[dict[str, Any]] = {"type": "current_load", "body": "barge", **TABLE}
     stream: ClassVar[str | None] = "current"
     type: Literal["current_load"]
+    """Load of the current by coefficients over its heading."""
 
     def build(self, where: Where) -> forces.CurrentLoad:
         from hydrosim.forces.stream_load import CurrentLoad as Built  # loads numba
@@ -91,6 +97,7 @@ class WindLoad(StreamLoad):
     example: ClassVar[dict[str, Any]] = {"type": "wind_load", "body": "barge", **TABLE}
     stream: ClassVar[str | None] = "wind"
     type: Literal["wind_load"]
+    """Load of the wind by coefficients over its heading."""
 
     def build(self, where: Where) -> forces.WindLoad:
         from hydrosim.forces.stream_load import WindLoad as Built  # loads numba

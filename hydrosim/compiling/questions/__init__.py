@@ -34,6 +34,7 @@ QUESTIONS: Mapping[Question, Callable[[About], Iterator[Doubt]]] = {
     Question.PLANE: starts.plane,
     Question.POINTS: places.points,
     Question.LINES: starts.lines,
+    Question.FALL: starts.fall,
     Question.MASS: bodies.mass,
     Question.INERTIA: bodies.inertia,
     Question.TRIM: bodies.trim,

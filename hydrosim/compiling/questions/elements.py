@@ -15,6 +15,7 @@ from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.linear_damping import LinearDamping
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.scene import Weight
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: a large ship comes alongside at that speed (PIANC WG 33, 2002)
@@ -32,6 +33,7 @@ def softness(about: About) -> Iterator[Doubt]:
     for name, fender in fenders:
         others = [other for _, other in fenders if _together(fender, other)]
         stiffness = sum(len(other.points) * _stiffness(other) for other in others)
+        yield from _under_weight(about, name, fender, stiffness)
         mass = _mass(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
@@ -45,6 +47,29 @@ def softness(about: About) -> Iterator[Doubt]:
                 f"usual is up to {SOFTEST:g} m",
                 "Is it in kN/m?",
             )
+
+
+def _under_weight(about: About, name: str, fender: Contact, stiffness: float) -> Iterator[Doubt]:
+    """A dry body whose weight alone presses the fenders below it by metres."""
+    body = about.scene.bodies[about.index[fender.body]]
+    normal = np.array(fender.planes()[0].normal, float)
+    upward = normal[2] / np.linalg.norm(normal)
+    dry = body.name not in about.facts.databases
+    hangs = any(
+        each.body == body.name and each.carries() and not isinstance(each, Contact)
+        for each in about.scene.forces.values()
+    )
+    if body.weight != Weight.CARRIED or not dry or hangs or upward < TOGETHER:
+        return
+    weight = body.mass * about.scene.environment.gravity
+    if weight > SOFTEST * stiffness:
+        yield Doubt(
+            f"forces.{name}.normal",
+            f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N presses it by"
+            f" {weight / stiffness:.3g} m",
+            f"usual is up to {SOFTEST:g} m",
+            "Is it in kN/m? Is the mass in tonne?",
+        )
 
 
 def _together(fender: Contact, other: Contact) -> bool:

@@ -8,15 +8,16 @@ import numpy as np
 
 from hydrosim.compiling.questions.doubt import About, Doubt
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.contact.normal import NormalCurve
+from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.spring import Spring, stretch
-from hydrosim.scene import GivenComponents
+from hydrosim.scene import ForceElement, GivenComponents, Weight
 
 TURN = 2.0 * np.pi * (1.0 + 1e-9)
 TILT = np.radians(30.0)  # of a body afloat, whose hydrostatics are linear
 FASTEST = 15.0  # m/s
 DEEPEST = 1.0  # m of compression at the start
+DROP = 3.0  # m above all that carries a body
 STRETCHED = 0.2  # of a line's length
 
 
@@ -79,6 +80,32 @@ def plane(about: About) -> Iterator[Doubt]:
             usual = f"usual is that the normal points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
             yield Doubt(f"forces.{name}.plane", found, usual, advice)
+
+
+def fall(about: About) -> Iterator[Doubt]:
+    """Dry bodies that fall by metres before anything carries them."""
+    acting = about.scene.forces.values()
+    held = {each.body for each in acting if each.carries() and not _touches(each)}
+    deepest: dict[str, float] = {}
+    for _, fender, deep in _fenders(about):
+        most = max(float(deep.max()), deepest.get(fender.body, -np.inf))
+        deepest[fender.body] = most
+    for body in about.scene.bodies:
+        falls = body.weight == Weight.CARRIED and "heave" in body.dofs
+        gap = -deepest.get(body.name, 0.0)
+        if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
+            yield Doubt(
+                f"bodies.{body.name}.initial.position",
+                f"a gap of {gap:.3g} m between {body.name} and all contacts that can carry it",
+                f"usual is up to {DROP:g} m",
+                "It falls freely until it touches. Points are in the body frame, from the centre"
+                " of gravity; planes in the earth frame.",
+            )
+
+
+def _touches(element: ForceElement) -> bool:
+    """Whether an element is a contact that carries what is pressed into it."""
+    return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
 def lines(about: About) -> Iterator[Doubt]:

@@ -24,20 +24,30 @@ class Water(Strict):
     """Density, gravity and depth."""
 
     density: of.Density = 1025.0
+    """Density of the water."""
     gravity: of.Gravity = 9.81
+    """Acceleration of gravity."""
     depth: of.Depth = math.inf
+    """Depth of the water, or infinite."""
 
 
 class Counts(Strict):
     """Numbers of panels, see `barge.Resolution`."""
 
     along: tuple[Count, Count, Count, Count, Count]
+    """Panels along each of the five parts of the hull's length."""
     across: Count
+    """Panels across half of the beam."""
     down: Count
+    """Panels down the side."""
     wall_across: Count
+    """Panels across half of the end walls."""
     wall_down: Count
+    """Panels down the end walls."""
     lid_along: tuple[Count, Count, Count]
+    """Panels of the lid along each of three parts of the length."""
     lid_across: Count
+    """Panels of the lid across half of the beam."""
 
     def resolution(self) -> barge.Resolution:
         """As the barge's panels need them."""
@@ -54,16 +64,27 @@ class BargeHull(Strict):
     """A launch barge; its full beam is as long as ``stern_length`` or the heave stiffness says."""
 
     type: Literal["barge"]
+    """A launch barge."""
     length: Size
+    """Length over all."""
     beam: Size
+    """Beam at the stern part."""
     draught: Size
+    """Draught from keel to waterline."""
     bow_beam: Size
+    """Beam at the bow."""
     bow_length: Size
+    """Length of the part with the bow's beam."""
     stern_length: Size | None = None
+    """Length of the part with the full beam."""
     heave_stiffness: Stiffness | None = None
+    """Heave stiffness that stern_length is chosen for."""
     wall_depth: Size
+    """Depth of the vertical end walls below the waterline."""
     rake_length: Size
+    """Length of the rakes below the end walls."""
     panels: PanelsOf | None = None
+    """Largest size of panels, or their numbers."""
 
     @model_validator(mode="after")
     def _check_stern(self) -> Self:
@@ -90,10 +111,15 @@ class BoxHull(Strict):
     """A rectangular box."""
 
     type: Literal["box"]
+    """A rectangular box."""
     length: Size
+    """Length."""
     beam: Size
+    """Beam."""
     draught: Size
+    """Draught from keel to waterline."""
     panels: PanelsOf | None = None
+    """Largest size of panels, or their numbers."""
 
     def shape(self, _: Water) -> barge.Barge:
         """The box as a barge."""
@@ -104,8 +130,11 @@ class SphereHull(Strict):
     """A sphere with its centre on the waterline."""
 
     type: Literal["sphere"]
+    """A sphere with its centre on the waterline."""
     radius: Size
+    """Radius."""
     panels: Size | None = None
+    """Largest size of panels."""
 
     def size(self) -> float:
         """Largest size of the panels [m]."""
@@ -116,7 +145,9 @@ class MeshHull(MeshKeys):
     """A hull from a file beside the recipe."""
 
     type: Literal["mesh"]
+    """A hull from a file."""
     file: StrictStr
+    """Mesh file, relative to the recipe. Example: hull.stl."""
 
 
 AnyHull = Annotated[BargeHull | BoxHull | SphereHull | MeshHull, Discriminator("type")]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Generic, Self, TypeVar
 
@@ -16,6 +17,7 @@ from hydrosim.database.build.drift import STEP, Drifting, Real
 from hydrosim.database.build.hull_keys import AnyHull, MeshHull, Water, check_hull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, written
+from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import entries
 from hydrosim.documents.quantities import Strict
 from hydrosim.documents.units import Quantity, problem
@@ -55,8 +57,11 @@ class Steps(Strict, Generic[T]):
     """Values from start to stop."""
 
     start: T
+    """First value."""
     stop: T
+    """Last value."""
     step: T
+    """Difference between values."""
 
     def values(self) -> tuple[float, ...]:
         """All values; rounded, so that 0.06 is 0.06."""
@@ -115,7 +120,9 @@ class DifferenceQtf(Strict):
     """Difference-frequency QTFs of waves to the same heading, for the body floating free."""
 
     frequencies: Frequencies
+    """Frequencies of the pairs of waves."""
     headings: Headings
+    """Headings of the waves, among those of the recipe."""
 
 
 class FarField(Strict):
@@ -123,7 +130,9 @@ class FarField(Strict):
     to the first frequency of ``rising``, the ``share`` from the second on."""
 
     share: Share
+    """Part of the loads from the far field, above the second frequency of rising."""
     rising: tuple[Frequency, Frequency]
+    """Frequencies between which the share rises from 0."""
 
 
 class Part(Strict):
@@ -131,11 +140,17 @@ class Part(Strict):
     own frame, of which ``position`` and ``heading`` are those in the database's."""
 
     hull: AnyHull
+    """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
+    """Place x, y of the hull's frame in the frame of the database."""
     heading: of.Angle = 0.0
+    """Direction of the hull's x axis in the frame of the database."""
     centre_of_gravity: of.Point
+    """Centre of gravity in the hull's frame."""
     radii_of_gyration: of.Radii | None = None
+    """Radii of gyration about the centre of gravity for roll, pitch and yaw."""
     inertia: of.InertiaMatrix | None = None
+    """Moments of inertia about the centre of gravity: three by name, or a 3 x 3 matrix."""
 
     @model_validator(mode="after")
     def _check_turning(self) -> Self:
@@ -149,14 +164,32 @@ class Common(Strict):
     """What recipes of one and of several bodies have in common, in SI and radians."""
 
     title: StrictStr
+    """Title of the database, for people. Example: Barge at a draught of 6 m."""
     water: Water = Water()
+    """Water that the hull floats in."""
     frequencies: Frequencies
+    """Wave frequencies: steps, or a list of values and steps."""
     headings: Headings
+    """Directions that waves go to: steps, or a list. They are multiples of half a degree."""
     lid: Lid = Lid.AUTO
+    """Whether panels on the inner waterplane remove irregular frequencies."""
     symmetry: Symmetry = Symmetry.AUTO
+    """Whether half of a symmetric hull is computed."""
     method: Method = Method.INDIRECT
+    """Integral equation that is solved."""
     far_field: FarField | None = None
+    """Use of the far field for loads at high frequencies."""
     attributes: dict[str, StrictStr] = {}  # noqa: RUF012  pydantic copies it
+    """Further texts by name that the database carries. Example: {project: Crane barge}."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_kind(cls, data: Any) -> Any:
+        other = {"duration": "a case", "case": "a study"}
+        key = next((key for key in other if isinstance(data, dict) and key in data), None)
+        if key is not None:
+            raise problem(f"{other[key]}, with the key {key}", "a recipe of a database")
+        return data
 
     @model_validator(mode="after")
     def _check_far_field(self) -> Self:
@@ -174,7 +207,9 @@ class SeveralBodies(Common):
     """The recipe of bodies whose waves meet: by name, in the order of the database."""
 
     bodies: Annotated[dict[str, Part], AfterValidator(of.some)]
+    """Bodies by name, in the order of the database."""
     drift: tuple[Drifting, ...] = ()
+    """Mean drift loads to compute: of bodies floating free, held, or both."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -195,8 +230,11 @@ class OneBody(Part, Common):
     """The recipe of one body."""
 
     drift: tuple[Drifting, ...] = tuple(Drifting)
+    """Mean drift loads to compute: of the body floating free, held, or both."""
     qtf: DifferenceQtf | None = None
+    """Difference-frequency QTFs to compute."""
     extrapolate: Coarser | None = None
+    """Part of the panels of a second, coarser mesh. Results are extrapolated from both."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -274,6 +312,16 @@ def load_recipe(path: Path | str, settings: Sequence[str] = ()) -> Recipe:
     for setting in settings:
         document = apply_setting(document, setting)
     text = written(document) if settings else text
+    further = partial(_without_file, path.parent)
     if "bodies" in entries(document):
-        return Recipe(path, text, validated(document, SeveralBodies))
-    return Recipe(path, text, validated(document, OneBody))
+        return Recipe(path, text, validated(document, SeveralBodies, further))
+    return Recipe(path, text, validated(document, OneBody, further))
+
+
+def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Problem]:
+    """Hulls whose mesh is not there."""
+    for k, part in enumerate(data.parts):
+        if isinstance(part.hull, MeshHull) and not (folder / part.hull.file).is_file():
+            above = ("bodies", [*data.bodies][k]) if isinstance(data, SeveralBodies) else ()
+            text = f"found no such file at {folder / part.hull.file}; expected a mesh of the hull"
+            yield Problem((*above, "hull", "file"), text)

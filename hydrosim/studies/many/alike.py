@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import Field, fields, is_dataclass
 from numbers import Number
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 PLAIN = (str, Number, Path, type(None))
+
+
+def _compared(part: Any) -> list[Field[Any]]:
+    """The fields that make a difference."""
+    return [field for field in fields(part) if field.compare]
 
 
 def alike(one: object, other: object) -> bool:
@@ -26,5 +32,5 @@ def alike(one: object, other: object) -> bool:
     if isinstance(one, tuple | list) and isinstance(other, tuple | list):
         return len(one) == len(other) and all(map(alike, one, other))
     if is_dataclass(one):
-        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in _compared(one))
     return isinstance(one, PLAIN) and one == other

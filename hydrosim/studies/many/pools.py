@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import xarray as xr
 
 from hydrosim.compiling.calm import in_waves
+from hydrosim.documents.places import locating
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.studies.many.outcome import OWN, Outcome
@@ -44,7 +45,8 @@ def outcome_of(work: Work | Exception, digest: Digest, stop: Stop) -> Outcome:
     if stop.is_set():
         return Outcome(NOT_RUN)
     try:
-        compiled = in_waves(work.calm, work.scene, work.sea)
+        with locating(work.scene.places):
+            compiled = in_waves(work.calm, work.scene, work.sea)
         run = run_compiled(compiled, watch, estimates=work.estimates)
     except KeyboardInterrupt:
         return Outcome("interrupted")

@@ -17,6 +17,7 @@ from hydrosim.compiling.refusals import check_scene
 from hydrosim.compiling.restart import before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.database.database import HydroDatabase
+from hydrosim.documents.places import locating
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.many.alike import alike
 from hydrosim.studies.many.work import Work
@@ -51,21 +52,26 @@ class Shared:
             self._made = None
             self._known.clear()
         try:
-            check_scene(scene)
-            scene = self.opened(scene)
-            drawn = sea(scene.environment)
-            self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
-            aside = self._aside(scene, drawn)
-            if self._made is None or self._made[0] != aside:
-                whole = compile_calm(scene, self._wet)
-                self._made = aside, warned_of_steps(planar(whole, drawn))
+            with locating(scene.places):
+                check_scene(scene)
+                scene = self.opened(scene)
+                drawn = sea(scene.environment)
+                made = self._compiled(scene, drawn)
         except Exception as error:
             return error
-        made = self._made[1]
         # what is read from files is read: netCDF knows no threads
         own = made.scene
         scene = replace(scene, bodies=own.bodies, initial=own.initial, solver=own.solver)
         return Work(scene, drawn, made, estimates)
+
+    def _compiled(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
+        """A scene in calm water, in the plane of symmetry that its sea leaves."""
+        self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
+        aside = self._aside(scene, drawn)
+        if self._made is None or self._made[0] != aside:
+            whole = compile_calm(scene, self._wet)
+            self._made = aside, warned_of_steps(planar(whole, drawn))
+        return self._made[1]
 
     def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""

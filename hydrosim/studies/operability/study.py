@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.case.load import load_case
+from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import Shared
@@ -112,8 +113,9 @@ def load_limits(path: Path) -> Limits:
     scene = prepared(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
-    units = check_figures(path, scene, figures)
-    check_units(path, data.bounds(), units)
+    with locating_in(path):
+        units = check_figures(path, scene, figures)
+        check_units(path, data.bounds(), units)
     limits = tuple(each.limit.value for each in data.criteria.values())
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-APART = {"title", "source"}  # of a scene: they change no number
+APART = {"title", "source", "places"}  # of a scene: they change no number
 
 
 def digest(tree: Any) -> str:

@@ -15,6 +15,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.facts import solution
 from hydrosim.compiling.restart import ACCURACY, HEADINGS, MET, started_from
+from hydrosim.documents.places import locating
 from hydrosim.errors import SimulationError
 from hydrosim.jit.refs import Held
 from hydrosim.jit.waiting import Torn, running_time
@@ -117,7 +118,8 @@ def simulate(
     if isinstance(case, Compiled):
         return run_compiled(warned_of_steps(case), progress, kept)
     if isinstance(case, Scene):
-        return simulate(compile_scene(case, in_plane=True), progress, kept)
+        with locating(case.places):
+            return simulate(compile_scene(case, in_plane=True), progress, kept)
     return simulate(prepared(case, progress), progress, kept)
 
 

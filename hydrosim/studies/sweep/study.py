@@ -13,6 +13,7 @@ figures: {crawl: {channel: position.barge.surge, statistic: end}}
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,10 +21,12 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from hydrosim.case.checks import RELATIVE
 from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem
 from hydrosim.documents.nodes import SETTING
+from hydrosim.documents.places import locating_in
 from hydrosim.documents.validate import validated
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
@@ -70,7 +73,15 @@ class Study:
 
 def read_study(path: Path) -> StudyFile:
     """The study in a YAML file; InputError says what is not valid, also what is too much."""
-    return validated(read_case(path)[1], StudyFile, _problems)
+
+    def further(data: StudyFile) -> Iterator[Problem]:
+        yield from _problems(data)
+        if not os.path.isfile(path.parent / data.case):
+            place = os.path.normpath(path.parent / data.case)
+            text = f"found no such file at {place}; expected a case file; {RELATIVE}"
+            yield Problem(("case",), text)
+
+    return validated(read_case(path)[1], StudyFile, further)
 
 
 def load_study(path: Path | str) -> Study:
@@ -81,6 +92,11 @@ def load_study(path: Path | str) -> Study:
     """
     path = Path(path)
     data = read_study(path)
+    with locating_in(path):
+        return _loaded(path, data)
+
+
+def _loaded(path: Path, data: StudyFile) -> Study:
     builder = _Builder(path, data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
     _check_once(path, _labels(data, rows))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from hydrosim.documents.places import locating_in
 from hydrosim.errors import InputError
 from hydrosim.studies.many.many import simulate_many
 from hydrosim.studies.sweep.study import DESIGN
@@ -31,8 +34,8 @@ def run_study(
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""
     file = study.inputs[0]
-    check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
-    try:
+    with locating_in(file), _named_as(f"{file}: output:"):
+        check_units(file, study.bounds, check_figures(file, study.scenes[0], study.figures))
         return simulate_many(
             study.scenes,
             output,
@@ -47,5 +50,12 @@ def run_study(
             pool=pool,
             first=study.first,
         )
+
+
+@contextmanager
+def _named_as(place: str) -> Iterator[None]:
+    """Names a ``place`` in the study file where a message names the function that is called."""
+    try:
+        yield
     except InputError as error:
-        raise InputError(str(error).replace("simulate_many:", f"{file}: output:")) from None
+        raise InputError(str(error).replace("simulate_many:", place)) from None

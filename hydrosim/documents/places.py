@@ -1,0 +1,112 @@
+"""File and line of the keys of a YAML file, for messages that name a key after the file was read.
+
+Messages name a key as "bodies.barge.mass". What computes knows keys, not files; whoever read the
+file adds the place once, where a message leaves the program.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import yaml
+from yaml.nodes import MappingNode, Node, SequenceNode
+
+from hydrosim.documents.nodes import SETTING, compose, entries, where
+from hydrosim.errors import InputError
+
+Places = Mapping[str, str]
+"""``file:line`` by dotted key, "environment.waves.0.seed"."""
+
+MOST_ITEMS = 20  # of a list: longer ones are tables of numbers
+WORD = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
+SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})((?:, \w+)*)")
+
+
+def places_of(node: Node) -> dict[str, str]:
+    """The places of all keys of a document; empty of those that the command line set."""
+    return {key: _of(mark) for key, mark in _marks(node, "")}
+
+
+def _of(mark: yaml.Mark) -> str:
+    return "" if mark.name.startswith(SETTING) else where(mark)
+
+
+def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
+    if isinstance(node, MappingNode):
+        for key, (name, value) in entries(node).items():
+            yield f"{above}{key}", name.start_mark
+            yield from _marks(value, f"{above}{key}.")
+    elif isinstance(node, SequenceNode) and len(node.value) <= MOST_ITEMS:
+        for k, item in enumerate(node.value):
+            yield f"{above}{k}", item.start_mark
+            yield from _marks(item, f"{above}{k}.")
+
+
+def located(text: str, places: Places) -> str:
+    """A message with file and line before each of its lines that names a key."""
+    return "\n".join(_located(line, places) for line in text.split("\n"))
+
+
+def _located(line: str, places: Places) -> str:
+    place = next(_named(line, places), "")
+    file = place.rpartition(":")[0]
+    if not place or place in line:
+        return line
+    return f"{place}: {line.removeprefix(f'{file}: ')}"
+
+
+def _named(line: str, places: Places) -> Iterator[str]:
+    """Places of the keys that a line is about: of dotted words that it, or what is after a colon,
+    begins with, and of the one word that it begins with; in "bodies.barge.inertia, mass" of that
+    of both which is there, or else of the mapping that they belong in."""
+    for found in SUBJECT.finditer(line):
+        key, others = found.groups()
+        if "." not in key and not line.startswith(f"{key}:"):
+            continue
+        above = key.rpartition(".")[0]
+        beside = [f"{above}.{name}" for name in others.split(", ")[1:]]
+        known = [each for each in (key, *beside, *_above(key)) if each in places]
+        yield from [places[known[0]]] if known else []
+
+
+def _above(key: str) -> Iterator[str]:
+    """The mappings that a key is in, the nearest first."""
+    while key := key.rpartition(".")[0]:
+        yield key
+
+
+@contextmanager
+def locating(places: Places) -> Iterator[None]:
+    """Adds file and line to the messages of an InputError that is raised meanwhile."""
+    try:
+        yield
+    except InputError as error:
+        text = located(str(error), places)
+        if text == str(error):
+            raise
+        raise InputError(text) from error
+
+
+@contextmanager
+def locating_in(path: Path) -> Iterator[None]:
+    """Adds the line to the messages of an InputError that begin with a ``path`` and a key of that
+    file; of a key that is a dotted name itself, as parameters of studies are, too."""
+    try:
+        yield
+    except InputError as error:
+        text = "\n".join(_in_file(line, path) for line in str(error).split("\n"))
+        raise InputError(text) from error
+
+
+def _in_file(line: str, path: Path) -> str:
+    begin = f"{path}: "
+    word = WORD.match(line, len(begin)) if line.startswith(begin) else None
+    if word is None:
+        return line
+    node = compose(path.read_text(encoding="utf-8-sig"), str(path))
+    places = places_of(node) if node else {}
+    found = [place for key, place in places.items() if f".{key}".endswith(f".{word[0]}")]
+    return f"{found[0]}: {line.removeprefix(begin)}" if found else line
