@@ -77,7 +77,7 @@ def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):
         yield radiation_verdict(own.notes.radiation_error)
-    yield Sentence("{}.", [solution(own.scene, own.facts).capitalize()])
+    yield Sentence("{}.", [_begun(solution(own.scene, own.facts))])
 
 
 def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
@@ -89,7 +89,7 @@ def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
     if not limits:
         yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
     if not compiled.method.adapts:
-        yield Sentence("{}.", [accuracy_limit(compiled, found).capitalize()])
+        yield Sentence("{}.", [_begun(accuracy_limit(compiled, found))])
 
 
 def _of_limit(limit: StepLimit, step: float) -> Verdict:
@@ -101,6 +101,11 @@ def _of_limit(limit: StepLimit, step: float) -> Verdict:
     )
     parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
     return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
+
+
+def _begun(text: str) -> str:
+    """A text with a capital at its beginning. Names in it keep theirs."""
+    return text[:1].upper() + text[1:]
 
 
 def _later(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
