@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import PurePath
 from typing import Any
 
 import yaml
@@ -80,6 +81,13 @@ def plain(text: str) -> dict[str, Any]:
     return data if ok else {}
 
 
+def file_name(text: str) -> str:
+    """Of a path the last two parts: folders of a machine mean nothing elsewhere. Other texts stay
+    as they are."""
+    path = PurePath(text)
+    return "/".join(path.parts[-2:]) if path.is_absolute() else text
+
+
 def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
     for key, (label, unit) in WATER.items():
         if key in (water or {}):
@@ -122,6 +130,8 @@ def _told(value: Any, unit: str) -> Sentence:
 
 
 def _value(value: Any, unit: str) -> Value | str:
+    if isinstance(value, str):
+        return file_name(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     return str(value) if isinstance(value, int) and not unit else Value(value, unit, DIGITS)

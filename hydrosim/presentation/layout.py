@@ -75,14 +75,20 @@ def laid_out(table: Table, units: Units) -> Laid:
 
 def decimals_of(numbers: Iterable[float], digits: int) -> int:
     """Decimals with which the largest number has so many significant ``digits``, and numbers that
-    are not `LITTLE` beside it have `FEWEST`; none for whole numbers."""
+    are not `LITTLE` beside it have `FEWEST`. Zeros at the end of all numbers are left out."""
     known = [abs(x) for x in numbers if isfinite(x) and x != 0.0]
-    if not known or all(x == round(x) and x < LARGEST for x in known):
+    if not known:
         return 0
     largest = max(known)
     smallest = min(x for x in known if x >= LITTLE * largest)
     needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, FEWEST)))
-    return min(max(needed, 0), MOST_DECIMALS)
+    most = min(max(needed, 0), MOST_DECIMALS)
+    return next(n for n in range(most + 1) if _are_exact(known, n, most))
+
+
+def _are_exact(numbers: Sequence[float], decimals: int, most: int) -> bool:
+    """Whether numbers lose nothing by fewer ``decimals`` than the ``most``."""
+    return all(abs(x - round(x, decimals)) < 0.5 * 10.0**-most for x in numbers)
 
 
 def _decimals(number: float, digits: int) -> int:

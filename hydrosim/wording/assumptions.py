@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import PurePath
 from typing import Any
 
 import xarray as xr
 
-from hydrosim.case.tables import case_tables, plain
+from hydrosim.case.tables import case_tables, file_name, plain
 from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.document import Node, Sentence, Table, warnings
 from hydrosim.presentation.figures import Code
@@ -69,14 +68,8 @@ def assumptions(run: xr.Dataset) -> Table:
 
 
 def _said(key: str, value: Any) -> str:
-    """An attribute. Of files only the last two parts of the path: folders of a machine mean nothing
-    elsewhere."""
+    """An attribute; of a file the end of its path."""
     return file_name(str(value)) if key in FILES else _shown(value)
-
-
-def file_name(path: str) -> str:
-    """The last two parts of a path."""
-    return "/".join(PurePath(path).parts[-2:])
 
 
 def _shown(value: Any) -> str:
