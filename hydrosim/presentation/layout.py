@@ -83,7 +83,7 @@ def decimals_of(numbers: Iterable[float], digits: int) -> int:
     smallest = min(x for x in known if x >= LITTLE * largest)
     needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, FEWEST)))
     most = min(max(needed, 0), MOST_DECIMALS)
-    return next(n for n in range(most + 1) if _are_exact(known, n, most))
+    return next((n for n in range(most) if _are_exact(known, n, most)), most)
 
 
 def _are_exact(numbers: Sequence[float], decimals: int, most: int) -> bool:
