@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,13 +28,13 @@ from hydrosim.errors import InputError
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
-from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
+from hydrosim.studies.many.form import Form, find_form
 from hydrosim.studies.many.garbage import collected_here
-from hydrosim.studies.many.outcome import Outcome, digested
+from hydrosim.studies.many.outcome import Outcome, digested, fitted
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.together import check_together
 from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
 from hydrosim.studies.run.simulation import prepared, simulate
 
@@ -86,8 +87,9 @@ def simulate_many(
     that. `simulate` estimates that of any run. Runs of a part of a longer set count from ``first``,
     their place in it.
 
-    All runs have one duration, one output step and the same bodies. A run that cannot go on is
-    marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
+    All runs have one duration and one output step. Names that not all runs have, of contacts,
+    elements or bodies, are padded (`hydrosim.studies.many.form`); the attribute ``runs_differ``
+    says which. A run that cannot go on is marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
     runs done until then are returned, and others marked. Raises InputError where the runs do not
     fit together or the file must not be replaced, WritingError where it cannot be written.
 
@@ -101,20 +103,24 @@ def simulate_many(
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
     digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
-    varied = {name: known[name] for name in along}
-    check_together(scenes, varied, partial(digest, start=0.0), simulate)
+    form = find_form(scenes, partial(digest, start=0.0, lenient=True), simulate)
+    if form is not None:
+        _check_found(form, [*variables, *(f.name for f in figures)], scenes[0], digest)
+        digest = partial(fitted, form=form, keep=partial(digest, lenient=True))
 
     shared = Shared()
     result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
     said = {
         "error_estimates": ESTIMATES,
+        **({} if form is None else form.attributes),
         **(attributes or {}),
         **({} if result is None else result.attributes),
     }
 
     def file_at(path: Path) -> RunsFile:
-        return RunsFile(path, len(scenes), known, list(along), mark, said)
+        coordinates = [*along, *said.get(BY_RUN, "").split()]
+        return RunsFile(path, len(scenes), known, coordinates, mark, said)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
@@ -157,7 +163,6 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
         for what, one, other in (
             ("duration", first.duration, scene.duration),
             ("output_step", first.output_step, scene.output_step),
-            ("bodies", [b.name for b in first.bodies], [b.name for b in scene.bodies]),
         ):
             if one != other:
                 raise InputError(
@@ -169,6 +174,12 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
             f"simulate_many: found start {start:g} s; expected a time well before the end of the"
             f" runs, {first.duration:g} s."
         )
+
+
+def _check_found(form: Form, names: Sequence[str], scene: Scene, keep: Callable[..., xr.Dataset]) -> None:
+    """Raises InputError where no run has a variable or a figure that is asked for."""
+    if any(name not in form.variables for name in names):
+        keep(simulate(replace(scene, duration=FEWEST * scene.output_step)), start=0.0)
 
 
 def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:

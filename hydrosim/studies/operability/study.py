@@ -114,7 +114,7 @@ def load_limits(path: Path) -> Limits:
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = check_figures(path, scene, figures)
+        units = check_figures(path, [scene], figures)
         check_units(path, data.bounds(), units)
     limits = tuple(each.limit.value for each in data.criteria.values())
     named = [data.operability.scatter, data.operability.hindcast]
