@@ -67,7 +67,8 @@ class Form(NamedTuple):
     def fitted(self, found: xr.Dataset) -> xr.Dataset:
         """What is kept of a run, with the names of all runs."""
         places = {dim: _places(found, dim, of) for dim, of in self.labels.items()}
-        sizes = {**found.sizes, **{dim: of.size for dim, of in self.labels.items()}}
+        sizes = {str(dim): size for dim, size in found.sizes.items()}
+        sizes |= {dim: of.size for dim, of in self.labels.items()}
         values = {**self.variables, **self.apart}
         data = {
             name: _spread(found.variables[name], places)
@@ -173,7 +174,8 @@ def _values_apart(layouts: Sequence[xr.Dataset]) -> set[str]:
 
 
 def _same(one: object, other: object) -> bool:
-    return one == other or (one != one and other != other)  # noqa: PLR0124 (not a number)
+    """Whether two values are equal, or both not a number."""
+    return one == other or (one != one and other != other)
 
 
 def _named(layouts: Sequence[xr.Dataset]) -> set[str]:
@@ -275,9 +277,9 @@ def _spread(variable: xr.Variable, places: Mapping[str, np.ndarray]) -> xr.Varia
     values = variable.values
     for axis, dim in enumerate(variable.dims):
         if dim in places:
-            behind = [(0, int(k == axis)) for k in range(values.ndim)]
-            values = np.pad(values, behind, constant_values=_fill(values.dtype))
-            values = values.take(places[str(dim)], axis)
+            shape = [1 if k == axis else size for k, size in enumerate(values.shape)]
+            behind = np.full(shape, _fill(values.dtype), values.dtype)
+            values = np.concatenate([values, behind], axis).take(places[str(dim)], axis)
     return xr.Variable(variable.dims, values, variable.attrs)
 
 
@@ -288,9 +290,9 @@ def _emptied(variable: xr.Variable) -> xr.Variable:
     )
 
 
-def _empty(variable: xr.Variable, sizes: Mapping[object, int]) -> xr.Variable:
+def _empty(variable: xr.Variable, sizes: Mapping[str, int]) -> xr.Variable:
     """A variable in which nothing is known."""
-    shape = [sizes[dim] for dim in variable.dims]
+    shape = [sizes[str(dim)] for dim in variable.dims]
     values = np.full(shape, _fill(variable.dtype), variable.dtype)
     return xr.Variable(variable.dims, values, variable.attrs)
 

@@ -40,13 +40,15 @@ from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import Figure
+    from hydrosim.statistics.figures import Asked
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 EVERY = 50  # runs, of which the first estimates its error: 2 % where a twin costs what a run does
 ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
 FEWEST = 4  # output times, to have statistics of
 
+Digest = Callable[..., xr.Dataset]
+"""What is kept of a run."""
 Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
 
@@ -57,7 +59,7 @@ def simulate_many(
     *,
     variables: Sequence[str] = ("position",),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[Figure] = (),
+    figures: Sequence[Asked] = (),
     attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,
@@ -89,9 +91,10 @@ def simulate_many(
 
     All runs have one duration and one output step. Names that not all runs have, of contacts,
     elements or bodies, are padded (`hydrosim.studies.many.form`); the attribute ``runs_differ``
-    says which. A run that cannot go on is marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
-    runs done until then are returned, and others marked. Raises InputError where the runs do not
-    fit together or the file must not be replaced, WritingError where it cannot be written.
+    says which. A run that cannot go on is marked "failed" and the others go on; it has no values.
+    After an interrupt from the keyboard the runs done until then are returned, and others marked.
+    Raises InputError where the runs do not fit together, where every run would be refused before
+    its first step, or where the file must not be replaced; WritingError where it cannot be written.
 
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")
@@ -176,7 +179,9 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
         )
 
 
-def _check_found(form: Form, names: Sequence[str], scene: Scene, keep: Callable[..., xr.Dataset]) -> None:
+def _check_found(
+    form: Form, names: Sequence[str], scene: Scene, keep: Callable[..., xr.Dataset]
+) -> None:
     """Raises InputError where no run has a variable or a figure that is asked for."""
     if any(name not in form.variables for name in names):
         keep(simulate(replace(scene, duration=FEWEST * scene.output_step)), start=0.0)

@@ -11,8 +11,8 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.assembled import assembled
-from hydrosim.statistics.explain import explained
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def digested(
     run: xr.Dataset,
     variables: list[str],
     start: float,
-    figures: Sequence[Figure] = (),
+    figures: Sequence[Asked] = (),
     lenient: bool = False,
 ) -> xr.Dataset:
     """What is kept of a run. Raises InputError where it has not all variables and figures that are
@@ -60,6 +60,7 @@ def digested(
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
     more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
+    results = Results(run)
     for figure in figures:
         if figure.name in more or figure.name in coords or figure.name in run:
             raise InputError(
@@ -67,13 +68,13 @@ def digested(
                 " of the runs; expected another one."
             )
         try:
-            more[figure.name] = figure_of(run, figure).variable
+            more[figure.name] = figure.of(results).variable
         except InputError:
             if not lenient:
                 raise
     kept = assembled(more, coords, attributes)
     if "impulse" in run:
-        kept = xr.merge([kept, explained(run)], join="exact", compat="equals")
+        kept = xr.merge([kept, results.why], join="exact", compat="equals")
     return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
 
 

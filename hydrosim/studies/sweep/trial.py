@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.results import Results
 from hydrosim.studies.run.simulation import simulate
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 STEPS = 4  # of output
 
 
-def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Figure]) -> dict[str, str]:
+def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Asked]) -> dict[str, str]:
     """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
     of which some may lack some; none where no scene can be run, which its own run will say. Raises
     InputError where no run has such a channel."""
@@ -39,7 +40,7 @@ def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Figure]
     return units
 
 
-def _tried(scene: Scene, figures: Sequence[Figure]) -> dict[str, str | InputError]:
+def _tried(scene: Scene, figures: Sequence[Asked]) -> dict[str, str | InputError]:
     """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
     scene cannot be run."""
     short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
@@ -48,9 +49,10 @@ def _tried(scene: Scene, figures: Sequence[Figure]) -> dict[str, str | InputErro
     except HydrosimError:
         return {}
     found: dict[str, str | InputError] = {}
+    results = Results(run)
     for figure in figures:
         try:
-            found[figure.name] = str(figure_of(run, figure).attrs["units"])
+            found[figure.name] = str(figure.of(results).attrs["units"])
         except InputError as error:
             found[figure.name] = error
     return found
