@@ -61,8 +61,9 @@ def digested(
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
     more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
     results = Results(run)
+    why = results.why if "impulse" in run else xr.Dataset()
     for figure in figures:
-        if figure.name in more or figure.name in coords or figure.name in run:
+        if any(figure.name in each for each in (more, coords, run, why)):
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
@@ -73,8 +74,8 @@ def digested(
             if not lenient:
                 raise
     kept = assembled(more, coords, attributes)
-    if "impulse" in run:
-        kept = xr.merge([kept, results.why], join="exact", compat="equals")
+    if why:
+        kept = xr.merge([kept, why], join="exact", compat="equals")
     return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
 
 
