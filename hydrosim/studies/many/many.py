@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.errors import InputError
+from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 EVERY = 50  # runs, of which the first estimates its error: 2 % where a twin costs what a run does
 ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
+TOLD = 5  # messages of runs that are refused
 FEWEST = 4  # output times, to have statistics of
 
 Digest = Callable[..., xr.Dataset]
@@ -129,6 +130,7 @@ def simulate_many(
         file = file_at(path)
         work = _Set(scenes, shared, digest, file, journal, first)
         with _closed(file), collected_here():
+            work.check_possible()
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
 
@@ -289,6 +291,23 @@ class _Set(NamedTuple):
     file: RunsFile
     journal: Journal | None
     first: int
+
+    def check_possible(self) -> None:
+        """Raises InputError where every run is refused before its first step. Nothing is looked at
+        once a run is kept, and no more than up to the first scene that can be run."""
+        if self.journal is not None and len(self.journal):
+            return
+        refused: dict[str, None] = {}
+        for scene in self.scenes:
+            work = self.shared.prepared(scene)
+            if not isinstance(work, HydrosimError):
+                return
+            refused[str(work)] = None
+        count = len(self.scenes)
+        more = [f"and {len(refused) - TOLD} more messages"] if len(refused) > TOLD else []
+        said = "\n".join([*list(refused)[:TOLD], *more])
+        whole = "The run is" if count == 1 else f"All {count} runs are"
+        raise InputError(f"{said}\n{whole} refused before the first step.")
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""

@@ -236,11 +236,18 @@ class _Builder:
         self.fixed = fixed_of(data)
         self.inputs: dict[Path, None] = {path: None}
 
-    def rows(self, name: str, plan: Plan) -> Iterator[_Row]:
+    def rows(self, name: str, plan: Plan) -> list[_Row]:
+        """The combinations of a plan. One at a time, the case itself is there once, also where it
+        is among the values of parameters."""
+        found: list[_Row] = []
         for row in designs.rows(plan, self._ends):
             case = self._case(row.settings)
+            if plan.design == "one_at_a_time" and row.varied and _is_same(found[0].case, case, row):
+                found[0].row.called.update(row.called)
+                continue
             self.inputs |= dict.fromkeys(case.inputs())
-            yield _Row(name, row, case, prepared(case))
+            found.append(_Row(name, row, case, prepared(case)))
+        return found
 
     def _case(self, settings: Mapping[str, Any]) -> Case:
         try:
@@ -263,6 +270,11 @@ class _Builder:
                 f"{', above zero' if low < high else ''}"
             )
         return low, high
+
+
+def _is_same(base: Case, case: Case, row: designs.Row) -> bool:
+    """Whether a case has the values of the ``base`` for all that a row sets."""
+    return all(at_key(base.data, key) == at_key(case.data, key) for key in row.settings)
 
 
 def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:
