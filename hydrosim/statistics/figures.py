@@ -35,6 +35,8 @@ STATISTICS: dict[str, Statistic] = {
     "largest": np.max,
     "largest_absolute": lambda x: np.abs(x).max(),
 }
+SIDE = "side"  # attribute of figures that are the largest or the smallest of something
+SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
 PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
 
 
@@ -119,7 +121,8 @@ class Figure(NamedTuple):
                 times &= ~np.isnan(means)
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
-        return xr.DataArray(number, attrs={"long_name": str(self), "units": unit})
+        side = {SIDE: SIDES[self.statistic]} if self.statistic in SIDES else {}
+        return xr.DataArray(number, attrs={"long_name": str(self), "units": unit, **side})
 
 
 def figure_of(run: xr.Dataset, figure: Asked) -> xr.DataArray:

@@ -33,6 +33,8 @@ TIMES = ("time", "duration")
 """Results that are a time: what never comes is later than any limit."""
 OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
 OF_CONTACTS["duration"] = {"group", "stage", "until"}
+LARGEST = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
+"""Results that are the largest of a run."""
 OF_MOTION = {
     "displacement": {"body", "direction", "stage"},
     "mean_force": {"body", "direction", "stage", "force"},
@@ -135,7 +137,8 @@ class StageResult:
             )
         if self.result in stages.FIGURES:
             unit = stages.FIGURES[self.result][1]
-            return _number(float(run[self.result]), unit, self)
+            number = _number(float(run[self.result]), unit, self)
+            return number.assign_attrs(side="largest") if self.result in LARGEST else number
         begin = float(run[TIME].sel(stage=self.stage))
         if self.result == "time":
             return _number(begin, "s", self)

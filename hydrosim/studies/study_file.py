@@ -151,8 +151,9 @@ class Plan(of.Strict):
 
 
 class Kept(of.Strict):
-    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on; with
-    ``impulses`` what `hydrosim explain` says of it."""
+    """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
+    also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
+    says of it."""
 
     step: of.Period | None = None
     """Time between records that are kept. Without it that of the case."""
@@ -160,6 +161,8 @@ class Kept(of.Strict):
     """Whether the impulses that hydrosim explain needs are kept."""
     variables: tuple[StrictStr, ...] = ("position",)
     """Variables of each run that are kept. Example: [position]."""
+    channels: tuple[StrictStr, ...] = ()
+    """Channels of each run that there are statistics of, or patterns. Example: [clearance.*]."""
     start: of.Instant = 0.0
     """Time from which statistics are taken."""
 

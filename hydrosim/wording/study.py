@@ -31,7 +31,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
 from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.seeds import seed_nodes, short, value_of
+from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
 
 MOST = 300
 """Rows of a table, and remarks of a list."""
@@ -108,6 +108,8 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
             yield from _of_samples(plan) if plan.design in DRAWN else _of_values(plan)
+            if plan.design not in DRAWN and "motion" in runs:
+                yield from extreme_nodes(plan)
         elif "motion" in runs:
             yield from seed_nodes(plan)
         else:

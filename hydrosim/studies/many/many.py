@@ -30,7 +30,7 @@ from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
-from hydrosim.studies.many.form import Form, find_form
+from hydrosim.studies.many.form import STEPS, Form, find_form
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import Outcome, digested, fitted
 from hydrosim.studies.many.pools import Pool, Threads
@@ -59,6 +59,7 @@ def simulate_many(
     output: Path | str | Output | None = None,
     *,
     variables: Sequence[str] = ("position",),
+    channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
     figures: Sequence[Asked] = (),
     attributes: Mapping[str, str] | None = None,
@@ -75,7 +76,8 @@ def simulate_many(
     The dataset has a dimension ``run``, in the order of the cases, and of each run
 
     * the ``variables`` chosen from its own dataset, at every output time,
-    * its `statistics` from ``start`` [s] on, `end_position`, and the time of the `first_contact`,
+    * its `statistics` from ``start`` [s] on, also of the ``channels`` that patterns fit,
+    * `end_position`, and the time of the `first_contact`,
     * the ``figures`` that are asked for,
     * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given, with the
       attributes that these have,
@@ -106,10 +108,17 @@ def simulate_many(
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
-    digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
+    digest: Digest = partial(
+        digested,
+        variables=list(variables),
+        start=start,
+        figures=tuple(figures),
+        channels=tuple(channels),
+    )
     form = find_form(scenes, partial(digest, start=0.0, lenient=True), simulate)
-    if form is not None:
+    if channels or form is not None:
         _check_found(form, [*variables, *(f.name for f in figures)], scenes[0], digest)
+    if form is not None:
         digest = partial(fitted, form=form, keep=partial(digest, lenient=True))
 
     shared = Shared()
@@ -139,6 +148,7 @@ def simulate_many(
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
     values = {name: known[name].values for name in along}
     asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    asked |= {"channels": tuple(channels)} if channels else {}
     known_as = identity(scenes, shared.opened, values, asked)
     here = folder_of(result)
     with kept(result, resume, known_as) as journal:
@@ -181,12 +191,15 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
         )
 
 
-def _check_found(
-    form: Form, names: Sequence[str], scene: Scene, keep: Callable[..., xr.Dataset]
-) -> None:
-    """Raises InputError where no run has a variable or a figure that is asked for."""
-    if any(name not in form.variables for name in names):
-        keep(simulate(replace(scene, duration=FEWEST * scene.output_step)), start=0.0)
+def _check_found(form: Form | None, names: Sequence[str], scene: Scene, keep: Digest) -> None:
+    """Raises InputError where no run has what is asked for."""
+    if form is None or any(name not in form.variables for name in names):
+        short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
+        try:
+            run = simulate(short)
+        except HydrosimError:  # its own run will say it
+            return
+        keep(run, start=0.0)
 
 
 def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
@@ -11,6 +12,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.assembled import assembled
+from hydrosim.results.channels import chosen, names
 from hydrosim.statistics.figures import Asked
 from hydrosim.statistics.results import Results
 from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
@@ -45,16 +47,17 @@ def digested(
     variables: list[str],
     start: float,
     figures: Sequence[Asked] = (),
+    channels: Sequence[str] = (),
     lenient: bool = False,
 ) -> xr.Dataset:
-    """What is kept of a run. Raises InputError where it has not all variables and figures that are
-    asked for; a ``lenient`` one leaves out what it does not have."""
+    """What is kept of a run. Raises InputError where it has not all variables, figures and
+    ``channels`` (patterns) that are asked for; a ``lenient`` one leaves out what it has not."""
     unknown = [name for name in variables if name not in run]
     variables = [name for name in variables if name in run] if lenient else variables
     if unknown and not lenient:
         known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
-    found, coords, attributes = columns(run, start)
+    found, coords, attributes = columns(run, start, None, _chosen(run, channels, lenient))
     found = {name: of for name, of in found.items() if not name.endswith(RECORDED)}
     more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
     if "fender" in run.dims:
@@ -77,6 +80,16 @@ def digested(
     if why:
         kept = xr.merge([kept, why], join="exact", compat="equals")
     return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
+
+
+def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:
+    """The channels of a run that patterns fit."""
+    if not patterns:
+        return []
+    known = names(run)
+    if lenient:
+        patterns = [pattern for pattern in patterns if fnmatch.filter(known, pattern)]
+    return chosen(known, patterns, "output.channels")
 
 
 def fitted(run: xr.Dataset, form: Form, keep: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:

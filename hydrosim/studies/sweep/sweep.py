@@ -42,6 +42,7 @@ def run_study(
             study.scenes,
             output,
             variables=study.kept.variables,
+            channels=study.kept.channels,
             labels=study.labels,
             figures=study.figures,
             attributes={DESIGN: study.design},
