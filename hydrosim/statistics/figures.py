@@ -75,6 +75,15 @@ class Asked(Protocol):
     def at_least(self) -> bool:
         """Whether a limit is the least that it may be, unless said otherwise."""
 
+    @property
+    def is_even(self) -> bool:
+        """Whether it is the same of a scene and of its mirror image about the x axis, if it is of
+        no channel."""
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The groups of contacts or force elements that it is of, if it is of no channel."""
+
     def of(self, results: Results) -> xr.DataArray:
         """The number, with its unit."""
 
@@ -98,6 +107,16 @@ class Figure(NamedTuple):
     def late_if_missing(self) -> bool:
         """Whether a run without it has not come to it yet."""
         return False
+
+    @property
+    def is_even(self) -> bool:
+        """That depends on the channel."""
+        return False
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """It is of a channel."""
+        return ()
 
     @property
     def at_least(self) -> bool:

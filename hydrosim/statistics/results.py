@@ -106,6 +106,12 @@ class StageResult:
     statistic: ClassVar[str] = ""
     start: ClassVar[float] = 0.0
     needs_impulses: ClassVar[bool] = False
+    is_even: ClassVar[bool] = True
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The group of contacts that it is of, if one is named."""
+        return () if self.group is None else (self.group,)
 
     @property
     def late_if_missing(self) -> bool:
@@ -168,6 +174,16 @@ class WhyResult:
     needs_impulses: ClassVar[bool] = True
     late_if_missing: ClassVar[bool] = False
     at_least: ClassVar[bool] = False
+
+    @property
+    def is_even(self) -> bool:
+        """Whether it is the same of a scene and of its mirror image about the x axis."""
+        return self.direction != "sway"
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The group of contacts, or the force, that it is of."""
+        return tuple(name for name in (self.group, self.force) if name is not None)
 
     def __str__(self) -> str:
         text = self.result.replace("_", " ")

@@ -17,6 +17,7 @@ from hydrosim.errors import InputError
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.unfinished import identity
+from hydrosim.studies.operability.mirrored import with_other_side
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
@@ -151,7 +152,7 @@ def limits_of(
             table.add_spectral(at, sea, about)
         else:
             table.add_searched(at, sea, trials)
-    found = table.dataset()
+    found = with_other_side(table.dataset(), study.scene, study.figures, study.swells)
     found.attrs.update(study.scene.source)
     found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
     found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
