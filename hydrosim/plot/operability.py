@@ -45,7 +45,8 @@ def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
     """Limits over the peak period. A sea without a limit within the heights has no point on a line
     but a mark at the first or the last height; lines that are the same are drawn once."""
     sides: set[str] = set()
-    for k, (label, at) in enumerate(distinct_lines(found)):
+    lines = distinct_lines(found)
+    for k, (label, at) in enumerate(lines):
         colour = COLOURS[k % len(COLOURS)]
         period = at.peak_period.values
         side = np.array([side_of(float(limit), found) for limit in at.limit.values])
@@ -57,11 +58,12 @@ def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
         for name in names:
             of = at.governing.values == name
             axis.plot(period[of], limit[of], MARKS[names.index(name) % len(MARKS)], color=colour)
+        size = 6.0 + 3.0 * (len(lines) - k)
         for which, mark in NO_LIMIT.items():
             of = side == which
             sides |= {which} if of.any() else set()
             place = np.full(of.sum(), found.attrs[ATTRIBUTES[which]])
-            axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=9)
+            axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=size)
     for name in names:
         mark = MARKS[names.index(name) % len(MARKS)]
         axis.plot([], [], mark, color="0.3", label=f"governed by {name}")

@@ -315,21 +315,26 @@ def _remarks(
         for trial, count in kept:
             own = trial[dim].values.tolist() if dim in trial.dims else []
             having.update(dict.fromkeys(own, count))
-        some = [f"{label} in {n} of {runs} runs" for label, n in having.items() if n < runs]
-        more = ["..."] if len(some) > SHOWN else []
-        yield (
-            f"{dim}: not all runs have the same names: {', '.join([*some[:SHOWN], *more])}."
-            f" {dim}{IN_RUN} says which run has which"
-        )
+        some: dict[int, list[str]] = {}
+        for label, n in having.items():
+            if n < runs:
+                some.setdefault(n, []).append(str(label))
+        each = (f"{_few(names)} in {n} of {runs} runs" for n, names in some.items())
+        yield f"{dim}: {'; '.join(each)} ({dim}{IN_RUN} says which run has which)"
     dims = {name: of.dims for trial, _ in kept for name, of in trial.data_vars.items()}
     alone = [name for name in lacking if not {*dims[name]} & {*labels}]
     for name in alone:
         n = sum(count for trial, count in kept if name in trial)
-        yield f"{name}: {n} of {runs} runs have it, and others have no value of it"
+        yield f"{name}: in {n} of {runs} runs"
+
+
+def _few(names: Sequence[str]) -> str:
+    """Names in words, no more than `SHOWN` of them."""
+    return ", ".join([*names[:SHOWN], *(["..."] if len(names) > SHOWN else [])])
 
 
 def _of_values(apart: Mapping[str, object], left_out: Sequence[str]) -> Iterator[str]:
     for name in apart:
-        yield f"{name}: runs have other values, so it has one for each run"
+        yield f"{name}: a value for each run, as they differ"
     for name in left_out:
         yield f"{name}: left out, as runs contradict each other in it"
