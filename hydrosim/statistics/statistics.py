@@ -255,7 +255,7 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) 
         if means is None:
             continue
         recorded[k] = figures[k, NAMES.index("mean")]
-        size = max(int(PART * means.size), 1)
+        size = max(int(PART * means.size), 2)  # the first mean is not known
         parts = {"mean": means, "first_mean": means[:size], "last_mean": means[-size:]}
         for which, part in parts.items():
             figures[k, NAMES.index(which)] = np.nanmean(part)

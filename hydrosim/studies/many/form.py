@@ -48,7 +48,8 @@ class Form(NamedTuple):
     """What the runs of a set have: all ``labels`` of dimensions that they do not share; the
     coordinates ``beside`` these that all agree on; the coordinates ``apart`` that have a value for
     each run, with their dimensions; coordinates that are ``left_out``; all ``variables``, empty, in
-    their order; dimensions that are ``named``; and what differs, in words."""
+    their order; dimensions that are ``named``; what differs, in words; and the ``channels`` of
+    which there are statistics."""
 
     labels: Mapping[str, np.ndarray]
     beside: Mapping[str, xr.Variable]
@@ -57,6 +58,7 @@ class Form(NamedTuple):
     variables: Mapping[str, xr.Variable]
     named: tuple[str, ...]
     remarks: tuple[str, ...]
+    channels: tuple[str, ...]
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -226,7 +228,9 @@ def _merged(
     names = tuple(dim for dim in labels if dim in named)
     remarks = (*_remarks(kept, labels, names, lacking), *_of_values(own, left_out))
     every = {name: variables[name] for name in order}
-    return Form(labels, beside, own, tuple(left_out), every, names, remarks)
+    known = [trial.channel.values.tolist() for trial in each if "channel" in trial.coords]
+    channels = tuple(dict.fromkeys(name for own_names in known for name in own_names))
+    return Form(labels, beside, own, tuple(left_out), every, names, remarks, channels)
 
 
 def _all_labels(each: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ run by run in the order of the cases, whatever the order in which they finish.
 
 from __future__ import annotations
 
+import fnmatch
 import gc
 import os
 from collections import deque
@@ -116,8 +117,8 @@ def simulate_many(
         channels=tuple(channels),
     )
     form = find_form(scenes, partial(digest, start=0.0, lenient=True), simulate)
-    if channels or form is not None:
-        _check_found(form, [*variables, *(f.name for f in figures)], scenes[0], digest)
+    if not _has_all(form, [*variables, *(f.name for f in figures)], channels):
+        _check_found(scenes[0], digest)
     if form is not None:
         digest = partial(fitted, form=form, keep=partial(digest, lenient=True))
 
@@ -191,15 +192,22 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
         )
 
 
-def _check_found(form: Form | None, names: Sequence[str], scene: Scene, keep: Digest) -> None:
-    """Raises InputError where no run has what is asked for."""
-    if form is None or any(name not in form.variables for name in names):
-        short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
-        try:
-            run = simulate(short)
-        except HydrosimError:  # its own run will say it
-            return
-        keep(run, start=0.0)
+def _has_all(form: Form | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
+    """Whether some run has what is asked for, as far as it is known before the first."""
+    if form is None:
+        return not patterns
+    fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
+    return all(fits) and all(name in form.variables for name in names)
+
+
+def _check_found(scene: Scene, keep: Digest) -> None:
+    """Raises InputError where a few steps of a scene do not have what is asked for."""
+    short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
+    try:
+        run = simulate(short)
+    except HydrosimError:  # its own run will say it
+        return
+    keep(run, start=0.0)
 
 
 def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
