@@ -140,7 +140,6 @@ def simulate_many(
         file = file_at(path)
         work = _Set(scenes, shared, digest, file, journal, first)
         with _closed(file), collected_here():
-            work.check_possible()
             _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
         return path
 
@@ -277,6 +276,7 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
 
     pool.begin(len(work.scenes))
     try:
+        work.check_possible()
         for run, scene in enumerate(work.scenes):
             raise_if_interrupted()
             pending.append((run, work.begun(run, scene, pool)))
