@@ -22,9 +22,9 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
+from hydrosim.statistics.headings import SAID as SIDES
+from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import WIDEST
-from hydrosim.studies.operability.mirrored import SAID as SIDES
-from hydrosim.studies.operability.mirrored import image_of, without_images
 from hydrosim.wording.assumptions import case_nodes
 from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
 

@@ -18,18 +18,15 @@ from hydrosim.compiling.symmetry import not_mirrored, plane_of
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Scene
+from hydrosim.statistics.headings import MIRRORED, NEAR, SAID, images_of
 
 if TYPE_CHECKING:
     from hydrosim.statistics.figures import Asked
     from hydrosim.studies.operability.seas import Swell
 
-MIRRORED = "mirrored"  # attribute: the headings [rad] whose limits are those to the other side
-SAID = "mirror"  # attribute: why limits are mirrored, or why not, in words
 EVEN = ("end_absolute", "std", "largest_absolute")
 """Statistics that do not know the sign of what they are of."""
 MOTIONS = ("position", "velocity", "acceleration")
-TURN = 2.0 * np.pi
-NEAR = 1e-6  # rad
 
 
 def with_other_side(
@@ -38,7 +35,7 @@ def with_other_side(
     """The limits ``found`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
     headings = found.heading.values
-    images = _images(headings)
+    images = images_of(headings)
     if not images:
         return found
     reasons = [*_sides_told_apart(figures, swells, scene), *_of_scene(scene, headings)]
@@ -55,36 +52,6 @@ def with_other_side(
         " without runs of their own."
     )
     return both.assign_attrs({SAID: text, MIRRORED: np.sort([at for _, at in images])})
-
-
-def without_images(found: xr.Dataset) -> xr.Dataset:
-    """The limits without those to the other side."""
-    images = np.atleast_1d(found.attrs.get(MIRRORED, []))
-    own = [k for k, at in enumerate(found.heading.values) if not np.any(images == at)]
-    return found.isel(heading=own)
-
-
-def image_of(heading: float, found: xr.Dataset) -> float | None:
-    """The heading [rad] to the other side whose limits are those of this one."""
-    for at in np.atleast_1d(found.attrs.get(MIRRORED, [])):
-        if _apart(float(at), -heading) < NEAR:
-            return float(at)
-    return None
-
-
-def _images(headings: np.ndarray) -> list[tuple[float, float]]:
-    """Headings, and those to their other sides that are not among them, within one turn."""
-    first = float(headings[0])
-    found = []
-    for heading in headings.tolist():
-        if all(_apart(-heading, other) > NEAR for other in headings.tolist()):
-            found.append((heading, first + (-heading - first) % TURN))
-    return found
-
-
-def _apart(one: float, other: float) -> float:
-    """How far two directions are apart [rad]."""
-    return abs((one - other + np.pi) % TURN - np.pi)
 
 
 def _sides_told_apart(

@@ -17,8 +17,9 @@ from moored_barge import CASES
 from hydrosim.plot.operability import _panel
 from hydrosim.scene import Scene
 from hydrosim.statistics.figures import Figure as Asked
+from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.results import StageResult, WhyResult
-from hydrosim.studies.operability.mirrored import image_of, with_other_side, without_images
+from hydrosim.studies.operability.mirrored import with_other_side
 from hydrosim.studies.operability.seas import Swell
 from hydrosim.studies.operability.study import limits_of, load_limits
 from hydrosim.studies.operability.trials import Trials
