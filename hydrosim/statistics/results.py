@@ -125,8 +125,8 @@ class StageResult:
 
     def __str__(self) -> str:
         text = self.result.replace("_", " ")
-        stage = f" of {self.stage}" if self.stage else ""
-        until = f" until {self.until}" if self.until else ""
+        stage = f' of the stage "{self.stage}"' if self.stage else ""
+        until = f' until "{self.until}"' if self.until else ""
         return f"{text}{stage}{until}{_of(self.group)}"
 
     def of(self, results: Results) -> xr.DataArray:

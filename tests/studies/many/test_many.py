@@ -262,7 +262,7 @@ def test_scenes_are_alike_entry_by_entry() -> None:
 def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) -> None:
     """No seed and no value is run. The message has how many runs there are."""
     done: list[int] = []
-    steps = [replace(s, solver=replace(s.solver, step=10.0)) for s in seeds(1, 2, 3)]
+    steps = [replace(s, solver=replace(s.solver, step=0.5)) for s in seeds(1, 2, 3)]
     refusing = [replace(s, solver=replace(s.solver, unstable=Unstable.ERROR)) for s in steps]
     with pytest.raises(hs.InputError, match="All 3 runs are refused before") as caught:
         hs.simulate_many(refusing, tmp_path / "runs.nc", progress=lambda n, _: done.append(n))
