@@ -152,7 +152,9 @@ def limits_of(
             table.add_spectral(at, sea, about)
         else:
             table.add_searched(at, sea, trials)
-    found = with_other_side(table.dataset(), study.scene, study.figures, study.swells)
+    found = table.dataset()
+    if study.wanted.headings:
+        found = with_other_side(found, study.scene, study.figures, study.swells)
     found.attrs.update(study.scene.source)
     found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
     found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
