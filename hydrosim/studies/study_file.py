@@ -242,13 +242,13 @@ class OfStages(of.Strict):
     result: RESULT_NAMES
     """Result of stages, or of what hydrosim explain says. Example: recontact_force."""
     group: StrictStr | None = None
-    """Group of contacts. Without it the only one."""
+    """Group of contacts. Without it the only one. Example: legs."""
     stage: STAGE_NAMES | None = None
     """Stage that the result is of. Without it the whole run."""
     until: STAGE_NAMES | None = None
     """Stage at which a duration ends."""
     body: StrictStr | None = None
-    """Body that moves. Without it the only one."""
+    """Body that moves. Without it the only one. Example: barge."""
     direction: Literal["surge", "sway", "heave"] | None = None
     """Direction of a motion or a force. Without it surge."""
     force: StrictStr | None = None
