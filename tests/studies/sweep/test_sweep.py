@@ -318,7 +318,7 @@ def test_several_studies_of_one_file_with_tables_and_pictures(
     table = Path("runs.csv").read_text().splitlines()
     assert len(table) == 2 + 4
     assert table[2].startswith("one,7,,crawl,m,2,")
-    assert "low crawl" in " ".join(result.out.split())
+    assert "crawl low" in " ".join(result.out.split())
 
 
 def test_seeds_need_waves(tmp_path: Path) -> None:
