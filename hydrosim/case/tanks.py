@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.active import Event
+from hydrosim.case.elements.active import AtTime, Event
 from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.mesh_keys import Axes, Scale
@@ -205,11 +205,14 @@ class LevelReached(Strict):
 def _form(value: object) -> str:
     if isinstance(value, Event) or (isinstance(value, dict) and "channel" in value):
         return "event"
+    if isinstance(value, AtTime) or (isinstance(value, dict) and "time" in value):
+        return "mapping"
     return "level" if isinstance(value, dict | LevelReached) else "time"
 
 
 When = Annotated[
     Annotated[of.Instant, Tag("time")]
+    | Annotated[AtTime, Tag("mapping")]
     | Annotated[LevelReached, Tag("level")]
     | Annotated[Event, Tag("event")],
     Discriminator(_form),
@@ -235,6 +238,12 @@ class Pump(Strict):
     def build(self, name: str) -> scene.Pump:
         """As a scene has it."""
         source, target = (None if end == SEA else end for end in (self.source, self.target))
-        start = self.start if isinstance(self.start, float | int) else self.start.build()
-        stop = self.stop.build() if isinstance(self.stop, LevelReached | Event) else self.stop
-        return scene.Pump(name, self.rate, source, target, start, stop)
+        start, stop = (_end(end) for end in (self.start, self.stop))
+        return scene.Pump(name, self.rate, source, target, 0.0 if start is None else start, stop)
+
+
+def _end(end: Any) -> Any:
+    """A start or a stop as a scene has it."""
+    if isinstance(end, AtTime):
+        return end.time
+    return end.build() if isinstance(end, LevelReached | Event) else end

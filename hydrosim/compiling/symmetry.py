@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import linalg
@@ -92,6 +92,43 @@ def wave_asymmetries(
             for name, db in group.alone.items():
                 if name in wanted:
                     yield from _wave_loads_aside(db, wanted[name], headings)
+
+
+def plane_of(scene: Scene) -> float:
+    """y of the vertical plane of the first body."""
+    return _plane(scene.bodies[0])
+
+
+def not_mirrored(calm: Compiled, headings: np.ndarray) -> list[str]:
+    """Why a scene in waves to -b is not the mirror image of that in waves to b, in words, for some
+    of the ``headings`` b [rad]; nothing if it is for all of them."""
+    found = list(_asymmetries(calm, ()))
+    aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.facts.layout.moving()}
+    state = calm.state
+    leads = np.array([*aside.values()])
+    if np.any(np.abs(state.y[: leads.size][leads]) > NEAR):
+        found.append("the state at the start")
+    elif not _mirrored(calm.model, state):
+        found.append("the contacts at the start")
+    for group in each_database(calm.wet):
+        for name, db in group.alone.items():
+            if _load_differs(db, headings):
+                found.append(f"first-order loads or mean drift on {name} ({db.source})")
+    return found
+
+
+def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
+    """Whether waves to both sides load a hull otherwise than as mirror images."""
+    there, back = (_probe(db.frequency, sign * headings) for sign in (1.0, -1.0))
+    tables: dict[Any, Any] = {excitation_at: db.excitation, mean_drift_at: db.mean_drift}
+    for loads_at, table in tables.items():
+        if table is None:
+            continue
+        one, other = (loads_at(db, each.heading, each.omega) for each in (there, back))
+        largest = np.abs(np.asarray(table)).reshape(-1, 2, 3).max(axis=(0, 2)).repeat(3)
+        if np.any(np.abs(one - MIRROR_SIGN * other) > SMALL * largest):
+            return True
+    return False
 
 
 def _asymmetries(calm: Compiled, sea: Sequence[Components]) -> Iterator[str]:

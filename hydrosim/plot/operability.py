@@ -12,8 +12,15 @@ from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
 from hydrosim.plot.styles import COLOURS
+from hydrosim.wording.limits import distinct_lines, side_of
 
 MARKS = "osD^vP*X"
+STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)))
+"""Of lines after each other, so that one under another is seen."""
+NO_LIMIT = {"below": "v", "above": "^"}
+"""Marks of seas whose limit is on a side of the heights."""
+ATTRIBUTES = {"below": "lowest", "above": "highest"}
+ENDS = ("limit", "low", "high")
 SIZE = (7.5, 3.6)  # inches of a panel
 
 
@@ -35,21 +42,34 @@ def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
 
 
 def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
-    lines = [(swell, heading) for swell in found.swell.values for heading in found.heading.values]
-    for k, (swell, heading) in enumerate(lines):
-        at, colour = found.sel(swell=swell, heading=heading), COLOURS[k % len(COLOURS)]
-        period, limit = at.peak_period.values, at.limit.values
-        top = np.minimum(at.high.values, found.attrs["highest"]) if found.attrs["runs"] else limit
-        label = f"waves to {np.degrees(float(heading)):g}°"
-        label += "" if swell == "none" else f", swell {swell}"
-        axis.fill_between(period, at.low.values, top, color=colour, alpha=0.15)
-        axis.plot(period, limit, color=colour, label=label)
+    """Limits over the peak period. A sea without a limit within the heights has no point on a line
+    but a mark at the first or the last height; lines that are the same are drawn once."""
+    sides: set[str] = set()
+    lines = distinct_lines(found)
+    for k, (label, at) in enumerate(lines):
+        colour = COLOURS[k % len(COLOURS)]
+        period = at.peak_period.values
+        side = np.array([side_of(float(limit), found) for limit in at.limit.values])
+        limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in ENDS)
+        top = np.minimum(high, found.attrs["highest"]) if found.attrs["runs"] else limit
+        axis.fill_between(period, low, top, color=colour, alpha=0.15)
+        style = STYLES[k % len(STYLES)]
+        axis.plot(period, limit, color=colour, linestyle=style, label=f"waves {label}")
         for name in names:
             of = at.governing.values == name
             axis.plot(period[of], limit[of], MARKS[names.index(name) % len(MARKS)], color=colour)
+        size = 6.0 + 3.0 * (len(lines) - k)
+        for which, mark in NO_LIMIT.items():
+            of = side == which
+            sides |= {which} if of.any() else set()
+            place = np.full(of.sum(), found.attrs[ATTRIBUTES[which]])
+            axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=size)
     for name in names:
         mark = MARKS[names.index(name) % len(MARKS)]
         axis.plot([], [], mark, color="0.3", label=f"governed by {name}")
+    for which in sorted(sides):
+        label = f"no limit: {which} the heights"
+        axis.plot([], [], NO_LIMIT[which], color="0.3", fillstyle="none", label=label)
     axis.set_ylabel("significant height [m]")
     axis.set_ylim(bottom=0.0)
     axis.grid(alpha=0.3)

@@ -12,7 +12,15 @@ from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
 from hydrosim.results.journal import FIRST, KNOWN, RUNS, entries, first_of, form_of, is_earlier
-from hydrosim.results.runs_file import COMPLETE, LARGE, MISSING, RUN, in_common, open_runs
+from hydrosim.results.runs_file import (
+    BY_RUN,
+    COMPLETE,
+    LARGE,
+    MISSING,
+    RUN,
+    in_common,
+    open_runs,
+)
 
 PARTIAL = ".partial"
 GATHERED = "gathered"  # attribute of runs that are not all in: what is, in words
@@ -108,7 +116,9 @@ def _gathered(
     found = known.assign({name: known[name].copy(data=text) for name, text in texts.items()})
     parts = {name: ((RUN, *first[name].dims), _values(table[name])) for name in small}
     found = found.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
-    return found.assign_coords(first.coords).assign_attrs({**(common or {}), GATHERED: said})
+    by_run = [name for name in str(known.attrs.get(BY_RUN, "")).split() if name in small]
+    found = found.assign_coords(first.coords).set_coords(by_run)
+    return found.assign_attrs({**(common or {}), GATHERED: said})
 
 
 def _values(column: np.ndarray) -> np.ndarray:

@@ -17,6 +17,9 @@ RUN = "run"
 NOT_RUN = "not run"
 COMPLETE = "complete"
 MISSING = -1  # whole numbers of runs that have none
+IN_RUN = "_in_run"  # ends the name of a coordinate that says which names a run has
+DIFFER = "runs_differ"  # attribute: what not all runs have, in words, a line each
+BY_RUN = "by_run"  # attribute: coordinates that have a value for each run
 LARGE = 1024  # values of a run from which on they are stored apart from those of other runs
 # runs that are written at once, or as many as have so many bytes
 BLOCK = 256

@@ -16,14 +16,9 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
     names = modes.attrs["flag_meanings"].split()
     share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
-    each = list(Phase)
-    crawl = [[_moved(run, of == one) for one in each] for of in phase]
-    span = np.ptp(run.time.values)
-    time = np.array([[np.mean(of == one) * span for one in each] for of in phase])
-    phases = {
-        "contact_group": run.contact_group,
-        "phase": [one.name.lower().replace("_", " ") for one in each],
-    }
+    crawl = [[_moved(run, of == one) for one in Phase] for of in phase]
+    durations = phase_durations(run)
+    phases = {name: durations[name] for name in durations.dims}
     return {
         "fender_share": xr.DataArray(
             share,
@@ -34,7 +29,7 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
         "fender_slipped": run.fender_slip_distance.isel(time=-1, drop=True).assign_attrs(
             _said("distance slipped", "m")
         ),
-        "phase_duration": xr.DataArray(time, phases, tuple(phases), attrs=_said("duration", "s")),
+        "phase_duration": durations,
         "phase_crawl": xr.DataArray(
             np.array(crawl),
             {**phases, "body": run.body, "axis": ["x", "y"]},
@@ -42,6 +37,16 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             attrs=_said("slow displacement from beginning to end", "m"),
         ),
     }
+
+
+def phase_durations(run: xr.Dataset) -> xr.DataArray:
+    """How long each group of contacts is in each phase [s] (contact_group, phase)."""
+    phase = run.contact_phase.transpose("contact_group", "time").values
+    span = np.ptp(run.time.values)
+    time = np.array([[np.mean(of == one) * span for one in Phase] for of in phase])
+    names = [one.name.lower().replace("_", " ") for one in Phase]
+    phases = {"contact_group": run.contact_group, "phase": names}
+    return xr.DataArray(time, phases, tuple(phases), attrs=_said("duration", "s"))
 
 
 def crawl(run: xr.Dataset) -> xr.DataArray:

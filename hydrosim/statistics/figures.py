@@ -6,12 +6,14 @@ mean                    of the values recorded; of a force, by its impulse where
 std                     of the values recorded
 smallest, largest       of the values recorded
 largest_absolute        how far from zero at most
+
+What is no statistic of a channel is in `hydrosim.statistics.results`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
@@ -20,6 +22,7 @@ from hydrosim.errors import InputError
 from hydrosim.results.channels import series
 from hydrosim.results.phases import Phase
 from hydrosim.statistics.means import means_between_records
+from hydrosim.statistics.results import Results
 
 Statistic = Callable[[np.ndarray], float]
 STATISTICS: dict[str, Statistic] = {
@@ -32,7 +35,57 @@ STATISTICS: dict[str, Statistic] = {
     "largest": np.max,
     "largest_absolute": lambda x: np.abs(x).max(),
 }
+SIDE = "side"  # attribute of figures that are the largest or the smallest of something
+SIDES = {"largest": "largest", "largest_absolute": "largest", "smallest": "smallest"}
 PHASES = {phase.name.lower().replace("_", " "): phase for phase in Phase}
+
+
+class Asked(Protocol):
+    """A number that is asked of each run, under a ``name``."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def channel(self) -> str:
+        """The channel that it is of, "" if of none."""
+
+    @property
+    def statistic(self) -> str:
+        """The statistic of the channel, "" if of none."""
+
+    @property
+    def phase(self) -> str | None:
+        """The phase of the operation that it is of, if not of all times."""
+
+    @property
+    def start(self) -> float:
+        """The time [s] from which on it is taken."""
+
+    @property
+    def needs_impulses(self) -> bool:
+        """Whether a run must record impulses."""
+
+    @property
+    def late_if_missing(self) -> bool:
+        """Whether a run without it has not come to it yet."""
+
+    @property
+    def at_least(self) -> bool:
+        """Whether a limit is the least that it may be, unless said otherwise."""
+
+    @property
+    def is_even(self) -> bool:
+        """Whether it is the same of a scene and of its mirror image about the x axis, if it is of
+        no channel."""
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The groups of contacts or force elements that it is of, if it is of no channel."""
+
+    def of(self, results: Results) -> xr.DataArray:
+        """The number, with its unit."""
 
 
 class Figure(NamedTuple):
@@ -45,24 +98,55 @@ class Figure(NamedTuple):
     phase: str | None = None
     start: float = 0.0
 
+    @property
+    def needs_impulses(self) -> bool:
+        """Whether a run must record impulses."""
+        return False
+
+    @property
+    def late_if_missing(self) -> bool:
+        """Whether a run without it has not come to it yet."""
+        return False
+
+    @property
+    def is_even(self) -> bool:
+        """That depends on the channel."""
+        return False
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """It is of a channel."""
+        return ()
+
+    @property
+    def at_least(self) -> bool:
+        """Whether a limit is the least that it may be, unless said otherwise."""
+        return self.statistic == "smallest"
+
     def __str__(self) -> str:
         text = f"{self.statistic.replace('_', ' ')} of {self.channel}"
         return f"{text} while {self.phase}" if self.phase else text
 
+    def of(self, results: Results) -> xr.DataArray:
+        """The number, with its unit; NaN where the run is never in that phase. Raises InputError
+        where the run has no such channel or no contacts whose phases there could be."""
+        run = results.run
+        values, unit = series(run, self.channel)
+        times = _times(run, self)
+        if self.statistic == "mean":
+            means = means_between_records(run, self.channel, values)
+            if means is not None:
+                values = means
+                times &= ~np.isnan(means)
+        within = values[times]
+        number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
+        side = {SIDE: SIDES[self.statistic]} if self.statistic in SIDES else {}
+        return xr.DataArray(number, attrs={"long_name": str(self), "units": unit, **side})
 
-def figure_of(run: xr.Dataset, figure: Figure) -> xr.DataArray:
-    """The number, with its unit; NaN where the run is never in that phase. Raises InputError where
-    the run has no such channel or no contacts whose phases there could be."""
-    values, unit = series(run, figure.channel)
-    times = _times(run, figure)
-    if figure.statistic == "mean":
-        means = means_between_records(run, figure.channel, values)
-        if means is not None:
-            values = means
-            times &= ~np.isnan(means)
-    within = values[times]
-    number = float(STATISTICS[figure.statistic](within)) if within.size else np.nan
-    return xr.DataArray(number, attrs={"long_name": str(figure), "units": unit})
+
+def figure_of(run: xr.Dataset, figure: Asked) -> xr.DataArray:
+    """The number that is asked of a run, with its unit."""
+    return figure.of(Results(run))
 
 
 def _times(run: xr.Dataset, figure: Figure) -> np.ndarray:

@@ -51,6 +51,7 @@ EVEN = 1e-6  # of a step
 FEWEST = 4  # values of a phase, records of a run
 MOTION = ("body", "dof")
 NAMED = "named"  # of those that are asked for by name
+RECORDED = "_recorded_mean"  # ends the name of a variable that not every run has
 OWN = {  # coordinates of statistics
     "statistic": NAMES,
     "side": SIDES,
@@ -254,7 +255,7 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) 
         if means is None:
             continue
         recorded[k] = figures[k, NAMES.index("mean")]
-        size = max(int(PART * means.size), 1)
+        size = max(int(PART * means.size), 2)  # the first mean is not known
         parts = {"mean": means, "first_mean": means[:size], "last_mean": means[-size:]}
         for which, part in parts.items():
             figures[k, NAMES.index(which)] = np.nanmean(part)
@@ -263,7 +264,7 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Found) 
     if np.isnan(recorded).all():
         return {}
     said = {**said, "long_name": "mean of the records, where impulses have another"}
-    return {f"{kind}_recorded_mean": (dims[:-1], recorded, said)}
+    return {f"{kind}{RECORDED}": (dims[:-1], recorded, said)}
 
 
 def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:

@@ -20,7 +20,18 @@ from pydantic import (
 
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
+from hydrosim.results.stages import STAGES
+from hydrosim.statistics.explain import PARTS, PHASES, WHOLE
 from hydrosim.statistics.figures import STATISTICS, Figure
+from hydrosim.statistics.results import (
+    KEYS,
+    NEEDED,
+    OF_CONTACTS,
+    SPANS,
+    STEPS,
+    StageResult,
+    WhyResult,
+)
 from hydrosim.studies.operability_file import Operability
 
 SPAN = re.compile(r"(\d+)\s*-\s*(\d+)", re.ASCII)
@@ -140,8 +151,9 @@ class Plan(of.Strict):
 
 
 class Kept(of.Strict):
-    """What is kept of each run: ``variables`` every ``step``, statistics ``start`` [s] on; with
-    ``impulses`` what `hydrosim explain` says of it."""
+    """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
+    also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
+    says of it."""
 
     step: of.Period | None = None
     """Time between records that are kept. Without it that of the case."""
@@ -149,6 +161,8 @@ class Kept(of.Strict):
     """Whether the impulses that hydrosim explain needs are kept."""
     variables: tuple[StrictStr, ...] = ("position",)
     """Variables of each run that are kept. Example: [position]."""
+    channels: tuple[StrictStr, ...] = ()
+    """Channels of each run that there are statistics of, or patterns. Example: [clearance.*]."""
     start: of.Instant = 0.0
     """Time from which statistics are taken."""
 
@@ -157,11 +171,57 @@ PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
 STATISTIC_NAMES = Literal[
     "end", "end_absolute", "change", "mean", "std", "smallest", "largest", "largest_absolute"
 ]
-assert set(STATISTIC_NAMES.__args__) == set(STATISTICS)  # type: ignore[attr-defined]
+RESULT_NAMES = Literal[
+    "closings",
+    "closing_speed",
+    "largest_contact_force",
+    "recontacts",
+    "recontact_speed",
+    "recontact_force",
+    "end_clearance",
+    "time",
+    "duration",
+    "displacement",
+    "mean_force",
+    "friction",
+    "time_share",
+    "moved",
+]
+PART_NAMES = Literal[
+    "stick", "direction of slip", "load with direction", "slip damping", "below mu_k N"
+]
+STAGE_NAMES = Literal[
+    "whole run",
+    "in contact",
+    "moored",
+    "initial contact",
+    "compressed",
+    "stuck",
+    "first contact to 25% transferred",
+    "25% transferred to 50% transferred",
+    "50% transferred to 75% transferred",
+    "75% transferred to 100% transferred",
+    "100% transferred to open",
+    "open to separated",
+    "first contact",
+    "25% transferred",
+    "50% transferred",
+    "75% transferred",
+    "100% transferred",
+    "open",
+    "separated",
+]
+for names, known in (
+    (STATISTIC_NAMES, STATISTICS),
+    (RESULT_NAMES, KEYS),
+    (PART_NAMES, PARTS),
+    (STAGE_NAMES, STEPS),
+):
+    assert set(names.__args__) == set(known)  # type: ignore[attr-defined]
 
 
-class Asked(of.Strict):
-    """A figure of each run."""
+class OfChannel(of.Strict):
+    """A figure of each run: a statistic of a channel, over all times or in a phase."""
 
     channel: StrictStr
     """Channel of the run. Example: position.barge.surge."""
@@ -175,11 +235,104 @@ class Asked(of.Strict):
         return Figure(name, self.channel, self.statistic, self.phase, start)
 
 
-class Criterion(Asked):
-    """A figure and what it may not exceed, or, of the statistic "smallest", not fall below."""
+class OfStages(of.Strict):
+    """A figure of each run: a result of the stages of its contacts, or of why a body moved. The
+    other keys say of what it is; which of them a result takes depends on the result."""
+
+    result: RESULT_NAMES
+    """Result of stages, or of what hydrosim explain says. Example: recontact_force."""
+    group: StrictStr | None = None
+    """Group of contacts. Without it the only one. Example: legs."""
+    stage: STAGE_NAMES | None = None
+    """Stage that the result is of. Without it the whole run."""
+    until: STAGE_NAMES | None = None
+    """Stage at which a duration ends."""
+    body: StrictStr | None = None
+    """Body that moves. Without it the only one. Example: barge."""
+    direction: Literal["surge", "sway", "heave"] | None = None
+    """Direction of a motion or a force. Without it surge."""
+    force: StrictStr | None = None
+    """Force element, or row of forces, of a mean force. Example: interface."""
+    part: PART_NAMES | None = None
+    """Part of friction that has one cause. Without it all of them."""
+    mode: Literal["open", "stick", "slip"] | None = None
+    """Contact mode."""
+
+    @model_validator(mode="after")
+    def _check_keys(self) -> Self:
+        known = KEYS[self.result]
+        given = {*self.given("group", "stage", "until", "body", "direction", "force", "part")}
+        given |= {*self.given("mode")}
+        if unknown := given - known:
+            found = f"{', '.join(sorted(unknown))} of the result {self.result}"
+            raise problem(found, f"only: {', '.join(sorted(known))}")
+        if lacking := NEEDED.get(self.result, set()) - given:
+            raise problem(f"the result {self.result} without {', '.join(lacking)}", "both")
+        if self.stage is not None and self.stage not in (names := self._stages()):
+            raise problem(f"the stage {self.stage} of {self.result}", f"one of: {', '.join(names)}")
+        if self.result == "duration" and (self.stage in STAGES) != (self.until in STAGES):
+            expected = f"a phase ({', '.join(PHASES)}), or stage and until: {', '.join(STAGES)}"
+            raise problem(f"from {self.stage} until {self.until}", expected)
+        return self
+
+    def _stages(self) -> tuple[str, ...]:
+        """The names of stages that the result may be of."""
+        if self.result == "time":
+            return STAGES
+        return (*PHASES, *STAGES) if self.result == "duration" else SPANS
+
+    def figure(self, name: str, start: float) -> StageResult | WhyResult:
+        """The same, as what is computed of a run, from its start on."""
+        if self.result in OF_CONTACTS:
+            return StageResult(name, self.result, self.group, self.stage, self.until)
+        return WhyResult(
+            name,
+            self.result,
+            self.stage or WHOLE,
+            self.direction or "surge",
+            self.body,
+            self.force,
+            self.group,
+            self.part,
+            self.mode,
+        )
+
+
+class Limited(of.Strict):
+    """What a figure may not exceed or, with ``side: at least``, not fall below: so are, without a
+    word, the statistic "smallest" and the result "end_clearance"."""
 
     limit: Annotated[Scale, AnyQuantity("limit", "1 m")]
-    """Limit that the figure must not exceed. The statistic smallest must not fall below it."""
+    """Limit that the figure must not exceed, or not fall below. Example: 5 MN."""
+    side: Literal["at most", "at least"] | None = None
+    """Side of the limit on which the figure holds it. Without it at least for the statistic
+    smallest and the result end_clearance, and at most for others."""
+
+    def least(self, figure: Figure | StageResult | WhyResult) -> bool:
+        """Whether the limit is the least that a figure may be."""
+        return figure.at_least if self.side is None else self.side == "at least"
+
+
+class ChannelCriterion(OfChannel, Limited):
+    """A figure of a channel and its limit."""
+
+
+class StageCriterion(OfStages, Limited):
+    """A result of stages and its limit."""
+
+
+def _of_what(value: Any) -> str:
+    return "stages" if "result" in (value if isinstance(value, dict) else dir(value)) else "channel"
+
+
+Asked = Annotated[
+    Annotated[OfChannel, Tag("channel")] | Annotated[OfStages, Tag("stages")],
+    Discriminator(_of_what),
+]
+Criterion = Annotated[
+    Annotated[ChannelCriterion, Tag("channel")] | Annotated[StageCriterion, Tag("stages")],
+    Discriminator(_of_what),
+]
 
 
 class Enough(of.Strict):

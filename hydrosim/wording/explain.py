@@ -70,7 +70,7 @@ def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
         for group in dict.fromkeys(found.fender_group.values.ravel()):
             own = found.sel(fender=found.fender_group == group, direction=AXES[direction])
             own = own.sel(span=_of_group(found, str(group)))
-            if own.friction_part.any():
+            if own.friction_part.fillna(0.0).any():
                 yield _table(f"mean friction of {group} in {direction}", _friction(own))
                 yield _table(f"mean of the points of {group} in {direction}", _points(own))
     yield _closing(found)

@@ -22,6 +22,8 @@ from hydrosim.presentation.document import (
 )
 from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
+from hydrosim.statistics.headings import SAID as SIDES
+from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import WIDEST
 from hydrosim.wording.assumptions import case_nodes
 from hydrosim.wording.parts import Parts, lines_of, nodes_of, title_of
@@ -40,6 +42,7 @@ SAID = {
     "planned": "planned time of the operation [s]",
     "window": "window with its contingency [s]",
     "alpha_table": "table of alpha factors",
+    "alpha_lowest": "lowest height of the table of alpha factors [m]",
     "bearing": "bearing of the x axis [rad]",
     "hindcast": "hindcast",
     "program": "program",
@@ -81,10 +84,12 @@ def _outcome(found: xr.Dataset) -> Iterator[Node]:
     if "failed" in found.attrs:
         yield Verdict(Outcome.BAD, "{}", [str(found.attrs["failed"])])
     yield from _method(found)
+    if SIDES in found.attrs:
+        yield Sentence("{}", [str(found.attrs[SIDES])])
     for stage in found.stage.values:
         at = found.sel(stage=stage)
         title = f"Limits of {stage}" if found.sizes["stage"] > 1 else "Limits"
-        curves = {name: _curve(each, found) for name, each in _each(at)}
+        curves = {name: _curve(each, found) for name, each in distinct_lines(at)}
         yield Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield Table(head, list(_rows(found)))
@@ -140,16 +145,21 @@ def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def _alpha(found: xr.Dataset) -> Iterator[Node]:
     """The alpha factor of each limit."""
-    head = ("peak period", *(_to(heading) for heading in found.heading.values))
+    own = without_images(found)
+    head = ("peak period", *(_to(float(heading), own) for heading in own.heading.values))
     rows: list[list[Cell]] = [
         [digits_of(float(period)), *(Value(float(x), "", 3) for x in at)]
-        for period, at in zip(found.peak_period.values, found.alpha.values.T, strict=True)
+        for period, at in zip(own.peak_period.values, own.alpha.values.T, strict=True)
     ]
     yield Table(head, rows, f"Alpha factors by {found.alpha.attrs.get('long_name', '')}")
     if found.alpha.isnull().any():
-        yield Sentence(
-            "The alpha table has no factor below its lowest height. Limits there count as not"
-            " workable: give the table a row for lower heights."
+        lowest = Value(float(found.attrs.get("alpha_lowest", np.nan)), "m", 3)
+        count, of = int(own.alpha.isnull().sum()), own.alpha.size
+        yield Verdict(
+            Outcome.WARNING,
+            "The alpha table begins at {}, above {} of {} limits. These have no factor and count as"
+            " not workable: give the table a column for lower heights.",
+            [lowest, str(count), str(of)],
         )
 
 
@@ -171,6 +181,10 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence("{} of the time has no limit and counts as not workable.", [outside])
+    if "hindcast_below_alpha" in found:
+        share = Value(float(found.hindcast_below_alpha), "share", 3)
+        text = "{} of the time has a limit below the alpha table, and counts as not workable."
+        yield Verdict(Outcome.WARNING, text, [share])
     window = float(found.waiting.attrs["window"]) / HOUR
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
     rows = [_season(found.sel(season=season)) for season in found.season.values]
@@ -190,16 +204,41 @@ def _season(at: xr.Dataset) -> list[Cell]:
 
 
 def _each(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Limits over the peak period, of each heading and swell, by what the waves are."""
-    for swell in at.swell.values:
-        for heading in at.heading.values:
-            name = _to(heading)
+    """Limits over the peak period, of each heading and swell, by what the waves are; those that
+    are mirrored to the other side are named with their own."""
+    own = without_images(at)
+    for swell in own.swell.values:
+        for heading in own.heading.values:
+            name = _to(float(heading), own)
             name += "" if swell == "none" else f", swell {swell}"
-            yield name, at.sel(swell=swell, heading=heading)
+            yield name, own.sel(swell=swell, heading=heading)
 
 
-def _to(heading: float) -> str:
-    return f"to {np.degrees(float(heading)):g} deg"
+def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Limits over the peak period by what the waves are, those that are the same under one name."""
+    found: list[tuple[str, xr.Dataset]] = []
+    for name, each in _each(at):
+        for k, (other, known) in enumerate(found):
+            if all(_equal(each[part].values, known[part].values) for part in NEEDED):
+                found[k] = f"{other}; {name}", known
+                break
+        else:
+            found.append((name, each))
+    return found
+
+
+def _equal(one: np.ndarray, other: np.ndarray) -> bool:
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def _to(heading: float, found: xr.Dataset) -> str:
+    image = image_of(heading, found)
+    other = "" if image is None else f" and {_degrees(image)}"
+    return f"to {_degrees(heading)}{other} deg"
+
+
+def _degrees(heading: float) -> str:
+    return f"{round(np.degrees(heading), 6):g}"
 
 
 def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
@@ -208,10 +247,8 @@ def _curve(at: xr.Dataset, found: xr.Dataset) -> Curve:
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governed(by)}" for period, by in points]
     within = np.array([not side_of(float(limit), found) for limit in at.limit.values])
-    limit = np.where(within, at.limit.values, np.nan)
-    return Curve(
-        at.peak_period.values, limit, at.low.values, np.minimum(at.high.values, top), remarks
-    )
+    limit, low, high = (np.where(within, at[name].values, np.nan) for name in NEEDED[:3])
+    return Curve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
 
 
 def _governed(by: object) -> str:

@@ -1,8 +1,10 @@
-"""Runs that differ in their seeds alone: where each motion lies, and extremes over seeds."""
+"""Runs that differ in their seeds alone: where each motion lies, and extremes over seeds of every
+channel."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,10 +14,9 @@ from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, TIME
 from hydrosim.statistics.effects import Plan, combinations, spread
+from hydrosim.statistics.ends import Ends, of_channels, of_figures, of_motions
 from hydrosim.statistics.gumbel import Gumbel, exceeding, fit_maxima, follows_gumbel
 from hydrosim.statistics.orders import ENOUGH, find_confidence, find_prediction
-from hydrosim.statistics.statistics import SIDES
-from hydrosim.wording.run import unit_of
 
 RUNS = 8
 """Runs that extremes over seeds take."""
@@ -23,17 +24,19 @@ P90 = 0.9
 """Probability that the largest of a run is below."""
 SHOWN = 5
 """Combinations of parameters that are shown."""
+MOST = 300
+"""Rows of a table."""
+HOW = (
+    f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are by"
+    " it; else by the order of the runs, without a law."
+)
 LAW = "Gumbel's law"
 ORDER = "order of the runs"
 
 
 def seed_nodes(plan: Plan) -> Iterator[Node]:
-    """Extremes over the seeds of each combination of the parameters of a plan."""
-    yield Sentence(
-        f"Intervals hold 90 %, over {RUNS} seeds or more. Where maxima follow Gumbel's law they are"
-        " by it; else by the order of the runs, without a law.",
-        detail=True,
-    )
+    """Extremes over the seeds of each combination of the parameters of a plan without figures."""
+    yield Sentence(HOW, detail=True)
     each = list(combinations(plan))
     for values, at in each[:SHOWN]:
         of = plan.runs.isel(run=at)
@@ -44,22 +47,55 @@ def seed_nodes(plan: Plan) -> Iterator[Node]:
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
+def extreme_nodes(plan: Plan) -> Iterator[Node]:
+    """Extremes over the seeds of figures, and of every other channel of the file."""
+    each = list(combinations(plan))
+    if max((at.size for _, at in each), default=0) < RUNS:
+        text = "Most probable extremes and P90 over seeds take {} seeds or more."
+        yield Sentence(text, [str(RUNS)], detail=True)
+        return
+    figures: list[list[Cell]] = []
+    channels: list[list[Cell]] = []
+    for k, (values, at) in enumerate(each):
+        of = plan.runs.isel(run=at)
+        name = named_values(plan, values) or "all"
+        figures += [[name, *row] for row in _rows(of_figures(of, plan.figures))]
+        if k < SHOWN:
+            channels += [[name, *row] for row in _rows([*of_motions(of), *of_channels(of)])]
+    yield from _tables("figure", figures, of=True)
+    yield from _tables("channel", channels, of=True, detail=True)
+    if figures or channels:
+        yield Sentence(HOW, detail=True)
+
+
+def _tables(
+    what: str, rows: list[list[Cell]], of: bool = False, detail: bool = False
+) -> Iterator[Node]:
+    """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
+    they are of before these."""
+    if not rows:
+        return
+    begin = (*(("of",) if of else ()), what, "side")
+    n = len(begin)
+    title = "The most probable extreme of a run, and where the extreme of another run lies"
+    head = (*begin, "most probable", "interval", "another run")
+    yield Table(head, [row[: n + 3] for row in rows[:MOST]], title, detail)
+    title = "The extreme that 90 % of runs do not exceed"
+    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MOST]]
+    yield Table((*begin, "P90", "interval", "by"), each, title, detail)
+
+
 def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     """Between which values each motion is, extremes of another run, stages over runs."""
-    moving = list(_moving(runs))
     head = ("motion", "smallest", "largest")
+    moving = list(of_motions(runs))
     ends: list[list[Cell]] = [
-        [name, Value(low.min(), unit), Value(high.max(), unit)] for name, unit, low, high in moving
+        [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
+        for each in moving
+        if each.low is not None and each.high is not None
     ]
     yield Table(head, ends, title)
-    rows = [row for each in moving if each[2].size >= RUNS for row in _extremes(*each)]
-    if rows:
-        title = "The most probable extreme of a run, and where the extreme of another run lies"
-        probable = ("motion", "side", "most probable", "interval", "another run")
-        yield Table(probable, [row[:5] for row in rows], title)
-        rare = ("motion", "side", "P90", "interval", "by")
-        title = "The extreme that 90 % of runs do not exceed"
-        yield Table(rare, [[*row[:2], *row[5:]] for row in rows], title)
+    yield from _tables("channel", _rows([*moving, *of_channels(runs)]))
     if stages := list(_stages(runs)):
         yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
@@ -81,58 +117,78 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else str(value)
 
 
-def _moving(runs: xr.Dataset) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
-    """Name, unit, smallest and largest value of each run, of each motion that there is."""
-    for body in map(str, runs.body.values):
-        for dof in map(str, runs.dof.values):
-            motion = runs.motion.sel(body=body, dof=dof).dropna("run", how="all")
-            if motion.sizes["run"] and float(motion.sel(statistic="std").max()) > 0.0:
-                low, high = (motion.sel(statistic=side).values for side in SIDES)
-                yield f"{body} {dof}", unit_of(dof), low, high
+def _rows(each: Iterable[Ends]) -> list[list[Cell]]:
+    """Extremes of channels that enough runs have values of."""
+    return [row for ends in each for row in _extremes(ends)]
 
 
-def _extremes(name: str, unit: str, low: np.ndarray, high: np.ndarray) -> Iterator[list[Cell]]:
+def _extremes(ends: Ends) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
-    for side, maxima, sign in zip(SIDES, (-low, high), (-1.0, 1.0), strict=True):
-        if np.ptp(maxima) > 0.0:
+    for side, sign, maxima in ends.sides():
+        if maxima.size >= RUNS and np.ptp(maxima) > 0.0:
             law = fit_maxima(maxima)
             follows = follows_gumbel(maxima, law)
-            cells = _by_law(law, sign, unit) if follows else _by_order(maxima, sign, unit)
-            yield [name, side, *cells]
+            by = _by_law(law, sign) if follows else _by_order(maxima, sign)
+            yield [ends.name, side, *_cells(by, ends)]
 
 
-def _by_law(law: Gumbel, sign: float, unit: str) -> list[Cell]:
+def _cells(by: Extremes, ends: Ends) -> list[Cell]:
+    """The figures, none of them below what the channel can be."""
+
+    def value(x: float) -> Value:
+        return Value(max(x, ends.lowest), ends.unit)
+
+    def between(x: tuple[float, float]) -> Between:
+        return Between(max(x[0], ends.lowest), max(x[1], ends.lowest), ends.unit)
+
+    p90 = value(by.p90), between(by.p90_interval)
+    return [value(by.probable), between(by.interval), between(by.another), *p90, by.method]
+
+
+class Extremes(NamedTuple):
+    """The most probable extreme of a run and P90, each with its interval; the interval of another
+    run; by which ``method``."""
+
+    probable: float
+    interval: tuple[float, float]
+    p90: float
+    p90_interval: tuple[float, float]
+    another: tuple[float, float]
+    method: str
+
+
+def _by_law(law: Gumbel, sign: float) -> Extremes:
     rare = exceeding(P90)
-    return [
-        Value(sign * law.expected(1.0), unit),
-        _between(law.confidence(1.0), sign, unit),
-        _between(law.prediction(1.0), sign, unit),
-        Value(sign * law.expected(rare), unit),
-        _between(law.confidence(rare), sign, unit),
+    return Extremes(
+        sign * law.expected(1.0),
+        _between(law.confidence(1.0), sign),
+        sign * law.expected(rare),
+        _between(law.confidence(rare), sign),
+        _between(law.prediction(1.0), sign),
         LAW,
-    ]
+    )
 
 
-def _by_order(maxima: np.ndarray, sign: float, unit: str) -> list[Cell]:
+def _by_order(maxima: np.ndarray, sign: float) -> Extremes:
     """By order statistics: maxima that are of several kinds (with and without an impact), or that
     something holds, follow no law of extremes."""
     most_probable = np.exp(-1.0)
     held = find_prediction(maxima)
     more = "" if maxima.size >= ENOUGH else f"; {ENOUGH} runs hold 90 %"
-    return [
-        Value(sign * float(np.quantile(maxima, most_probable)), unit),
-        _between(find_confidence(maxima, most_probable), sign, unit),
-        _between((held.low, held.high), sign, unit),
-        Value(sign * float(np.quantile(maxima, P90)), unit),
-        _between(find_confidence(maxima, P90), sign, unit),
+    return Extremes(
+        sign * float(np.quantile(maxima, most_probable)),
+        _between(find_confidence(maxima, most_probable), sign),
+        sign * float(np.quantile(maxima, P90)),
+        _between(find_confidence(maxima, P90), sign),
+        _between((held.low, held.high), sign),
         f"{ORDER} ({100.0 * held.probability:.0f} %{more})",
-    ]
+    )
 
 
-def _between(ends: Sequence[float] | np.ndarray, sign: float, unit: str) -> Between:
+def _between(ends: Sequence[float] | np.ndarray, sign: float) -> tuple[float, float]:
     """An interval of sign x; an end that so few runs do not bound is infinite."""
     low, high = np.sort(sign * np.asarray(ends))
-    return Between(float(low), float(high), unit)
+    return float(low), float(high)
 
 
 def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:

@@ -26,12 +26,13 @@ from hydrosim.presentation.figures import Curve, Curves
 from hydrosim.presentation.units import units_of
 from hydrosim.results.growing import GATHERED
 from hydrosim.results.ledger import CLOSED
-from hydrosim.results.runs_file import COMPLETE
+from hydrosim.results.runs_file import COMPLETE, DIFFER
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import DRAWN, Difference, Plan, Row
 from hydrosim.wording.assumptions import assumptions, case_nodes
+from hydrosim.wording.one_table import has_one_table, one_table
 from hydrosim.wording.parts import Parts, nodes_of, title_of
-from hydrosim.wording.seeds import seed_nodes, short, value_of
+from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short, value_of
 
 MOST = 300
 """Rows of a table, and remarks of a list."""
@@ -67,7 +68,16 @@ def _counts(runs: xr.Dataset) -> Counter[str]:
 
 
 def _outcome(runs: xr.Dataset) -> Iterator[Node]:
-    """How many runs are complete, and why others are not."""
+    """How many runs are complete, why others are not, and what not all of them have."""
+    yield from _ends(runs)
+    if differ := runs.attrs.get(DIFFER):
+        yield List(
+            [f"{line}." for line in differ.splitlines()],
+            "Not all runs have the same names and values. What a run does not have is empty:",
+        )
+
+
+def _ends(runs: xr.Dataset) -> Iterator[Node]:
     if GATHERED in runs.attrs:
         yield Verdict(Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])])
         return
@@ -103,11 +113,15 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
     if "design" not in runs.attrs:
         yield Sentence("The file does not say its plan: it was made by an earlier version.")
         return
-    for plan in effects.plans(runs):
+    plans = effects.plans(runs)
+    yield from one_table(plans)
+    for plan in plans:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
             yield from _of_samples(plan) if plan.design in DRAWN else _of_values(plan)
+            if plan.design not in DRAWN and "motion" in runs:
+                yield from extreme_nodes(plan)
         elif "motion" in runs:
             yield from seed_nodes(plan)
         else:
@@ -118,13 +132,14 @@ def _of_values(plan: Plan) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = ("figure", *map(short, names), "mean", "90 % interval", "another seed", "runs")
-    yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]])
+    again = has_one_table(plan)
+    yield Table(head, [_cells(plan, row, names) for row in rows[:MOST]], detail=again)
     yield Sentence(MEANS, detail=True)
     if len(rows) > MOST:
         more = str(len(rows) - MOST)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
     if told := [_difference(plan, each) for each in _differences(plan)]:
-        yield List(told, "What the parameters change:")
+        yield List(told, "What the parameters change:", detail=again)
     yield from _pictures(plan, rows)
 
 

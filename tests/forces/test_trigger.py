@@ -171,6 +171,9 @@ def case(tmp_path: Path, keys: str) -> hs.Case:
         "active: {from: 1 s, until: {channel: velocity.block.surge, below: 1 cm/s, lasting: 2 s}}",
         "when: {channel: position.block.surge, above: 1 cm}",
         "active: {until: 3 s}",
+        "active: {from: {time: 1 s}, until: {time: 3 s}}",
+        "when: {time: 2 s}",
+        "when: 2 s",
     ],
 )
 def test_case_files_ask_for_it_and_write_it_again(tmp_path, keys):
@@ -182,6 +185,12 @@ def test_case_files_ask_for_it_and_write_it_again(tmp_path, keys):
     assert active is not None
 
 
+@pytest.mark.parametrize("when", ["2 s", "{time: 2 s}"])
+def test_a_moment_is_a_time_or_a_mapping_with_one(tmp_path, when):
+    found = case(tmp_path, f"when: {when}").scene().forces["mooring"].active
+    assert found == Active(When(2.0))
+
+
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
@@ -189,6 +198,7 @@ def test_case_files_ask_for_it_and_write_it_again(tmp_path, keys):
         ("when: {channel: speed.block}", "expected either above or below"),
         ("active: {}", "expected from, until, or both"),
         ("active: {from: 3 s, until: 2 s}", "expected an end after the start"),
+        ("active: {from: 3 s, until: {time: 2 s}}", "expected an end after the start"),
         ("when: {channel: position.barge.surge, above: 1}", "expected position. and block.surge"),
         (
             "when: {channel: tide, above: 1}",

@@ -76,11 +76,11 @@ def test_tables_of_the_runs_that_are_in(folder: Path, statistics: Command, tmp_p
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     result = statistics(folder)
     assert result.code == 0, result.err
-    assert "so far 2 of 6 runs are in, 1 failed" in result.out
+    assert "So far 2 of 6 runs are in, 1 failed" in result.out
     table = (tmp_path / "runs.partial.csv").read_text().splitlines()
     assert [line.split(",")[1:6] for line in table[2:]] == [
-        ["1.0", "crawl", "m", "1", "11"],
-        ["2.0", "crawl", "m", "1", "13"],
+        ["1", "crawl", "m", "1", "11"],
+        ["2", "crawl", "m", "1", "13"],
     ]
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
@@ -170,7 +170,8 @@ def test_statistics_of_a_study_that_was_interrupted(tmp_path: Path, statistics: 
     file.mark(1, "failed", "it turned over")
     file.close()
     result = statistics("runs.nc")
-    assert "4 runs: 1 complete, 1 failed, 2 not run run 1: it turned over grid" in result.out
+    assert "1 of 4 runs are complete. Figures are of these." in result.out
+    assert "failed: it turned over (run 1) not run (2 runs: 2, 3)" in result.out
     with xr.open_dataset(tmp_path / "runs.nc") as whole:
         whole.drop_vars("status").to_netcdf(tmp_path / "less.nc")
     assert "less.nc: holds 4 runs without status" in statistics("less.nc").err

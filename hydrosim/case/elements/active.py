@@ -61,12 +61,29 @@ class Event(Strict):
         return scene.When(0.0, self.channel, above, below, self.lasting)
 
 
-def _form(value: object) -> str:
+class AtTime(Strict):
+    """A time since the start of the run."""
+
+    time: of.Instant
+    """Time since the start of the run. Example: 200 s."""
+
+    def build(self) -> scene.When:
+        """The condition of the scene."""
+        return scene.When(self.time)
+
+
+def form_of(value: object) -> str:
+    """What a moment is given as: a time, a mapping with a time, or an event of a channel."""
+    if isinstance(value, AtTime) or (isinstance(value, dict) and "time" in value):
+        return "mapping"
     return "event" if isinstance(value, dict | Event) else "time"
 
 
 Moment = Annotated[
-    Annotated[of.Instant, Tag("time")] | Annotated[Event, Tag("event")], Discriminator(_form)
+    Annotated[of.Instant, Tag("time")]
+    | Annotated[AtTime, Tag("mapping")]
+    | Annotated[Event, Tag("event")],
+    Discriminator(form_of),
 ]
 
 
@@ -83,9 +100,9 @@ class Active(Strict):
     def _check_order(self) -> Self:
         if not self.given("start", "until"):
             raise problem("an empty mapping", "from, until, or both")
-        times = self.start, self.until
-        if all(isinstance(x, float) for x in times) and times[0] >= times[1]:  # type: ignore[operator]
-            raise problem(f"from {self.start:g} s until {self.until:g} s", "an end after the start")
+        begin, end = (_time(moment) for moment in (self.start, self.until))
+        if begin is not None and end is not None and begin >= end:
+            raise problem(f"from {begin:g} s until {end:g} s", "an end after the start")
         return self
 
     def build(self) -> scene.Active:
@@ -93,7 +110,15 @@ class Active(Strict):
         return scene.Active(*map(_when, (self.start, self.until)))
 
 
-def _when(moment: Any) -> scene.When | None:
-    if moment is None:
+def _time(moment: Any) -> float | None:
+    """The time of a moment, None if it is none or waits for a channel."""
+    if moment is None or isinstance(moment, Event):
         return None
-    return moment.build() if isinstance(moment, Event) else scene.When(float(moment))
+    return moment.time if isinstance(moment, AtTime) else float(moment)
+
+
+def _when(moment: Any) -> scene.When | None:
+    time = _time(moment)
+    if time is not None:
+        return scene.When(time)
+    return None if moment is None else moment.build()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import ConfigDict, StrictStr, model_validator
 
-from hydrosim.case.elements.active import Active, Event
+from hydrosim.case.elements.active import Active, Moment
 from hydrosim.case.signals import Recorded
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import Strict
@@ -50,19 +50,20 @@ class Element(Exemplary):
     """Name of the body that the element acts on. Example: barge."""
     active: Active | None = None
     """Time in which the element acts: from, until, or both."""
-    when: Event | None = None
-    """Event from which the element acts, short for active with from."""
+    when: Moment | None = None
+    """Time or event from which the element acts, short for active with from."""
 
     @model_validator(mode="after")
     def _check_active(self) -> Self:
-        if self.active and self.when:
+        if self.active and self.when is not None:
             expected = "one of them: when is short for active: {from: ...}"
             raise problem("active and when", expected)
         return self
 
     def placed(self, where: Where) -> ForceElement:
         """The element of the scene, with the time in which it acts."""
-        active = Active.model_construct(start=self.when, until=None) if self.when else self.active
+        begun = self.when is not None
+        active = Active.model_construct(start=self.when, until=None) if begun else self.active
         return replace(self.build(where), active=active.build() if active else None)
 
     @abstractmethod

@@ -8,12 +8,14 @@ run by run in the order of the cases, whatever the order in which they finish.
 
 from __future__ import annotations
 
+import fnmatch
 import gc
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,29 +25,32 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.errors import InputError
+from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, Kept
-from hydrosim.results.runs_file import COMPLETE, RUN, RunsFile
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
 from hydrosim.scene import Scene
+from hydrosim.studies.many.form import STEPS, Form, find_form
 from hydrosim.studies.many.garbage import collected_here
-from hydrosim.studies.many.outcome import Outcome, digested
+from hydrosim.studies.many.outcome import Outcome, digested, fitted
 from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.shared import Shared
-from hydrosim.studies.many.together import check_together
 from hydrosim.studies.many.unfinished import folder_of, identity, is_whole, kept
 from hydrosim.studies.run.simulation import prepared, simulate
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import Figure
+    from hydrosim.statistics.figures import Asked
 
 COLLECTING = 0.05  # of the time, at most, is spent on collecting garbage
 EVERY = 50  # runs, of which the first estimates its error: 2 % where a twin costs what a run does
 ESTIMATES = f"errors are estimated in run 0 and in every {EVERY}th run after it"
+TOLD = 5  # messages of runs that are refused
 FEWEST = 4  # output times, to have statistics of
 
+Digest = Callable[..., xr.Dataset]
+"""What is kept of a run."""
 Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
 
@@ -55,8 +60,9 @@ def simulate_many(
     output: Path | str | Output | None = None,
     *,
     variables: Sequence[str] = ("position",),
+    channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[Figure] = (),
+    figures: Sequence[Asked] = (),
     attributes: Mapping[str, str] | None = None,
     start: float = 0.0,
     workers: int | None = None,
@@ -71,7 +77,8 @@ def simulate_many(
     The dataset has a dimension ``run``, in the order of the cases, and of each run
 
     * the ``variables`` chosen from its own dataset, at every output time,
-    * its `statistics` from ``start`` [s] on, `end_position`, and the time of the `first_contact`,
+    * its `statistics` from ``start`` [s] on, also of the ``channels`` that patterns fit,
+    * `end_position`, and the time of the `first_contact`,
     * the ``figures`` that are asked for,
     * ``seed``, of several wave trains (run, seed_1), and the ``labels`` that are given, with the
       attributes that these have,
@@ -86,10 +93,12 @@ def simulate_many(
     that. `simulate` estimates that of any run. Runs of a part of a longer set count from ``first``,
     their place in it.
 
-    All runs have one duration, one output step and the same bodies. A run that cannot go on is
-    marked "failed" and the others go on; it has no values. After an interrupt from the keyboard the
-    runs done until then are returned, and others marked. Raises InputError where the runs do not
-    fit together or the file must not be replaced, WritingError where it cannot be written.
+    All runs have one duration and one output step. Names that not all runs have, of contacts,
+    elements or bodies, are padded (`hydrosim.studies.many.form`); the attribute ``runs_differ``
+    says which. A run that cannot go on is marked "failed" and the others go on; it has no values.
+    After an interrupt from the keyboard the runs done until then are returned, and others marked.
+    Raises InputError where the runs do not fit together, where every run would be refused before
+    its first step, or where the file must not be replaced; WritingError where it cannot be written.
 
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")
@@ -100,21 +109,32 @@ def simulate_many(
     seeds = _seeds(scenes)
     along = {**({} if seeds is None else {"seed": seeds}), **(labels or {})}
     known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
-    digest = partial(digested, variables=list(variables), start=start, figures=tuple(figures))
-    varied = {name: known[name] for name in along}
-    check_together(scenes, varied, partial(digest, start=0.0), simulate)
+    digest: Digest = partial(
+        digested,
+        variables=list(variables),
+        start=start,
+        figures=tuple(figures),
+        channels=tuple(channels),
+    )
+    form = find_form(scenes, partial(digest, start=0.0, lenient=True), simulate)
+    if not _has_all(form, [*variables, *(f.name for f in figures)], channels):
+        _check_found(scenes[0], digest)
+    if form is not None:
+        digest = partial(fitted, form=form, keep=partial(digest, lenient=True))
 
     shared = Shared()
     result = None if output is None else as_output(output, "sweep")
     mark = "" if result is None else result.mark
     said = {
         "error_estimates": ESTIMATES,
+        **({} if form is None else form.attributes),
         **(attributes or {}),
         **({} if result is None else result.attributes),
     }
 
     def file_at(path: Path) -> RunsFile:
-        return RunsFile(path, len(scenes), known, list(along), mark, said)
+        coordinates = [*along, *said.get(BY_RUN, "").split()]
+        return RunsFile(path, len(scenes), known, coordinates, mark, said)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
@@ -128,6 +148,7 @@ def simulate_many(
             return xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
     values = {name: known[name].values for name in along}
     asked = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    asked |= {"channels": tuple(channels)} if channels else {}
     known_as = identity(scenes, shared.opened, values, asked)
     here = folder_of(result)
     with kept(result, resume, known_as) as journal:
@@ -157,7 +178,6 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
         for what, one, other in (
             ("duration", first.duration, scene.duration),
             ("output_step", first.output_step, scene.output_step),
-            ("bodies", [b.name for b in first.bodies], [b.name for b in scene.bodies]),
         ):
             if one != other:
                 raise InputError(
@@ -169,6 +189,24 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
             f"simulate_many: found start {start:g} s; expected a time well before the end of the"
             f" runs, {first.duration:g} s."
         )
+
+
+def _has_all(form: Form | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
+    """Whether some run has what is asked for, as far as it is known before the first."""
+    if form is None:
+        return not patterns
+    fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
+    return all(fits) and all(name in form.variables for name in names)
+
+
+def _check_found(scene: Scene, keep: Digest) -> None:
+    """Raises InputError where a few steps of a scene do not have what is asked for."""
+    short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
+    try:
+        run = simulate(short)
+    except HydrosimError:  # its own run will say it
+        return
+    keep(run, start=0.0)
 
 
 def _seeds(scenes: Sequence[Scene]) -> np.ndarray | None:
@@ -238,6 +276,7 @@ def _run_all(work: _Set, pool: Pool, progress: Progress | None) -> None:
 
     pool.begin(len(work.scenes))
     try:
+        work.check_possible()
         for run, scene in enumerate(work.scenes):
             raise_if_interrupted()
             pending.append((run, work.begun(run, scene, pool)))
@@ -273,6 +312,23 @@ class _Set(NamedTuple):
     file: RunsFile
     journal: Journal | None
     first: int
+
+    def check_possible(self) -> None:
+        """Raises InputError where every run is refused before its first step. Nothing is looked at
+        once a run is kept, and no more than up to the first scene that can be run."""
+        if self.journal is not None and len(self.journal):
+            return
+        refused: dict[str, None] = {}
+        for scene in self.scenes:
+            work = self.shared.prepared(scene)
+            if not isinstance(work, HydrosimError):
+                return
+            refused[str(work)] = None
+        count = len(self.scenes)
+        more = [f"and {len(refused) - TOLD} more messages"] if len(refused) > TOLD else []
+        said = "\n".join([*list(refused)[:TOLD], *more])
+        whole = "The run is" if count == 1 else f"All {count} runs are"
+        raise InputError(f"{said}\n{whole} refused before the first step.")
 
     def begun(self, run: int, scene: Scene, pool: Pool) -> Future[Outcome]:
         """A run that is done, or is being done by the pool."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+import fnmatch
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -11,9 +12,13 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.assembled import assembled
-from hydrosim.statistics.explain import explained
-from hydrosim.statistics.figures import Figure, figure_of
-from hydrosim.statistics.statistics import columns, of_contacts
+from hydrosim.results.channels import chosen, names
+from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.results import Results
+from hydrosim.statistics.statistics import RECORDED, columns, of_contacts
+
+if TYPE_CHECKING:
+    from hydrosim.studies.many.form import Form
 
 COUNTS = ("solver_steps", "solver_events", "energy_residual_relative")
 OWN = {*COUNTS, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"}
@@ -38,29 +43,58 @@ class Outcome(NamedTuple):
 
 
 def digested(
-    run: xr.Dataset, variables: list[str], start: float, figures: Sequence[Figure] = ()
+    run: xr.Dataset,
+    variables: list[str],
+    start: float,
+    figures: Sequence[Asked] = (),
+    channels: Sequence[str] = (),
+    lenient: bool = False,
 ) -> xr.Dataset:
-    """What is kept of a run."""
+    """What is kept of a run. Raises InputError where it has not all variables, figures and
+    ``channels`` (patterns) that are asked for; a ``lenient`` one leaves out what it has not."""
     unknown = [name for name in variables if name not in run]
-    if unknown:
+    variables = [name for name in variables if name in run] if lenient else variables
+    if unknown and not lenient:
         known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
         raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
-    found, coords, attributes = columns(run, start)
+    found, coords, attributes = columns(run, start, None, _chosen(run, channels, lenient))
+    found = {name: of for name, of in found.items() if not name.endswith(RECORDED)}
     more: dict[str, Any] = {**found, **of_contacts(run), "end_position": _end(run)}
     if "fender" in run.dims:
         more |= {"first_contact": _first_contact(run), "contact_sequence": _sequence(run)}
     more |= {name: xr.Variable((), run.attrs[name]) for name in COUNTS}
+    results = Results(run)
+    why = results.why if "impulse" in run else xr.Dataset()
     for figure in figures:
-        if figure.name in more or figure.name in coords or figure.name in run:
+        if any(figure.name in each for each in (more, coords, run, why)):
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
             )
-        more[figure.name] = figure_of(run, figure).variable
+        try:
+            more[figure.name] = figure.of(results).variable
+        except InputError:
+            if not lenient:
+                raise
     kept = assembled(more, coords, attributes)
-    if "impulse" in run:
-        kept = xr.merge([kept, explained(run)], join="exact", compat="equals")
+    if why:
+        kept = xr.merge([kept, why], join="exact", compat="equals")
     return xr.merge([run[variables], kept], join="outer", compat="equals") if variables else kept
+
+
+def _chosen(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:
+    """The channels of a run that patterns fit."""
+    if not patterns:
+        return []
+    known = names(run)
+    if lenient:
+        patterns = [pattern for pattern in patterns if fnmatch.filter(known, pattern)]
+    return chosen(known, patterns, "output.channels")
+
+
+def fitted(run: xr.Dataset, form: Form, keep: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:
+    """What is kept of a run, in the ``form`` of its set."""
+    return form.fitted(keep(run))
 
 
 def _end(run: xr.Dataset) -> xr.Variable:

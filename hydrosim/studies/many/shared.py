@@ -38,7 +38,7 @@ class Shared:
         self._start: tuple[Start, Start] | None = None
         self._calm: Scene | None = None
         self._wet: tuple[WetGroup, ...] = ()
-        self._made: tuple[list[str], Compiled] | None = None
+        self._made: tuple[list[str], Compiled | Exception] | None = None
         self._known: dict[bytes, list[str]] = {}
 
     def prepared(self, scene: Scene, estimates: bool = False) -> Work | Exception:
@@ -65,13 +65,23 @@ class Shared:
         return Work(scene, drawn, made, estimates)
 
     def _compiled(self, scene: Scene, drawn: Sequence[Components]) -> Compiled:
-        """A scene in calm water, in the plane of symmetry that its sea leaves."""
+        """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
+        it is found once for all of its seeds."""
         self._wet = self._wet or tuple(all_groups(scene, drawn, before(scene)))
         aside = self._aside(scene, drawn)
         if self._made is None or self._made[0] != aside:
-            whole = compile_calm(scene, self._wet)
-            self._made = aside, warned_of_steps(planar(whole, drawn))
-        return self._made[1]
+            self._made = aside, self._tried(scene, drawn)
+        made = self._made[1]
+        if isinstance(made, Exception):
+            raise made
+        return made
+
+    def _tried(self, scene: Scene, drawn: Sequence[Components]) -> Compiled | Exception:
+        """A scene in calm water, or why there is none."""
+        try:
+            return warned_of_steps(planar(compile_calm(scene, self._wet), drawn))
+        except Exception as error:
+            return error
 
     def _aside(self, scene: Scene, drawn: Sequence[Components]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""

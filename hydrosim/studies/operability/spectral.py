@@ -26,7 +26,7 @@ from hydrosim.waves.components import sea as drawn
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.statistics.figures import Figure
+    from hydrosim.statistics.figures import Asked
 
 MOTIONS = {"position": 0, "velocity": 1, "acceleration": 2}
 """Channels that are linear in the motions, and how often they are derived."""
@@ -42,7 +42,7 @@ class Spectral:
         self.rest = rest.position
         self.about: Responder = responder(calm, rest.state)
 
-    def limit(self, sea: Sea, figure: Figure, limit: float, probability: float) -> float:
+    def limit(self, sea: Sea, figure: Asked, limit: float, probability: float) -> float:
         """The significant height [m] up to which a ``figure`` stays within its ``limit`` with this
         probability, infinite where waves do not move it; 0 if it never does."""
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
@@ -65,12 +65,12 @@ class Spectral:
         return _deviation(rooms, motion, probability) / sqrt(m0)
 
 
-def spectral(scene: Scene, figures: Sequence[Figure], swell: bool) -> Spectral | str:
+def spectral(scene: Scene, figures: Sequence[Asked], swell: bool) -> Spectral | str:
     """What gives limits by spectra; or, in words, why runs are needed."""
     for figure in figures:
         name, *rest = figure.channel.split(".")
         if name not in MOTIONS or len(rest) != 2 or rest[1] not in DOFS:
-            return f"{figure.channel} is no motion of a body"
+            return f"{figure.channel or figure} is no motion of a body"
         if figure.statistic not in ABOUT_MEAN or figure.phase is not None:
             return f"{figure} has no closed form"
     if swell:

@@ -17,18 +17,19 @@ from hydrosim.errors import InputError
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import Shared
 from hydrosim.studies.many.unfinished import identity
+from hydrosim.studies.operability.mirrored import with_other_side
 from hydrosim.studies.operability.search import CONFIDENCE, Search, allowed
 from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
 from hydrosim.studies.operability.trials import Trials
 from hydrosim.studies.run.simulation import prepared
-from hydrosim.studies.sweep.study import read_study, settings_with
+from hydrosim.studies.sweep.study import fixed_of, read_study, settings_with
 from hydrosim.studies.sweep.trial import check_figures, check_units
 
 if TYPE_CHECKING:
     from hydrosim.results.journal import Journal
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Figure
+    from hydrosim.statistics.figures import Asked
     from hydrosim.studies.operability_file import Operability
     from hydrosim.studies.study_file import StudyFile
 
@@ -40,15 +41,17 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Limits:
-    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``; the
-    ``settings`` that its result is made with."""
+    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``,
+    which of these are the ``least`` that a figure may be; the ``settings`` that its result is made
+    with."""
 
     path: Path
     scene: Scene
     data: StudyFile
     wanted: Operability
-    figures: tuple[Figure, ...]
+    figures: tuple[Asked, ...]
     limits: tuple[float, ...]
+    least: tuple[bool, ...]
     units: dict[str, str]
     inputs: tuple[Path, ...]
     settings: str
@@ -87,10 +90,12 @@ class Limits:
 
     def held(self, values: np.ndarray, complete: np.ndarray) -> np.ndarray:
         """Whether figures (n, nf) of runs hold their limits: not where a run failed; where a run
-        never came to a phase there is nothing to hold."""
-        least = np.array([figure.statistic == "smallest" for figure in self.figures])
+        never came to a phase there is nothing to hold. A stage that never comes is later than any
+        limit."""
         limits = np.array(self.limits)
-        held = np.where(least, ~(values < limits), ~(values > limits))
+        late = np.array([figure.late_if_missing for figure in self.figures])
+        values = np.where(late & np.isnan(values), np.inf, values)
+        held = np.where(self.least, ~(values < limits), ~(values > limits))
         return np.asarray(held & complete[:, None])
 
 
@@ -108,20 +113,22 @@ def load_limits(path: Path) -> Limits:
         )
     if data.parameters or data.studies:
         raise InputError(f"{path}: found parameters and operability; expected a file for each.")
-    fixed = {"duration": data.duration, "output.step": data.output.step}
-    case = load_case(path.parent / data.case, {k: v for k, v in fixed.items() if v is not None})
+    case = load_case(path.parent / data.case, fixed_of(data))
     scene = prepared(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = check_figures(path, scene, figures)
+        units = check_figures(path, [scene], figures)
         check_units(path, data.bounds(), units)
     limits = tuple(each.limit.value for each in data.criteria.values())
+    criteria = zip(data.criteria.values(), figures, strict=True)
+    least = tuple(criterion.least(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
     made_with = settings_with(data, case)
-    return Limits(path, scene, data, data.operability, figures, limits, units, inputs, made_with)
+    wanted = data.operability
+    return Limits(path, scene, data, wanted, figures, limits, least, units, inputs, made_with)
 
 
 def limits_of(
@@ -146,6 +153,8 @@ def limits_of(
         else:
             table.add_searched(at, sea, trials)
     found = table.dataset()
+    if study.wanted.headings:
+        found = with_other_side(found, study.scene, study.figures, study.swells)
     found.attrs.update(study.scene.source)
     found.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
     found.attrs["method"] = "by response spectra" if known else f"by runs: {about}"
@@ -293,8 +302,9 @@ class _Table:
 
 
 def _criteria(study: Limits) -> Iterator[str]:
-    for figure, limit in zip(study.figures, study.limits, strict=True):
-        side = "at least" if figure.statistic == "smallest" else "at most"
+    each = zip(study.figures, study.limits, study.least, strict=True)
+    for figure, limit, least in each:
+        side = "at least" if least else "at most"
         yield f"{figure.name}: {figure} {side} {limit:g} {study.units.get(figure.name, '')}"
 
 

@@ -13,7 +13,8 @@ import xarray as xr
 from hydrosim.interrupts import raise_if_interrupted, undisturbed
 from hydrosim.results.journal import Journal, Kept
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.results import Results
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import Outcome
 from hydrosim.studies.many.pools import outcome_of
@@ -30,7 +31,7 @@ class Trials:
 
     def __init__(
         self,
-        figures: Sequence[Figure],
+        figures: Sequence[Asked],
         workers: int,
         progress: Callable[[int], None] = lambda _: None,
         journal: Journal | None = None,
@@ -89,4 +90,5 @@ class Trials:
         return outcome
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
-        return xr.Dataset({figure.name: figure_of(run, figure) for figure in self.figures})
+        results = Results(run)
+        return xr.Dataset({figure.name: figure.of(results) for figure in self.figures})

@@ -74,12 +74,14 @@ def assessed(found: xr.Dataset, weather: Weather) -> xr.Dataset:
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
     operation, alpha = weather.operation, weather.alpha()
+    bare = limit
     if operation is not None and alpha is not None:
         factors = alpha.factor(operation.planned, limit.values)
         new["alpha"] = limit.copy(data=factors).assign_attrs(long_name=alpha.source, units="1")
         limit = limit * factors
     if operation is not None and weather.hindcast is not None:
-        new |= _of_hindcast(weather.hindcast, _limits(limit, weather), window(operation))
+        held, known = (_limits(of, weather) for of in (limit, bare))
+        new |= _of_hindcast(weather.hindcast, held, known, window(operation))
     return found.assign(new).assign_attrs(_assumed(weather))
 
 
@@ -90,6 +92,7 @@ def _assumed(weather: Weather) -> dict[str, str | float]:
         known = {"planned": weather.operation.planned, "window": window(weather.operation)}
     if (alpha := weather.alpha()) is not None:
         known["alpha_table"] = alpha.source
+        known["alpha_lowest"] = float(alpha.heights[0])
     if weather.bearing is not None:
         known["bearing"] = weather.bearing
     if weather.hindcast is not None:
@@ -127,7 +130,11 @@ def _limits(limit: xr.DataArray, weather: Weather) -> np.ndarray:
     return Surface(heading, period, limit.values).at(going, hindcast.period)
 
 
-def _of_hindcast(hindcast: Hindcast, limit: np.ndarray, length: float) -> dict[str, xr.DataArray]:
+def _of_hindcast(
+    hindcast: Hindcast, limit: np.ndarray, bare: np.ndarray, length: float
+) -> dict[str, xr.DataArray]:
+    """What a hindcast says of a ``limit`` in each of its states, and of the ``bare`` one without an
+    alpha factor, which has more of them where the table of factors begins above the limits."""
     held = hindcast.height <= limit
     months = list(hindcast.months())
     each = [waiting(hindcast, held, length)]
@@ -149,8 +156,12 @@ def _of_hindcast(hindcast: Hindcast, limit: np.ndarray, length: float) -> dict[s
     attributes = _said("time until a window begins; infinite beyond the record", "s")
     values["waiting"] = xr.DataArray(times, at, attrs={**attributes, "window": length})
     spans = hindcast.ends - hindcast.time
-    unknown = float(spans[np.isnan(limit)].sum() / spans.sum())
-    return values | {"hindcast_outside": _share(unknown, "share of the time that has no limit")}
+    outside, unknown = (float(spans[np.isnan(of)].sum() / spans.sum()) for of in (bare, limit))
+    values["hindcast_outside"] = _share(outside, "share of the time that has no limit")
+    if unknown > outside:
+        text = "share of the time whose limits are below the table of alpha factors"
+        values["hindcast_below_alpha"] = _share(unknown - outside, text)
+    return values
 
 
 def _share(value: float, text: str) -> xr.DataArray:

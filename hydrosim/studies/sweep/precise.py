@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from math import inf, isnan
 from pathlib import Path
@@ -52,7 +53,7 @@ def run_until(
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = Shared()
-    with output.held():
+    with output.held(), _gone_if_empty(folder):
         _begin(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
@@ -73,6 +74,16 @@ def run_until(
         _clear(folder)
     unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
     return _said(width, unit, count, wanted)
+
+
+@contextmanager
+def _gone_if_empty(folder: Path) -> Iterator[None]:
+    """Leaves no folder of rounds without a round."""
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # it holds some, or is gone
+            folder.rmdir()
 
 
 def _said(width: float, unit: str, count: int, wanted: Enough) -> str:

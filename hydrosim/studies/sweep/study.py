@@ -39,7 +39,7 @@ from hydrosim.studies.sweep.coordinates import at_key, column
 if TYPE_CHECKING:
     from hydrosim.documents.units import Scale
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import Figure
+    from hydrosim.statistics.figures import Asked
 
 # coordinates of runs: the plan, and what of it is varied
 STUDY = "study"
@@ -62,7 +62,7 @@ class Study:
     labels: dict[str, xr.Variable]
     kept: Kept
     inputs: tuple[Path, ...] = ()
-    figures: tuple[Figure, ...] = ()
+    figures: tuple[Asked, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
     until: Enough | None = None
@@ -122,10 +122,25 @@ def settings_with(data: StudyFile, case: Case) -> str:
     return settings_text(study, {f"case.{key}": value for key, value in of_case.items()})
 
 
-def figures_of(data: StudyFile) -> tuple[Figure, ...]:
+def figures_of(data: StudyFile) -> tuple[Asked, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(each.figure(name, data.output.start) for name, each in asked.items())
+
+
+def fixed_of(data: StudyFile) -> dict[str, Any]:
+    """What a study sets in its case whatever varies, by key. Impulses are recorded where a figure
+    needs them."""
+    output = data.output
+    impulses = output.impulses
+    if impulses is None and any(figure.needs_impulses for figure in figures_of(data)):
+        impulses = True
+    fixed = {
+        "duration": data.duration,
+        "output.step": output.step,
+        "output.impulses": impulses,
+    }
+    return {key: value for key, value in fixed.items() if value is not None}
 
 
 def described(data: StudyFile) -> dict[str, Any]:
@@ -218,16 +233,21 @@ class _Builder:
         self.path = path
         self.case = path.parent / data.case
         self.read = read_case(self.case)
-        kept = {f"output.{key}": getattr(data.output, key) for key in ("step", "impulses")}
-        fixed = {"duration": data.duration, **kept}
-        self.fixed = {key: value for key, value in fixed.items() if value is not None}
+        self.fixed = fixed_of(data)
         self.inputs: dict[Path, None] = {path: None}
 
-    def rows(self, name: str, plan: Plan) -> Iterator[_Row]:
+    def rows(self, name: str, plan: Plan) -> list[_Row]:
+        """The combinations of a plan. One at a time, the case itself is there once, also where it
+        is among the values of parameters."""
+        found: list[_Row] = []
         for row in designs.rows(plan, self._ends):
             case = self._case(row.settings)
+            if plan.design == "one_at_a_time" and row.varied and _is_same(found[0].case, case, row):
+                found[0].row.called.update(row.called)
+                continue
             self.inputs |= dict.fromkeys(case.inputs())
-            yield _Row(name, row, case, prepared(case))
+            found.append(_Row(name, row, case, prepared(case)))
+        return found
 
     def _case(self, settings: Mapping[str, Any]) -> Case:
         try:
@@ -250,6 +270,11 @@ class _Builder:
                 f"{', above zero' if low < high else ''}"
             )
         return low, high
+
+
+def _is_same(base: Case, case: Case, row: designs.Row) -> bool:
+    """Whether a case has the values of the ``base`` for all that a row sets."""
+    return all(at_key(base.data, key) == at_key(case.data, key) for key in row.settings)
 
 
 def _labels(data: StudyFile, rows: list[_Row]) -> dict[str, xr.Variable]:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from hydrosim.documents.units import Scale, factor
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.statistics.figures import Figure, figure_of
+from hydrosim.statistics.figures import Asked
+from hydrosim.statistics.results import Results
 from hydrosim.studies.run.simulation import simulate
 
 if TYPE_CHECKING:
@@ -18,24 +19,43 @@ if TYPE_CHECKING:
 STEPS = 4  # of output
 
 
-def check_figures(file: Path, scene: Scene, figures: Sequence[Figure]) -> dict[str, str]:
-    """The units of the ``figures`` that a study ``file`` asks of runs like that of the ``scene``;
-    none where it cannot be run, which its own run will say. Raises InputError where a run has no
-    such channel."""
-    if not figures or scene.initial is not None:
-        return {}
+def check_figures(file: Path, scenes: Sequence[Scene], figures: Sequence[Asked]) -> dict[str, str]:
+    """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
+    of which some may lack some; none where no scene can be run, which its own run will say. Raises
+    InputError where no run has such a channel."""
+    units: dict[str, str] = {}
+    refused: dict[str, str] = {}
+    for scene in scenes:
+        left = [figure for figure in figures if figure.name not in units]
+        if not left or scene.initial is not None:
+            break
+        for name, unit in _tried(scene, left).items():
+            if isinstance(unit, InputError):
+                refused.setdefault(name, f"{file}: {name}: {unit}")
+            else:
+                units[name] = unit
+    for name, message in refused.items():
+        if name not in units:
+            raise InputError(message)
+    return units
+
+
+def _tried(scene: Scene, figures: Sequence[Asked]) -> dict[str, str | InputError]:
+    """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
+    scene cannot be run."""
     short = replace(scene, duration=min(scene.duration, STEPS * scene.output_step))
     try:
         run = simulate(short)
     except HydrosimError:
         return {}
-    units = {}
+    found: dict[str, str | InputError] = {}
+    results = Results(run)
     for figure in figures:
         try:
-            units[figure.name] = str(figure_of(run, figure).attrs["units"])
+            found[figure.name] = str(figure.of(results).attrs["units"])
         except InputError as error:
-            raise InputError(f"{file}: {figure.name}: {error}") from None
-    return units
+            found[figure.name] = error
+    return found
 
 
 def check_units(

@@ -12,17 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, on_floor, steady
-from dry_scenes import scene as dry
+from dry_scenes import steady
 from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import StickSlip
 from hydrosim.results.growing import growing
 from hydrosim.results.runs_file import LARGE
-from hydrosim.scene import Scene, Solver, Start, WaveTrain
-from hydrosim.statistics.figures import Figure
+from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
 from hydrosim.studies.many.alike import alike
@@ -223,7 +220,6 @@ def test_seeds_of_several_wave_trains() -> None:
     [
         ({"duration": 30.0}, ("duration 60.0 in run 0 and 30.0 in run 1", "the same")),
         ({"output_step": 1.0}, ("output_step 0.5 in run 0 and 1.0 in run 1",)),
-        ({"bodies": ()}, ("bodies",)),
     ],
 )
 def test_runs_that_do_not_fit_together_are_refused(
@@ -263,64 +259,16 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     assert not alike(object(), object())
 
 
-def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = False) -> Scene:
-    """A block that stands on the floor and is pushed."""
-    places = [[0.0, float(k), 0.0] for k in range(points)]
-    law = StickSlip(static=0.2, kinetic=kinetic, stiffness=1e6, damping=1e4)
-    floor = on_floor(1e6, law, places)
-    body = block(1e3, ("surge", "heave"))
-    forces = {"floor": floor, "weight": steady(heave=-1e4), "push": steady(surge=3e3)}
-    return replace(dry(body, forces, 2.0, 0.1, step=0.01), output_impulses=impulses)
-
-
-@pytest.mark.parametrize(
-    ("scenes", "found"),
-    [
-        ([sliding(0.1, impulses=True), sliding(0.15, impulses=True)], "fender_kinetic 0.1 in run"),
-        ([sliding(), sliding(), sliding(points=2)], "fender floor 1 in run 0 and .* in run 2"),
-        ([sliding(), sliding(impulses=True)], "fender_kinetic missing in run 0"),
-    ],
-)
-def test_runs_that_cannot_be_in_one_file_are_refused_before_the_first(
-    scenes: list[Scene], found: str, tmp_path: Path
-) -> None:
+def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) -> None:
+    """No seed and no value is run. The message has how many runs there are."""
     done: list[int] = []
-    labels = {"way": list(range(len(scenes)))}
-    with pytest.raises(hs.InputError, match=rf"(?s){found}.*as way differ.*study of its own"):
-        hs.simulate_many(
-            scenes, tmp_path / "runs.nc", labels=labels, progress=lambda n, _: done.append(n)
-        )
+    steps = [replace(s, solver=replace(s.solver, step=0.5)) for s in seeds(1, 2, 3)]
+    refusing = [replace(s, solver=replace(s.solver, unstable=Unstable.ERROR)) for s in steps]
+    with pytest.raises(hs.InputError, match="All 3 runs are refused before") as caught:
+        hs.simulate_many(refusing, tmp_path / "runs.nc", progress=lambda n, _: done.append(n))
+    assert str(caught.value).count("largest stable step") == 1
     assert not done
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("name", ["force_push", "acceleration"])
-def test_a_variable_that_some_runs_lack_is_told_before_the_first(name: str, tmp_path: Path) -> None:
-    have = replace(sliding(), output_accelerations=True)
-    lack = replace(
-        have,
-        output_accelerations=False,
-        forces={k: f for k, f in have.forces.items() if k != "push"},
-    )
-    scenes, file = [have, have, lack], tmp_path / "runs.nc"
-    with pytest.raises(hs.InputError, match=f"run 2, as way differ: variables: found {name}"):
-        hs.simulate_many(scenes, file, variables=[name], labels={"way": [0, 0, 1]})
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_figure_that_some_runs_lack_is_told_before_the_first(tmp_path: Path) -> None:
-    have = sliding()
-    lack = replace(have, forces={k: f for k, f in have.forces.items() if k != "push"})
-    pushed = Figure("pushed", "force_push.block.surge", "largest")
-    with pytest.raises(hs.InputError, match=r"run 1: found force_push\.block\.surge"):
-        hs.simulate_many([have, lack], tmp_path / "runs.nc", figures=[pushed])
-    assert not list(tmp_path.iterdir())
-
-
-def test_runs_that_differ_in_what_is_not_kept_fit_together() -> None:
-    runs = hs.simulate_many([sliding(0.1), sliding(0.15)], labels={"kinetic": [0.1, 0.15]})
-    assert list(runs.status) == ["complete"] * 2
-    assert float(runs.end_position[1, 0, 0]) < float(runs.end_position[0, 0, 0])
 
 
 def test_some_runs_estimate_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

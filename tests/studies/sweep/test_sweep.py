@@ -61,8 +61,8 @@ def test_a_run_of_a_study_is_that_of_its_case(tmp_path: Path, sweep: Command) ->
     text = f"parameters: {{{HEIGHT}: [1, 2]}}\nseeds: 1-2\noutput: {{step: 1 s}}"
     result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc", "--workers", 2)
     assert result.code == 0
-    assert "4 runs: 4 complete" in result.out
-    assert "barge surge: " in result.out
+    assert "All 4 runs are complete." in result.out
+    assert "barge surge" in result.out
     settings = {"duration": 10, "output.step": 1, HEIGHT: 2, "environment.waves.seed": 1}
     single = hs.simulate(hs.load_case(CASES / "base.yaml", settings))
     with xr.open_dataset(tmp_path / "runs.nc") as runs:
@@ -76,8 +76,10 @@ def test_failures_are_told_and_the_exit_code_says_so(tmp_path: Path, sweep: Comm
     text = "parameters: {solver.step: [0.1, 0.25]}"
     result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
     assert result.code == 3
-    assert "2 runs: 1 complete, 1 failed" in result.out
-    assert "run 1: solver.step 0.25 s: largest stable step" in result.out
+    said = " ".join(result.out.split())
+    assert "1 of 2 runs are complete. Figures are of these." in said
+    assert "failed: solver.step 0.25 s: largest stable step" in said
+    assert "(run 1)" in said
 
 
 @pytest.mark.parametrize(
@@ -184,18 +186,75 @@ def test_figures_are_drawn_over_seeds_alone(
     assert "all a " in " ".join(result.out.split())
 
 
-def test_a_study_until_of_which_no_run_ends_is_said_and_not_gone_on_with(
-    tmp_path: Path, sweep: Command
+@pytest.mark.parametrize("until", ["", "until: {figure: a, wide: 1 m}\n"])
+def test_a_study_of_which_every_run_is_refused_stops_at_once(
+    tmp_path: Path, sweep: Command, until: str
 ) -> None:
-    """The step is above the stable limit, and the case has that refused."""
+    """The step is above the stable limit, and the case has that refused: told once."""
     asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
-    text = (
-        f"seeds: 1-2\nuntil: {{figure: a, wide: 1 m}}\nparameters: {{solver.step: [0.25]}}\n{asked}"
-    )
+    text = f"seeds: 1-2\n{until}parameters: {{{STATIC}: [0.2, 0.4], solver.step: [0.25]}}\n{asked}"
     result = sweep(study(tmp_path, text), "-o", tmp_path / "runs.nc")
-    assert result.code == 3
-    assert "2 seeds: some combination has fewer than two values of a" in result.out
-    assert "2 runs: 2 failed" in result.out
+    assert result.code == 2
+    said = " ".join(result.err.split())
+    assert said.count("largest stable step") == 1
+    assert "All 4 runs are refused before the first step." in said
+    assert not [path for path in tmp_path.rglob("*") if path.name != "study.yaml"]
+
+
+def test_one_at_a_time_makes_the_case_once(tmp_path: Path) -> None:
+    """Though it is among the values of both parameters; it has the name of its value."""
+    kinetic = "forces.interface.friction.kinetic"
+    linked = f"pair: {{keys: {{{STATIC}: [0.2, 0.3]}}, called: [low, high]}}"
+    text = f"design: one_at_a_time\nparameters: {{{kinetic}: [0.05, 0.1], {linked}}}\nseeds: 1-2"
+    found = load_study(study(tmp_path, text))
+    assert found.labels["varied"].values.tolist()[::2] == ["", kinetic, "pair"]
+    assert found.labels[kinetic].values.tolist()[::2] == [0.1, 0.05, 0.1]
+    assert found.labels["pair"].values.tolist()[::2] == ["low", "", "high"]
+    assert len(found.scenes) == 6
+
+
+RESULTS = """
+seeds: 1-2
+output: {step: 1 s, variables: [], channels: [speed.barge]}
+figures:
+  push: {result: mean_force, force: interface}
+  apart: {result: time_share, mode: open}
+parameters:
+  forces.interface.friction.kinetic: [0.05, 0.1]
+"""
+
+
+def test_why_bodies_move_is_asked_for_by_name(tmp_path: Path, sweep: Command) -> None:
+    """Impulses are recorded for it without being asked for; all figures are in one table."""
+    result = sweep(study(tmp_path, RESULTS), "-o", tmp_path / "runs.nc")
+    assert result.code == 0, result.err
+    assert "All figures" in result.out
+    assert "fender_kinetic: a value for each run" in " ".join(result.out.split())
+    with xr.open_dataset(tmp_path / "runs.nc") as runs:
+        force = runs.mean_force.sel(span="whole run", force="interface", dof="surge", body="barge")
+        assert np.array_equal(runs.push, force)
+        assert np.isfinite(runs.push).all()
+        assert runs.fender_kinetic.values[:, 0].tolist() == [0.05, 0.05, 0.1, 0.1]
+        assert runs.channel.values.tolist() == ["speed.barge"]
+
+
+@pytest.mark.parametrize(
+    ("figure", "words"),
+    [
+        ("{result: recontact}", ("figures.a", "recontact_force")),
+        ("{result: time, group: legs}", ("the result time without stage",)),
+        ("{result: time, stage: stuck}", ("one of: first contact, 25% transferred",)),
+        ("{result: duration, stage: open}", ("stage and until",)),
+        ("{result: recontacts, force: legs}", ("force of the result recontacts", "only: group")),
+        ("{result: moved, mode: rolling}", ("open",)),
+    ],
+)
+def test_results_that_there_are_not_are_refused_with_the_names_of_others(
+    tmp_path: Path, figure: str, words: tuple[str, ...]
+) -> None:
+    with pytest.raises(hs.InputError) as caught:
+        load_study(study(tmp_path, f"figures: {{a: {figure}}}"))
+    assert all(word in str(caught.value) for word in ("study.yaml:3", *words)), caught.value
 
 
 def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
@@ -258,8 +317,8 @@ def test_several_studies_of_one_file_with_tables_and_pictures(
     assert Path("runs_two.png").exists()
     table = Path("runs.csv").read_text().splitlines()
     assert len(table) == 2 + 4
-    assert table[2].startswith("one,7.0,,crawl,m,2,")
-    assert "pair low" in result.out
+    assert table[2].startswith("one,7,,crawl,m,2,")
+    assert "crawl low" in " ".join(result.out.split())
 
 
 def test_seeds_need_waves(tmp_path: Path) -> None:
@@ -278,7 +337,7 @@ def test_waves_out_of_reach_are_said_once_before_the_runs(tmp_path: Path, sweep:
     result = sweep(study(tmp_path, text), *output)
     assert result.code == 3
     assert result.err.count("in 2 of 4 runs found ") == 1
-    assert "2 failed, 2 complete" in result.out
+    assert "2 of 4 runs are complete" in result.out
     every = text.replace("[2.5 s, 8 s]", "[2.5 s]")
     refused = sweep(study(tmp_path, every), *output)
     assert refused.code == 2

@@ -1,0 +1,241 @@
+"""Results of a run that are no channel over time: of the stages of its contacts, and of why it
+moved. A study may ask for any of them by name, as a figure or as a criterion.
+
+    {result: recontact_force, group: legs}
+    {result: time, stage: separated, group: legs}
+    {result: mean_force, force: interface, direction: surge, stage: in contact}
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.results import stages
+from hydrosim.results.stages import STAGES, TIME
+from hydrosim.statistics.contact import phase_durations
+from hydrosim.statistics.explain import (
+    AXES,
+    CONTACT,
+    PARTS,
+    PHASES,
+    WHOLE,
+    explained,
+)
+
+TIMES = ("time", "duration")
+"""Results that are a time: what never comes is later than any limit."""
+OF_CONTACTS = {**{name: {"group"} for name in stages.FIGURES}, "time": {"group", "stage"}}
+OF_CONTACTS["duration"] = {"group", "stage", "until"}
+LARGEST = ("closing_speed", "largest_contact_force", "recontact_speed", "recontact_force")
+"""Results that are the largest of a run."""
+OF_MOTION = {
+    "displacement": {"body", "direction", "stage"},
+    "mean_force": {"body", "direction", "stage", "force"},
+    "friction": {"group", "direction", "stage", "part"},
+    "time_share": {"group", "stage", "mode"},
+    "moved": {"group", "direction", "stage", "mode"},
+}
+KEYS = OF_CONTACTS | OF_MOTION
+"""All results by name, and the keys that say more of each."""
+NEEDED = {
+    "time": {"stage"},
+    "duration": {"stage"},
+    "mean_force": {"force"},
+    "time_share": {"mode"},
+    "moved": {"mode"},
+}
+"""The keys that a result cannot do without."""
+SPANS = (WHOLE, CONTACT, *PHASES, *(f"{first} to {second}" for first, second in pairwise(STAGES)))
+"""The stages over which it is explained why a body moved."""
+STEPS = (*SPANS, *STAGES)
+"""The names of all stages."""
+MODES = ("open", "stick", "slip")
+
+
+class Results:
+    """A ``run``, and why it moved, which is looked into once it is asked for."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self.run = run
+
+    @cached_property
+    def why(self) -> xr.Dataset:
+        """What `explained` says of the run."""
+        return explained(self.run)
+
+    def group(self, name: str | None) -> str:
+        """The group of contacts of this name, or the only one; InputError if there is none."""
+        known = [str(each) for each in self.run.get("contact_group", xr.DataArray([])).values]
+        if name in known or (name is None and len(known) == 1):
+            return name or known[0]
+        if not known:
+            raise InputError("found a run without contacts; expected fenders or landings.")
+        found = f"the group {name}" if name else "no group"
+        raise InputError(f"found {found}; expected one of: {', '.join(known)}.")
+
+    def body(self, name: str | None) -> str:
+        """The body of this name, or the only one; InputError if there is none."""
+        known = [str(each) for each in self.run.body.values]
+        if name in known or (name is None and len(known) == 1):
+            return name or known[0]
+        found = f"the body {name}" if name else "no body"
+        raise InputError(f"found {found}; expected one of: {', '.join(known)}.")
+
+
+@dataclass(frozen=True)
+class StageResult:
+    """What the contacts of a ``group`` did: a ``result`` of `OF_CONTACTS`. Of a time, the ``stage``
+    that is reached then; of a duration, the phase that lasts so long, or the stages from which and
+    ``until`` which it is."""
+
+    name: str
+    result: str
+    group: str | None = None
+    stage: str | None = None
+    until: str | None = None
+
+    phase: ClassVar[None] = None
+    channel: ClassVar[str] = ""
+    statistic: ClassVar[str] = ""
+    start: ClassVar[float] = 0.0
+    needs_impulses: ClassVar[bool] = False
+    is_even: ClassVar[bool] = True
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The group of contacts that it is of, if one is named."""
+        return () if self.group is None else (self.group,)
+
+    @property
+    def late_if_missing(self) -> bool:
+        """Whether a run without this result has not come to it yet."""
+        return self.result in TIMES
+
+    @property
+    def at_least(self) -> bool:
+        """Whether a limit is the least that it may be, unless said otherwise."""
+        return self.result == "end_clearance"
+
+    def __str__(self) -> str:
+        text = self.result.replace("_", " ")
+        stage = f' of the stage "{self.stage}"' if self.stage else ""
+        until = f' until "{self.until}"' if self.until else ""
+        return f"{text}{stage}{until}{_of(self.group)}"
+
+    def of(self, results: Results) -> xr.DataArray:
+        """The number with its unit, NaN where the run does not come to it."""
+        group = results.group(self.group)
+        run = results.run.sel(contact_group=group)
+        if self.stage in PHASES:
+            number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
+            return _number(float(number), "s", self)
+        if TIME not in run:
+            raise InputError(
+                f"found the result {self.result}, but no group of contacts remembers its stages;"
+                " expected a landing, a body with weight: carried, or a fender with a group."
+            )
+        if self.result in stages.FIGURES:
+            unit = stages.FIGURES[self.result][1]
+            number = _number(float(run[self.result]), unit, self)
+            return number.assign_attrs(side="largest") if self.result in LARGEST else number
+        begin = float(run[TIME].sel(stage=self.stage))
+        if self.result == "time":
+            return _number(begin, "s", self)
+        return _number(float(run[TIME].sel(stage=self.until)) - begin, "s", self)
+
+
+@dataclass(frozen=True)
+class WhyResult:
+    """Why a body moved: a ``result`` of `OF_MOTION` in a ``direction``, over a ``stage``. It is of
+    a ``body``, and of a ``force`` on it; or of a ``group`` of contacts, in a contact ``mode``, or
+    of the ``part`` of friction that has one cause."""
+
+    name: str
+    result: str
+    stage: str = WHOLE
+    direction: str = "surge"
+    body: str | None = None
+    force: str | None = None
+    group: str | None = None
+    part: str | None = None
+    mode: str | None = None
+
+    phase: ClassVar[None] = None
+    channel: ClassVar[str] = ""
+    statistic: ClassVar[str] = ""
+    start: ClassVar[float] = 0.0
+    needs_impulses: ClassVar[bool] = True
+    late_if_missing: ClassVar[bool] = False
+    at_least: ClassVar[bool] = False
+
+    @property
+    def is_even(self) -> bool:
+        """Whether it is the same of a scene and of its mirror image about the x axis."""
+        return self.direction != "sway"
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The group of contacts, or the force, that it is of."""
+        return tuple(name for name in (self.group, self.force) if name is not None)
+
+    def __str__(self) -> str:
+        text = self.result.replace("_", " ")
+        more = " ".join(each for each in (self.force, self.part, self.mode) if each)
+        more = f" ({more})" if more else ""
+        way = "" if self.result == "time_share" else f" in {self.direction}"
+        return f"{text}{more}{_of(self.group or self.body)}{way}, {self.stage}"
+
+    def of(self, results: Results) -> xr.DataArray:
+        """The number with its unit, NaN where the run has no such stage."""
+        why = results.why
+        if "group" in OF_MOTION[self.result]:
+            return self._of_contacts(results, why)
+        at = why.sel(body=results.body(self.body), dof=self.direction)
+        at = at.sel(span=self._span(why, None))
+        if self.result == "displacement":
+            return _number(float(at.displacement), "m", self)
+        known = [str(each) for each in at.force.values]
+        if self.force not in known:
+            text = f"found the force {self.force}; expected one of: {', '.join(known)}"
+            raise InputError(f"{text}.")
+        return _number(float(at.mean_force.sel(force=self.force)), "N", self)
+
+    def _of_contacts(self, results: Results, why: xr.Dataset) -> xr.DataArray:
+        group = results.group(self.group)
+        own = why.sel(fender=why.fender_group == group, span=self._span(why, group))
+        along = own.sel(direction=AXES[self.direction])
+        if self.result == "friction":
+            part = along.friction_part.sel(part=[self.part] if self.part else list(PARTS))
+            return _number(_sum(part), "N", self)
+        if self.result == "time_share":
+            return _number(float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self)
+        return _number(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
+
+    def _span(self, why: xr.Dataset, group: str | None) -> str:
+        """The name of the stage: of one group among several it begins with the group's."""
+        known = [str(span) for span in why.span.values]
+        name = f"{group}: {self.stage}" if group else self.stage
+        if self.stage in known or name in known:
+            return self.stage if self.stage in known else name
+        raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(known)}.")
+
+
+def _of(name: str | None) -> str:
+    return f" of {name}" if name else ""
+
+
+def _sum(values: xr.DataArray) -> float:
+    """The sum, not a number if nothing is known."""
+    x = values.values
+    return float(np.nansum(x)) if np.isfinite(x).any() else np.nan
+
+
+def _number(number: float, unit: str, asked: object) -> xr.DataArray:
+    return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit})

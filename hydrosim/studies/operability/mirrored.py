@@ -1,0 +1,94 @@
+"""Limits to the other side of a scene that is its own mirror image about y = 0.
+
+Waves to -b move such a scene as waves to b do, with sway, roll and yaw reversed. Its limits are the
+same if its criteria do not tell the sides apart and its swells run along the x axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.mirror import without_image
+from hydrosim.compiling.symmetry import not_mirrored, plane_of
+from hydrosim.dofs import DOFS, MIRROR_SIGN
+from hydrosim.errors import HydrosimError
+from hydrosim.scene import Scene
+from hydrosim.statistics.headings import MIRRORED, NEAR, SAID, images_of
+
+if TYPE_CHECKING:
+    from hydrosim.statistics.figures import Asked
+    from hydrosim.studies.operability.seas import Swell
+
+EVEN = ("end_absolute", "std", "largest_absolute")
+"""Statistics that do not know the sign of what they are of."""
+MOTIONS = ("position", "velocity", "acceleration")
+
+
+def with_other_side(
+    found: xr.Dataset, scene: Scene, figures: Sequence[Asked], swells: Sequence[Swell | None]
+) -> xr.Dataset:
+    """The limits ``found`` with those to the other side, if these are the same; attributes say
+    which they are, or why there are none."""
+    headings = found.heading.values
+    images = images_of(headings)
+    if not images:
+        return found
+    reasons = [*_sides_told_apart(figures, swells, scene), *_of_scene(scene, headings)]
+    if reasons:
+        text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
+        return found.assign_attrs({SAID: text})
+    own = found.sel(heading=[heading for heading, _ in images])
+    own = own.assign_coords(heading=("heading", [at for _, at in images], found.heading.attrs))
+    for name in ("runs", "inferred", "otherwise"):
+        own[name] = xr.zeros_like(own[name])
+    both = xr.concat([found, own], "heading", combine_attrs="override").sortby("heading")
+    text = (
+        "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
+        " without runs of their own."
+    )
+    return both.assign_attrs({SAID: text, MIRRORED: np.sort([at for _, at in images])})
+
+
+def _sides_told_apart(
+    figures: Sequence[Asked], swells: Sequence[Swell | None], scene: Scene
+) -> list[str]:
+    """Criteria and swells that are others to the other side."""
+    found = [str(figure) for figure in figures if not _is_even(figure)]
+    found += [name for figure in figures for name in figure.elements if _is_aside(name, scene)]
+    aside = [s for s in swells if s is not None and abs(np.sin(s.heading)) > NEAR]
+    return found + [f"swell to {np.degrees(swell.heading):g} deg" for swell in aside]
+
+
+def _is_aside(name: str, scene: Scene) -> bool:
+    """Whether an element, or a group of contacts, is not its own mirror image."""
+    own = {
+        element: of
+        for element, of in scene.forces.items()
+        if name in (element, getattr(of, "group", None))
+    }
+    return bool(list(without_image(own, plane_of(scene))))
+
+
+def _is_even(figure: Asked) -> bool:
+    """Whether a figure is the same of a motion and of its mirror image."""
+    if not figure.channel:
+        return figure.is_even
+    name, _, of = figure.channel.partition(".")
+    if name == "speed" or figure.channel == "wave_elevation":
+        return True
+    dof = of.rpartition(".")[2]
+    if name not in MOTIONS or dof not in DOFS:
+        return False
+    return bool(MIRROR_SIGN[DOFS.index(dof)] > 0.0) or figure.statistic in EVEN
+
+
+def _of_scene(scene: Scene, headings: np.ndarray) -> list[str]:
+    try:
+        return not_mirrored(compile_scene(scene), headings)
+    except HydrosimError as error:
+        return [str(error)]

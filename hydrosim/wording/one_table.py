@@ -1,0 +1,76 @@
+"""Several figures of all plans of a study in one table: a row for each value, a column for each
+figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hydrosim.presentation.document import Cell, Node, Sentence, Table, Value
+from hydrosim.statistics import effects
+from hydrosim.statistics.effects import DRAWN, Plan, Row
+
+FEWEST = 2
+"""Figures, from which on there is one table of all."""
+MOST = 300
+"""Rows."""
+HOW = "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
+
+
+def has_one_table(plan: Plan) -> bool:
+    """Whether a plan is in the one table of its study."""
+    return plan.design not in DRAWN and len(plan.figures) >= FEWEST
+
+
+def one_table(plans: Sequence[Plan]) -> Iterator[Node]:
+    """All figures at all values of the plans; nothing where a plan has a single figure."""
+    own = [plan for plan in plans if has_one_table(plan)]
+    if not own:
+        return
+    figures = own[0].figures
+    several = len(plans) > 1
+    columns = [name for figure in figures for name in (figure, "±")]
+    head = (*(("study",) if several else ()), "value", *columns, "runs")
+    rows = [row for plan in own for row in _of_plan(plan, figures, several)]
+    yield Table(head, rows[:MOST], "All figures")
+    yield Sentence(HOW)
+    for name in figures:
+        text = str(own[0].runs[name].attrs.get("long_name", ""))
+        yield Sentence("{}: {}.", [name, text], detail=True)
+
+
+def _of_plan(plan: Plan, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+    found: dict[str, dict[str, Row]] = {}
+    for row in effects.rows(plan):
+        found.setdefault(_name(plan, row), {})[row.figure] = row
+    for name, by_figure in found.items():
+        runs = max(row.spread.n for row in by_figure.values())
+        study: list[Cell] = [plan.name.replace("_", " ")] if several else []
+        cells = [cell for figure in figures for cell in _cells(by_figure[figure])]
+        yield [*study, name, *cells, str(runs)]
+
+
+def _name(plan: Plan, row: Row) -> str:
+    """The values of a row in words; of one parameter at a time, the one that is varied."""
+    varied = str(row.values.get("varied", ""))
+    if "varied" in row.values and not varied:
+        return "the case"
+    axes = [plan.axis(varied)] if varied else [name for name in row.values if name != "varied"]
+    return ", ".join(_value(plan, name, row.values[name], len(axes) > 1) for name in axes) or "all"
+
+
+def _value(plan: Plan, name: str, value: object, named: bool) -> str:
+    short = " ".join(name.split(".")[-2:]).replace("_", " ")
+    unit = plan.unit(name)
+    text = f"{value:.6g} {unit}".strip() if isinstance(value, float) else str(value)
+    return f"{short} {text}" if named or isinstance(value, float) else text
+
+
+def _cells(row: Row) -> tuple[Cell, Cell]:
+    """A mean, and half of its interval; nothing where no run has a value."""
+    of = row.spread
+    if not of.n:
+        return "none", ""
+    half = of.high - of.mean
+    return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""
