@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from hydrosim.case.criteria import PHASE_NAMES, STATISTIC_NAMES
 from hydrosim.documents import quantities as of
 from hydrosim.documents.units import AnyQuantity, Scale, problem
 from hydrosim.results.stages import STAGES
@@ -167,10 +168,6 @@ class Kept(of.Strict):
     """Time from which statistics are taken."""
 
 
-PHASE_NAMES = Literal["moored", "initial contact", "compressed", "stuck"]
-STATISTIC_NAMES = Literal[
-    "end", "end_absolute", "change", "mean", "std", "smallest", "largest", "largest_absolute"
-]
 RESULT_NAMES = Literal[
     "closings",
     "closing_speed",
