@@ -1,1 +1,1 @@
-"""How kernels become machine code, each once, and how wide tuples are handed to them."""
+"""Compilation of kernels, each once, and the passing of wide tuples to them."""

@@ -1,9 +1,11 @@
-"""Machine code of kernels on disk: a file for each kernel and the types of its arguments.
+"""Machine code of kernels on disk: one file for each kernel and the types of its arguments.
 
-numba's own disk cache takes what it finds for code, notices an edit of the file that a kernel is in
-but not of those that it calls into, and knows a file by its place and time. Here all names begin
-with a hash of all sources that may hold kernels, so that any edit there makes others, and what is
-damaged is compiled again (`hydrosim.cache`).
+numba's own disk cache trusts every file that it finds. It notices an edit of the file that defines
+a kernel, but not of the files that this kernel calls into. It identifies a file by its path and
+time.
+
+Here every name begins with a hash of all sources that may hold kernels, so any edit gives new
+names. A damaged file is compiled again (`hydrosim.cache`).
 """
 
 from __future__ import annotations
@@ -26,15 +28,15 @@ from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, shipped, shipped_f
 from hydrosim.program import digest_of_sources
 
 Name = tuple[str, str, Any]
-"""Module and name of a whole, and the types of its arguments."""
+"""Module and name of a `Whole`, and the types of its arguments."""
 
 Machine = tuple[str, str, str]
 """Platform, processor and its features, as LLVM names them."""
 
 
 class Disk(_Cache):
-    """The files of one kernel; ``folder`` names that of all, ``calls`` says of compiled code which
-    wholes it calls: their doors are made first."""
+    """The files of one kernel. ``folder`` returns the name of their common folder. ``calls``
+    returns the wholes that compiled code calls: their doors are made first."""
 
     def __init__(
         self,
@@ -51,8 +53,8 @@ class Disk(_Cache):
         return self._folder()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The code for these types, None if there is none. Nothing is loaded that only compilers
-        need, which would take a quarter of a second."""
+        """Return the code for these types, or None if there is none. This loads no module that only
+        the compiler needs, which would take a quarter of a second."""
         rtsys.initialize(target_context)
         content = self._content(sig, target_context.codegen().magic_tuple())
         if content is None:
@@ -63,7 +65,7 @@ class Disk(_Cache):
         return CompileResult._rebuild(target_context, *code)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled, unless it holds addresses of this process."""
+        """Store compiled code, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             content = dumps((self._calls(data.library), _lean(data._reduce())))
             name = self._name(sig, data.codegen.magic_tuple())
@@ -76,7 +78,8 @@ class Disk(_Cache):
     def flush(self) -> None: ...
 
     def _content(self, sig: Any, machine: Machine) -> bytes | None:
-        """What came with the package, or else what was compiled here before."""
+        """Content of the file shipped with the package, or else of the file compiled here
+        earlier."""
         platform, _, features = machine
         folder = self._folder()
         if files := shipped_files(folder, features):
@@ -94,14 +97,14 @@ class Disk(_Cache):
 
 
 def _lean(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
-    """What numba writes of a result, without its report of types and without the environments of
-    all functions in it: they hold constants that are Python objects, which kernels have none of.
-    To read them takes longer than the code, and loads modules that only compilers need."""
+    """Reduced form of numba's result, without its report of types and without the environments of
+    its functions. Environments hold constants that are Python objects; kernels have none. Reading
+    them takes longer than reading the code, and loads modules that only the compiler needs."""
     *code, _types, reload_init, _environments = reduced
     return (*code, "", reload_init, ())
 
 
 def _source(file: str) -> str:
-    """Of a kernel that may be in no folder of this package."""
+    """Digest of the source of a kernel, which may lie outside this package."""
     home, name = os.path.split(file)
     return digest_of_sources(Path(home), name)

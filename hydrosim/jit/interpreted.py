@@ -1,5 +1,5 @@
-"""Kernels as Python runs them, for a debugger: nothing is compiled, and all takes long.
-Numbers are numpy's, so that a division by zero is as in machine code."""
+"""Kernels run by Python, for a debugger: nothing is compiled, and runs are slow. Numbers are
+numpy's, so that a division by zero behaves as in machine code."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from hydrosim.jit.refs import Held
 
-KEPT = 64  # tuples that were converted last
+KEPT = 64  # number of converted tuples that are kept
 _kept: dict[int, tuple[tuple, tuple]] = {}
 
 
 class Part:
-    """A function that takes arrays of records as those whose fields are attributes."""
+    """A function that reads the fields of records as attributes."""
 
     def __init__(
         self, function: Callable[..., Any], folder: Callable[[], str], returns: Sequence[type] = ()
@@ -34,7 +34,7 @@ Summing = Whole = Part
 
 
 class _Record:
-    """A record whose fields are attributes, whatever they are called."""
+    """A record with its fields as attributes, whatever their names."""
 
     def __init__(self, values: np.void) -> None:
         object.__setattr__(self, "values", values)
@@ -47,7 +47,7 @@ class _Record:
 
 
 class _Records(np.ndarray):
-    """An array of records whose fields are attributes."""
+    """An array of records with their fields as attributes."""
 
     def __getitem__(self, index: Any) -> Any:
         found = super().__getitem__(index)
@@ -58,7 +58,7 @@ class _Records(np.ndarray):
 
 
 def _as_python_reads(value: Any) -> Any:
-    """What machine code is handed, for Python; it shares its memory."""
+    """The argument of a kernel in its form for Python; both share their memory."""
     if isinstance(value, Held):
         value = value.value
     if isinstance(value, np.ndarray) and value.dtype.names:

@@ -1,9 +1,9 @@
-"""Compiled kernels and where they are cached; how they are compiled is in `hydrosim.jit.linking`,
-how they are kept in `hydrosim.jit.disk`. ``HYDROSIM_JIT`` chooses another way: ``plain``, or
-``python`` without any machine code.
+"""Compiled kernels and their cache folder. `hydrosim.jit.linking` compiles them,
+`hydrosim.jit.disk` stores them. The environment variable ``HYDROSIM_JIT`` selects another way:
+``plain``, or ``python`` without machine code.
 
-The folder of the cache is named after a hash of all sources that may hold kernels (`SOURCES`): any
-edit there gives a new folder, and no kernel can be stale.
+The name of the cache folder holds a hash of all sources that may hold kernels (`SOURCES`). Any edit
+there gives a new folder, so no kernel can be stale.
 """
 
 from __future__ import annotations
@@ -45,12 +45,13 @@ WAYS = {
     "python": "hydrosim.jit.interpreted",
 }
 TRIED = (0, 68)
-"""The latest numba that the linking was tried with."""
+"""Latest version of numba with which `hydrosim.jit.linking` was tested."""
 
 
 def _way() -> ModuleType:
-    """The module of the kinds of kernels. Where numba is none that the linking knows it is the
-    plain one, with a warning."""
+    """The module with the kinds of kernels. Falls back to ``plain`` with a warning if
+    `hydrosim.jit.linking` does not support the installed numba. Raises InputError for an unknown
+    ``HYDROSIM_JIT``."""
     asked = os.environ.get("HYDROSIM_JIT", "linked")
     if asked not in WAYS:
         raise InputError(f"HYDROSIM_JIT: found {asked}; expected {', '.join(WAYS)}.")
@@ -75,37 +76,36 @@ _ways = _way()
 
 
 def kernel_folder() -> str:
-    """Name of the folder of the compiled kernels of exactly these sources, numba and LLVM, and of
-    interpreters that load the same extension modules, wherever the sources lie."""
+    """Name of the folder with the compiled kernels of exactly these sources, numba and LLVM.
+    Interpreters that load the same extension modules share it, wherever the sources lie."""
     made = f"{EXTENSION_SUFFIXES[0]}{numba.__version__}{llvmlite.__version__}{sources_digest()}"
     return f"kernels-{hashlib.sha256(made.encode()).hexdigest()[:16]}"
 
 
 def sources_digest() -> str:
-    """Of what the kernels are, wherever they are installed."""
+    """Digest of the sources of all kernels, independent of where they are installed."""
     return digest_of_sources(PACKAGE, *sorted(SOURCES))
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """A function that numba compiles; numpy's rules for division, no fast-math.
+    """A function that numba compiles, with numpy's rules for division and no fast-math.
 
-    Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and
-    the many arrays of a model are handed from call to call without counting references. The
-    machine code of a kernel becomes a part of whatever kernel calls it, for a call would hand over
-    dozens of words.
+    Kernels run without numba's memory manager: they cannot allocate (the compiler refuses), and the
+    many arrays of a model are passed without counting references. The machine code of a kernel
+    becomes a part of every kernel that calls it, because a call would pass dozens of words.
     """
     return _compiled(_ways.Part, function)
 
 
 def summing(function: Callable[..., Any]) -> Any:
-    """A `kernel` whose sums may be taken in any order, so that they vectorise: what it returns
-    changes by roundings alone."""
+    """A `kernel` whose sums may be taken in any order, so that they vectorise. Results change by
+    rounding alone."""
     return _compiled(_ways.Summing, function)
 
 
 def root(function: Callable[..., Any]) -> Any:
-    """A `kernel` whose machine code is in one place, and is compiled when it is first called: one
-    that is large and called from several places, or that few scenes need. It returns nothing."""
+    """A `kernel` with machine code of its own, compiled at its first call. It suits a kernel that
+    is large and called from several places, or that few scenes need. It returns nothing."""
     return _compiled(_ways.Whole, function)
 
 

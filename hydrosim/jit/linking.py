@@ -1,35 +1,36 @@
-"""How kernels become machine code: what is called, when it is first called, once.
+"""Compilation of kernels at their first call, each once.
 
-numba optimises and translates a kernel together with all kernels below it, once more for each
-kernel above: for a tree of calls that is most of the time to compile. Here a kernel is one of two
-things to the kernels that call it.
+numba optimises and translates a kernel together with all kernels below it, and does so again for
+every kernel above. In a tree of calls that takes most of the compile time. Here a kernel is one of
+two kinds for the kernels that call it.
 
-A `Part` is kept as numba wrote it, until a kernel that is run takes it in. So it is optimised
-there, once.
+A `Part` is kept as numba's intermediate code until a `Whole` links it in. It is optimised there,
+once.
 
-A `Whole` (`@root`) is machine code of its own. Its callers know its name and its types, no more:
-they are compiled without it. They call it through a `_Door`: eight bytes that hold the address of
-its machine code, and nothing at first. Code that finds nothing there calls `_open`, which loads the
-whole from the disk or compiles it, and stores the address. So a scene without tanks never compiles
-a root of tanks, nobody has to say which scene needs which root, and none is called before it is
-there. If a root cannot be compiled, all kernels above it return at once with the status `CLOSED`,
-and the call from Python raises the error.
+A `Whole` (`@root`) is machine code of its own. Its callers know only its name and its types: they
+are compiled without it. They call it through a `_Door`: eight bytes that hold the address of its
+machine code, and zero at first.
 
-Addresses hold in one process. So machine code on disk has names of doors, which are made again
-before it is loaded.
+Code that finds zero there calls `_open`, which loads the whole from the disk or compiles it, and
+stores the address. So a scene without tanks never compiles a root of tanks, and nobody has to list
+the roots that a scene needs. If a root cannot be compiled, all kernels above it return at once with
+the status `CLOSED`, and the call from Python raises the error.
 
-What is relied on of numba and documented nowhere, by files of its oldest version that is allowed,
-below https://github.com/numba/numba/blob/0.61.0/numba/core/:
+Addresses are valid in one process. So machine code on disk refers to doors by name; the doors are
+made again before it is loaded.
+
+This module relies on undocumented parts of numba. The list names the files of the oldest supported
+version, below https://github.com/numba/numba/blob/0.61.0/numba/core/:
 
 * codegen.py: `JITCodeLibrary`, its hooks and `_linking_libraries`; `JitEngine.finalize_object`;
   `magic_tuple`, `get_host_cpu_features`
 * registry.py, dispatcher.py: `CPUDispatcher` with `get_call_template`, `get_overload`, `_cache`
 * compiler.py: `compile_extra`, `Flags`, `Compiler.define_pipelines`, `CompileResult._rebuild`
-* typed_passes.py, untyped_passes.py: the passes that are `NEEDLESS`
+* typed_passes.py, untyped_passes.py: the passes in `NEEDLESS`
 * caching.py: `_Cache`
 * funcdesc.py: `ExternalFunctionDescriptor`
 
-Where one of them is another, `hydrosim.jit.plain` takes over.
+`hydrosim.jit.plain` takes over if one of them differs.
 """
 
 from __future__ import annotations
@@ -56,27 +57,27 @@ from hydrosim.jit.waiting import Torn, waiting
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
-    "error_model": "numpy",  # its rules for division
+    "error_model": "numpy",  # numpy's rules for division
     "nogil": True,
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
 
 NUMBERS = {float: types.float64, bool: types.boolean, int: types.int64}
-CLOSED = -9  # none of numba's own
+CLOSED = -9  # a status that numba itself does not use
 
-# LLVM hands over machine code, and asks for it, in callbacks. An exception there is lost, and with
-# it the code; so the one that a signal raises comes after them.
+# LLVM passes machine code in callbacks. An exception there would be lost, and the code with it. So
+# the exception that a signal raises is delayed until the callback has returned.
 JitEngine.finalize_object = undisturbed()(JitEngine.finalize_object)
 
 
 class _PartCode(JITCodeLibrary):
-    """Code that is to become a part of others: neither optimised nor executable."""
+    """Code that becomes a part of other libraries: neither optimised nor executable by itself."""
 
     def finalize(self) -> None:
         for function in self._final_module.functions:
             if not function.is_declaration:
-                function.linkage = "linkonce_odr"  # gone where nothing calls it any more
+                function.linkage = "linkonce_odr"  # LLVM drops it where nothing calls it any more
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
@@ -88,13 +89,13 @@ class _WholeCode(JITCodeLibrary):
     """Machine code of a kernel with all its parts."""
 
     def finalize(self) -> None:
-        # a part comes after all that may call it: LLVM takes in what is asked for by then
+        # a part comes after every part that may call it: LLVM links only symbols requested by then
         last_first = dict.fromkeys(reversed(list(_below(self))))
         self._linking_libraries = list(reversed(last_first))
         super().finalize()
 
     def serialize_using_object_code(self) -> Any:
-        # no library links this one, so of its code before translation the names will do
+        # no library links this one, so the names of its functions before translation suffice
         names = [function.name for function in self.get_defined_functions()]
         empty = "\n".join(f'define void @"{name}"() {{ unreachable }}' for name in names)
         code = binding.parse_assembly(empty).as_bitcode()
@@ -102,7 +103,7 @@ class _WholeCode(JITCodeLibrary):
 
 
 def _below(library: Any) -> Iterator[Any]:
-    """All that is linked into a library, parts of parts included."""
+    """All libraries linked into a library, at any depth."""
     for other in library._linking_libraries:
         yield other
         if isinstance(other, _PartCode):
@@ -111,14 +112,14 @@ def _below(library: Any) -> Iterator[Any]:
 
 NEEDLESS: tuple[Any, ...] = (
     InlineClosureLikes,  # kernels define no functions
-    InlineOverloads,  # nor is any function inlined before LLVM does it
-    NopythonRewrites,  # they join operations on whole arrays, which would allocate
+    InlineOverloads,  # LLVM alone inlines functions
+    NopythonRewrites,  # these fuse operations on whole arrays, which would allocate
 )
-"""Steps of numba that take about 6 % of the time to compile, and change nothing in kernels."""
+"""Passes of numba that take about 6 % of the compile time and change nothing in kernels."""
 
 
 class _PartCompiler(compiler.Compiler):
-    """numba's steps, but for those that are `NEEDLESS`."""
+    """numba's passes without `NEEDLESS`."""
 
     def define_pipelines(self) -> list[Any]:
         found = super().define_pipelines()
@@ -135,10 +136,10 @@ class _WholeCompiler(_PartCompiler):
 
 
 _doors: dict[str, _Door] = {}
-"""By their names in machine code."""
+"""Doors by their names in machine code."""
 
 _doors_at: dict[int, _Door] = {}
-"""By their addresses."""
+"""Doors by their addresses."""
 
 
 class _Door:
@@ -156,7 +157,7 @@ class _Door:
         _doors[self.name] = _doors_at[address] = self
 
     def open(self) -> None:
-        """Let machine code through from now on."""
+        """Store the address, so that machine code calls the whole directly from now on."""
         self.whole.compile(self.args)
         result: Any = self.whole.overloads[self.args]
         name = result.fndesc.llvm_func_name
@@ -164,19 +165,19 @@ class _Door:
 
 
 def _called(library: Any) -> list[Name]:
-    """The wholes that code has doors of."""
+    """The wholes whose doors this code holds."""
     names = [variable.name for variable in library._final_module.global_variables]
     doors = [_doors[name] for name in names if name in _doors]
     return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
 
 
 def _open(address: int) -> None:
-    """Called by machine code that finds nothing behind the door at an address."""
+    """Load or compile the whole of a door; machine code calls this where the door holds zero."""
     begin = perf_counter()
     door = _doors_at[address]
     try:
         door.open()
-    except BaseException as error:  # an interrupt, too: machine code knows no exceptions
+    except BaseException as error:  # also for an interrupt: machine code knows no exceptions
         door.code.value = None
         waiting.error = error
     waiting.seconds += perf_counter() - begin
@@ -188,8 +189,8 @@ binding.add_symbol(_OPEN, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
 
 
 class _Flags(compiler.Flags):
-    """Options of a compile, never changed: numba looks up what it inferred before by comparing all
-    of them, which takes long, and makes copies to be safe."""
+    """Options of a compilation, never changed. numba compares all of them when it looks up inferred
+    types, which is slow, and copies them for safety."""
 
     __hash__ = object.__hash__
     __eq__ = object.__eq__
@@ -199,7 +200,7 @@ class _Flags(compiler.Flags):
 
 
 def _part_flags(fastmath: frozenset[str]) -> Any:
-    """Options of parts: they are not compiled to the end."""
+    """Options of parts, which are not translated to machine code."""
     flags: Any = _Flags()
     options = {**OPTIONS, "forceinline": True, "fastmath": set(fastmath)}
     CPUDispatcher.targetdescr.options.parse_as_flags(flags, options)
@@ -218,7 +219,7 @@ class _Kernel(CPUDispatcher):
     def __call__(self, *args: Any) -> Any:
         try:
             return super().__call__(*map(hold, args))
-        except SystemError as error:  # as numba has it for a status that it does not know
+        except SystemError as error:  # numba raises the same for a status that it does not know
             raise _reason() or error from None
 
     def __reduce__(self) -> str:  # type: ignore[override]
@@ -257,11 +258,11 @@ class _PartKernel(_Kernel):
 
 
 class Part:
-    """A kernel whose code becomes a part of the kernels that call it. Called from Python it is
-    machine code with its own parts.
+    """A kernel whose code becomes a part of the kernels that call it. Python calls it as machine
+    code with its own parts.
 
-    numba's object is made when it is first asked for: of hundreds of parts few are, where machine
-    code comes from the disk.
+    numba's object is made on first use. Of hundreds of parts few are used where machine code comes
+    from the disk.
     """
 
     fastmath: frozenset[str] = frozenset()
@@ -279,7 +280,7 @@ class Part:
 
     @property
     def _numba_type_(self) -> Any:
-        """Type of the kernel where others call it."""
+        """Type of the kernel in the kernels that call it."""
         return self.compiled._numba_type_
 
     def __call__(self, *args: Any) -> Any:
@@ -297,8 +298,8 @@ class Summing(Part):
 
 
 class Whole(_Kernel):
-    """A kernel that is machine code of its own, for Python and for the kernels that call it. It
-    returns numbers of the types ``returns``: callers are compiled before it."""
+    """A kernel with machine code of its own, for Python and for the kernels that call it. It
+    returns numbers of the types ``returns``, because callers are compiled before it."""
 
     def __init__(
         self, function: Any, folder: Callable[[], str], returns: Sequence[type] = ()
@@ -333,7 +334,7 @@ class Whole(_Kernel):
         return self._doors[args]
 
     def _entrance(self, door: _Door) -> Any:
-        """What callers take in as a part: a function that goes through the ``door``."""
+        """The function that callers link in as a part: it calls through the ``door``."""
         context: Any = self.targetctx
         word = ir.IntType(8).as_pointer()
         called = ExternalFunctionDescriptor(f"{door.name}.entrance", self._returns, door.args)
@@ -357,11 +358,11 @@ class Whole(_Kernel):
 
 
 def _reason() -> BaseException | None:
-    """Why a door has stayed closed to the kernel that this thread has just called."""
+    """Error that kept a door closed to the kernel that this thread has just called."""
     error = waiting.error
     waiting.error = None
     if isinstance(error, KeyboardInterrupt):
         return Torn(*error.args)
     if error is None:
-        raise_if_interrupted()  # by a signal so early that the exception was lost
+        raise_if_interrupted()  # a signal came so early that its exception was lost
     return error

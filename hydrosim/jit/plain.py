@@ -1,8 +1,8 @@
-"""Kernels as numba compiles them by itself: `njit`, each with all that it calls.
+"""Kernels compiled by plain `njit`, each with all kernels that it calls.
 
-It takes minutes, but it asks nothing of numba but what is documented: `njit`, its cache, and
-`typeof_impl` (https://numba.readthedocs.io/en/stable/extending/). So it stands in where numba is
-another than `hydrosim.jit.linking` knows.
+This takes minutes, but uses only documented parts of numba: `njit`, its cache, and `typeof_impl`
+(https://numba.readthedocs.io/en/stable/extending/). It replaces `hydrosim.jit.linking` for a numba
+that the latter does not support.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ settings: Any = config
 
 
 class Part:
-    """A kernel, for Python and for other kernels; what it returns numba finds out."""
+    """A kernel, for Python and for other kernels; numba infers its return type."""
 
     fastmath: frozenset[str] = frozenset()
 
@@ -34,9 +34,9 @@ class Part:
 
     @property
     def compiled(self) -> Any:
-        """The function as numba has it, made when it is first asked for."""
+        """numba's compiled function, made on first use."""
         if self._made is None:
-            # numba looks for its cache at this moment, and would not see edits of other files
+            # numba looks for its cache at this moment, and would not notice edits of other files
             before = settings.CACHE_DIR
             settings.CACHE_DIR = str(cache_folder(f"plain-{self._folder()}"))
             try:

@@ -1,13 +1,14 @@
-"""Wide tuples handed to kernels by reference.
+"""Wide tuples passed to kernels by reference.
 
-A model is a tuple of tuples of a hundred arrays. numba hands every word of it to every kernel that
-is called with it, which costs time at each call and most of the time to compile. So a kernel takes
-a named tuple as one pointer. Fields are read where they are used, and those that are tuples are
-pointers again.
+A model is a tuple of tuples of a hundred arrays. numba passes every word of it to every kernel that
+receives it. That costs time at each call, and most of the compile time. So a kernel takes a named
+tuple as one pointer. Fields are read where they are used; fields that are tuples are pointers
+again.
 
-`Held` is a tuple laid out in memory as numba's structures are: numbers are copied, arrays are
-shared. Python's calls of kernels make one, and keep the last few; who hands over what is large, and
-need not live on, makes its own.
+`Held` is a tuple laid out in memory like numba's structures: numbers are copied, arrays are shared.
+A call from Python makes one for each tuple and keeps the last few. Code with a large, short-lived
+tuple makes its own.
+
 Kernels do not count references to arrays; numba's own memory manager would lose count.
 """
 
@@ -47,7 +48,7 @@ class Ref(types.Type):
 
     def __init__(self, target: Any) -> None:
         self.target = target
-        # short: names of types are part of the names of all kernels, and are compared all the time
+        # short: type names are part of all kernel names, and are compared all the time
         super().__init__(name=f"Ref({hashlib.sha256(str(target).encode()).hexdigest()[:16]})")
 
 
@@ -63,16 +64,16 @@ class Held:
         self._numba_type_ = _reference_to(_type_of(value))
 
 
-KEPT = 16  # tuples that were handed over last: to lay out a model takes longer than most kernels
+KEPT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
 _kept: dict[int, Held] = {}
 _keeping = Lock()
 
 
 def hold(value: Any) -> Any:
-    """A named tuple as kernels take it; anything else as it is."""
+    """A named tuple in the form that kernels take; any other value unchanged."""
     if not (isinstance(value, tuple) and hasattr(value, "_fields")):
         return value
-    held = _kept.get(id(value))  # whose tuple lives, so that no other has its number
+    held = _kept.get(id(value))  # keeps the tuple alive, so that no other tuple gets its id
     if held is None:
         held = Held(value)
         with _keeping:
@@ -86,7 +87,7 @@ def _lay_out(value: Any, words: list[Any]) -> str:
     """Add the words of a value to ``words``; returns their `struct` format."""
     if isinstance(value, tuple):
         layout = "".join(_lay_out(item, words) for item in value)
-        # a structure begins and ends as its widest member does: "0q" pads to eight bytes
+        # a structure is aligned like its widest member: "0q" pads to eight bytes
         return layout if set(layout) <= {"?"} else f"0q{layout}0q"
     if isinstance(value, np.ndarray):
         # numba's array: owner, parent, size, bytes an item, data, shape, strides
@@ -109,8 +110,8 @@ _reference_to = cache(Ref)
 
 
 def _type_of(value: Any) -> types.Type:
-    """numba's type of a value. numba alone takes 16 ms to find that of a wide tuple, and 0.1 ms to
-    tell whether two are the same: here each part is looked up by its fingerprint."""
+    """numba's type of a value. numba takes 16 ms to find the type of a wide tuple, and 0.1 ms to
+    compare two. Here each part is looked up by its fingerprint."""
     key = compute_fingerprint(value)
     if key not in _types:
         _types[key] = _tuple_type(value) if isinstance(value, tuple) else typeof(value)
@@ -130,7 +131,7 @@ class _RefModel(models.PrimitiveModel):
 
 @unbox(Ref)
 def _take_address(typ: Ref, held: Any, c: Any) -> Any:
-    """The pointer to a tuple that Python holds."""
+    """Pointer to a tuple that Python holds."""
     attribute = c.pyapi.object_getattr_string(held, "address")
     address = c.pyapi.long_as_longlong(attribute)
     c.pyapi.decref(attribute)
@@ -138,7 +139,7 @@ def _take_address(typ: Ref, held: Any, c: Any) -> Any:
 
 
 def _item(target: Any, index: int) -> types.Type:
-    """Type of what is read: a reference to a tuple, else the value."""
+    """Type of an item that is read: a reference for a tuple, else the value."""
     item = target.types[index]
     return Ref(item) if isinstance(item, types.BaseTuple) else item
 

@@ -1,4 +1,4 @@
-"""Which piece of a piecewise function a number is on."""
+"""Search for the piece of a piecewise function that holds a number."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from hydrosim.jit.kernels import kernel
 
 @kernel
 def piece_of(x, low, high, pieces):
-    """Index, from ``low`` to ``high``, of the last of ``pieces`` that starts at ``x`` or before; of
-    the first of these where all start later."""
+    """Index, from ``low`` to ``high``, of the last of ``pieces`` that starts at or before ``x``. It
+    is ``low`` if all pieces start later."""
     while low < high:
         middle = (low + high + 1) // 2
         if x < pieces[middle].start:

@@ -1,8 +1,8 @@
-"""Machine code to be shipped in wheels: `python -m hydrosim.jit.ship FOLDER CASE...`.
+"""Machine code for wheels: `python -m hydrosim.jit.ship FOLDER CASE...`.
 
-FOLDER gets the kernels that `hydrosim run` and `hydrosim check` of these cases call, compiled for
-any processor of the kind `PROCESSOR`. A wheel holds them if it is built with
-``HYDROSIM_SHIPPED=FOLDER`` in the environment; it is used as `hydrosim.jit.shipped` says.
+FOLDER receives the kernels that `hydrosim run` and `hydrosim check` of these cases call, compiled
+for any processor of the kind `PROCESSOR`. A wheel includes them if it is built with
+``HYDROSIM_SHIPPED=FOLDER`` in the environment. `hydrosim.jit.shipped` says how they are used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hydrosim.program import versions
 
 
 def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
-    """Fill an empty or new ``folder``; SHA-256 (hex) of its files by name."""
+    """Fill an empty or new ``folder``; returns SHA-256 (hex) of its files by name."""
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise SystemExit(f"{folder} is no empty folder; name a new one")
     with TemporaryDirectory() as name:
@@ -46,13 +46,13 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
 
 
 def _run(cache: Path, *command: str) -> None:
-    """A command that compiles for the processor to be shipped for, with this folder as cache."""
+    """Run a command that compiles for the processor `PROCESSOR`, with this folder as cache."""
     processor = {"NUMBA_CPU_NAME": PROCESSOR, "NUMBA_CPU_FEATURES": NO_MORE_FEATURES}
     ours = {"HYDROSIM_CACHE_DIR": str(cache), "HYDROSIM_JIT": "linked"}
     environment = {**os.environ, **processor, **ours}
     done = subprocess.run([sys.executable, "-m", "hydrosim", *command], env=environment)
     if done.returncode:
-        raise SystemExit(done.returncode)  # the command has said why
+        raise SystemExit(done.returncode)  # the command has printed the reason
 
 
 def _compiled(cache: Path) -> list[Path]:
@@ -60,14 +60,14 @@ def _compiled(cache: Path) -> list[Path]:
 
 
 def _copy(path: Path, folder: Path) -> str:
-    """Copy what the cache holds below its own digest; SHA-256 (hex) of the copy."""
+    """Copy the cached kernels of these sources; returns SHA-256 (hex) of each copy."""
     content = path.read_bytes()[DIGEST().digest_size :]
     (folder / path.name).write_bytes(content)
     return hashlib.sha256(content).hexdigest()
 
 
 def main() -> None:
-    """Answer the command line."""
+    """Entry point of the command line."""
     if len(sys.argv) < 3:
         raise SystemExit("usage: python -m hydrosim.jit.ship FOLDER CASE...")
     folder = Path(sys.argv[1])

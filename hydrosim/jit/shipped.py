@@ -1,8 +1,8 @@
-"""Machine code of kernels that came with the package; `hydrosim.jit.ship` makes it.
+"""Machine code of kernels that was shipped with the package; `hydrosim.jit.ship` makes it.
 
-It is executed, so it is taken from the folder `HOME` of the package alone. The manifest there must
-name these sources and versions, the processor must have all `FEATURES`, and each file must have
-the checksum that the manifest holds. Otherwise kernels are compiled, as where nothing was shipped.
+It is executed, so it is read from the package's folder `HOME` alone. The manifest there must name
+these sources and versions. The processor must have all `FEATURES`. Each file must have the checksum
+in the manifest. Otherwise kernels are compiled, as they are without shipped code.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ HOME = Path(__file__).parent / "shipped"
 MANIFEST = "manifest.json"
 ENTRIES = {"kernels", "made with", "processor", "files"}  # of a manifest
 PROCESSOR = "x86-64-v3"
-NO_MORE_FEATURES = ""  # than those of the processor, as LLVM has them
+NO_MORE_FEATURES = ""  # features beyond `FEATURES`, in LLVM's notation: none
 FEATURES = (
     "+avx,+avx2,+bmi,+bmi2,+cx16,+f16c,+fma,+lzcnt,+movbe,+popcnt,+sahf"
     ",+sse3,+sse4.1,+sse4.2,+ssse3,+xsave"
 )
-"""What every processor of that kind has (System V ABI of x86-64, section 3.1.1)."""
+"""Features of every processor of that kind (System V ABI of x86-64, section 3.1.1)."""
 
 
 def read_manifest() -> dict[str, Any]:
-    """What `hydrosim.jit.ship` wrote; empty if nothing was shipped, and, with a warning, if what
-    was cannot be read."""
+    """The manifest that `hydrosim.jit.ship` wrote. It is empty if nothing was shipped, and, with a
+    warning, if it cannot be read."""
     path = HOME / MANIFEST
     try:
         manifest = dict(json.loads(path.read_bytes()))
@@ -49,8 +49,8 @@ SHIPPED = read_manifest()
 
 
 def shipped_files(kernels: str, features: str) -> Mapping[str, str]:
-    """SHA-256 (hex) of the files that may be used, by name. ``kernels`` names the sources and
-    versions, ``features`` are those of this processor, as numba tells them."""
+    """SHA-256 (hex) of the usable files by name. ``kernels`` names the sources and versions;
+    ``features`` are those of this processor, in numba's notation."""
     return {} if refusal(SHIPPED, kernels, features) else SHIPPED["files"]
 
 
@@ -71,7 +71,7 @@ def shipped(name: str, digest: str) -> bytes | None:
 
 
 def describe_shipped(kernels: str, features: str) -> str:
-    """A line on what came with the package; empty if nothing did."""
+    """One line on the shipped kernels; empty if none were shipped."""
     if not SHIPPED:
         return ""
     reason = refusal(SHIPPED, kernels, features)
@@ -80,7 +80,7 @@ def describe_shipped(kernels: str, features: str) -> str:
 
 
 def refusal(manifest: Mapping[str, Any], kernels: str, features: str) -> str:
-    """Why nothing that was shipped is used; empty if all is."""
+    """Reason why the shipped kernels are not used; empty if they are."""
     if not manifest:
         return "nothing was shipped"
     if manifest["kernels"] != kernels:

@@ -1,4 +1,5 @@
-"""What calls of kernels do while others are compiled: they wait, and may be torn."""
+"""State of kernel calls that wait for other kernels to be compiled, or are interrupted
+meanwhile."""
 
 from __future__ import annotations
 
@@ -11,13 +12,13 @@ from numba.core import event
 
 
 class Torn(KeyboardInterrupt):
-    """An interrupt, or a signal, while a kernel was compiled that others waited for: they have left
-    their work half done, and what they write to is not to be used."""
+    """An interrupt or a signal during the compilation of a kernel that running kernels waited for.
+    These left their work half done; their output must not be used."""
 
 
 class Waiting(threading.local):
-    """What this thread has met at doors: the ``error`` that kept one closed; ``seconds`` until all
-    others were open."""
+    """State of doors in this thread: the ``error`` that kept one closed; ``seconds`` spent waiting
+    for all others to open."""
 
     error: BaseException | None = None
     seconds: float = 0.0
@@ -27,8 +28,8 @@ waiting = Waiting()
 
 
 def running_time() -> float:
-    """Seconds on a clock that stands still while kernels of this thread wait for others to be
-    compiled or loaded."""
+    """Seconds on a clock that stops while kernels of this thread wait for others to be compiled or
+    loaded."""
     return perf_counter() - waiting.seconds
 
 
@@ -48,7 +49,7 @@ class _First(event.Listener):
 
 @contextmanager
 def at_first_compile(act: Callable[[], None]) -> Iterator[None]:
-    """Call ``act`` before the first kernel is compiled meanwhile, if any is: those that come from
-    the disk are not."""
+    """Call ``act`` before the first kernel is compiled in this context. Kernels that come from the
+    disk do not count."""
     with event.install_listener("numba:compile", _First(act)):
         yield
