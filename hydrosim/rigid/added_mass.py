@@ -4,16 +4,16 @@ The water that a body sets in motion has the kinetic energy
 
     T = w^T A(psi) w / 2,   A(psi) = P A P^T,   w = v - U
 
-P: from the heading axes of each body to the earth's (`heading`); U: the current. From Lagrange's
-equations in w (force p', moment G' - omega x G, and -dT/dpsi on yaw; Lamb 1932, art. 124 has them
-for axes fixed in a body) its force on the bodies is, with the momentum (p, G) = A(psi) w,
+P: from the heading axes of each body to the earth's (`heading`); U: the current. Lagrange's
+equations in w give the force on the bodies: force p', moment G' - omega x G, and -dT/dpsi on yaw.
+(Lamb 1932, art. 124 has them for axes fixed in a body.) With the momentum (p, G) = A(psi) w,
 
     F = -p',   M = -G' + omega x G + E^-T (0, 0, dT/dpsi),
     dT/dpsi = w^T J A(psi) w = -e_z . (w_t x p + omega x G)
 
-The last term is Munk's moment. -A(psi) v' of it is inertia; `add_turning` is the rest, which takes
-no part in the energy but keeps momentum: the work of F is -dT/dt, and the linear impulse and the
-angular impulse about a vertical through any fixed point are those of body and water together.
+The last term is Munk's moment. The part -A(psi) v' is inertia; `add_turning` adds the rest. The
+rest does no net work but conserves momentum: the work of F is -dT/dt. Body and water together keep
+their linear impulse, and their angular impulse about a vertical through any fixed point.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from hydrosim.rigid.vectors import cross, vector
 
 @root
 def add_turning(p, A, motion, hulls, total):
-    """Add to ``total`` (6 nb,) the force of the water but for -A(psi) v'; ``hulls.flow`` is there.
+    """Add to ``total`` (6 nb,) the force of the water without -A(psi) v'; ``hulls.flow`` must be
+    filled.
 
-    With z = psi' J P^T w of each turning body: P (A z - psi' J A P^T w), and its moments.
+    With z = psi' J P^T w of each turning body, the force is P (A z - psi' J A P^T w), with the
+    moments above.
     """
     turn, momentum, force = hulls.turn, hulls.momentum, hulls.force
     clear(turn)
@@ -45,7 +47,7 @@ def add_turning(p, A, motion, hulls, total):
 
 @kernel
 def _add_turned(rate, k, x, out):
-    """Add ``rate`` times J x of the body whose entries begin at k."""
+    """Add ``rate`` times J x for the body whose entries begin at k."""
     for i in (k, k + 3):
         out[i] -= rate * x[i + 1]
         out[i + 1] += rate * x[i]
@@ -75,8 +77,8 @@ def multiply(A, x, out):
 
 @kernel
 def stream_energy(p, A, motion, hulls):
-    """U^T A(psi) U / 2 of the current: what the kinetic energy v^T A(psi) v / 2 has too much, for
-    the work of -d/dt(A(psi) w) on v to be that of -dT/dt."""
+    """Energy U^T A(psi) U / 2 of the current. Subtract it from v^T A(psi) v / 2, so that the work
+    of -d/dt(A(psi) w) on v equals that of -dT/dt."""
     if p.turning.size == 0:
         return 0.0
     U, energy = hulls.turn, 0.0

@@ -1,8 +1,8 @@
 """Rigid constraints J x = c on the solution of H x = Q + J^T lambda, by elimination.
 
-Each row of J is solved for the coordinate that it holds most, its pivot; the equations that are
-left are those of the other coordinates (Wehage & Haug 1982). So what is held is held exactly, not
-to a residual. The rows of J must be independent: whoever states constraints sees to that.
+Each row of J is solved for its pivot, the coordinate with its largest entry. The equations of the
+other coordinates remain (Wehage & Haug 1982). So constraints hold exactly, not to a residual. The
+rows of J must be independent: the caller ensures this.
 
     fill J, c, number;  solve_for_pivots;  eliminate;  solve H x = Q;  find_forces;  restore
 """
@@ -17,10 +17,12 @@ from hydrosim.jit.kernels import clear, kernel
 
 
 class Constraints(NamedTuple):
-    """Scratch for up to r constraints on n coordinates: rows ``J`` (r, n) and ``bound`` c (r,),
-    ``force`` lambda (r,), and the ``number`` (1,) of them. Of the elimination: the ``pivot``
-    (r,) of each row, the ``combination`` (r, r) of given rows that each has become, and the
-    equations of the pivots, ``inertia`` (r, n) and ``load`` (r,)."""
+    """Scratch for up to r constraints on n coordinates.
+
+    Constraints: rows ``J`` (r, n) and ``bound`` c (r,), ``force`` lambda (r,), and their ``number``
+    (1,). Elimination: the ``pivot`` (r,) of each row, the ``combination`` (r, r) of given rows that
+    each row has become, and the equations of the pivots, ``inertia`` (r, n) and ``load`` (r,).
+    """
 
     J: np.ndarray
     bound: np.ndarray
@@ -42,7 +44,8 @@ def new_constraints(most: int, n: int) -> Constraints:
 
 @kernel
 def solve_for_pivots(p):
-    """Gauss and Jordan: each row of J becomes 1 at its pivot and 0 at the pivots of the others."""
+    """Gauss-Jordan elimination: each row of J becomes 1 at its pivot and 0 at the pivots of the
+    other rows."""
     for i in range(p.number[0]):
         clear(p.combination[i])
         p.combination[i, i] = 1.0
@@ -57,7 +60,7 @@ def solve_for_pivots(p):
 
 @kernel
 def _largest(row):
-    """Index of the entry of largest size."""
+    """Index of the entry with the largest absolute value."""
     best = 0
     for j in range(row.size):
         if abs(row[j]) > abs(row[best]):
@@ -86,8 +89,8 @@ def _add_row(i, k, factor, p):
 
 @kernel
 def eliminate(p, H, Q):
-    """Turn ``H`` (n, n) and ``Q`` (n,) into T^T H T and T^T (Q - H c), x = T x + c; in these the
-    pivots are zero."""
+    """Turn ``H`` (n, n) and ``Q`` (n,) into T^T H T and T^T (Q - H c), where x = T x + c. The
+    pivots of this x are zero."""
     n = Q.size
     for k in range(p.number[0]):
         for i in range(n):
@@ -109,7 +112,7 @@ def eliminate(p, H, Q):
 
 @kernel
 def find_forces(p, x):
-    """lambda of the given rows, from the solution ``x`` whose pivots are still zero."""
+    """Compute lambda of the given rows from the solution ``x``, whose pivots are still zero."""
     clear(p.force)
     for k in range(p.number[0]):
         missing = -p.load[k]
@@ -121,7 +124,7 @@ def find_forces(p, x):
 
 @kernel
 def restore(p, x):
-    """Change the pivots of ``x`` (n,) such that J x = c."""
+    """Set the pivots of ``x`` (n,) such that J x = c."""
     for k in range(p.number[0]):
         missing = p.bound[k]
         for j in range(x.size):

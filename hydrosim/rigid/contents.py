@@ -1,6 +1,6 @@
-"""What bodies hold: mass and its first and second moments about the body's origin, at a time.
+"""Contents of the bodies at a time: mass and its first and second moments about the body's origin.
 
-Fluids are part of the body as ice would be, but that their free surfaces may stay level.
+Fluids move rigidly with the body, except that their free surfaces may stay level.
 """
 
 from __future__ import annotations
@@ -14,12 +14,17 @@ if TYPE_CHECKING:
 
 
 class Contents(NamedTuple):
-    """Of the weight: ``mass`` m (nb,) [kg], ``moment`` m c (nb, 3) [kg m], c from the body's origin
-    to the centre of gravity in the body frame with all surfaces level in the body, ``shift``
-    (nb, 3) [kg m], which surfaces that are level in the earth add to it, each at a ``height`` (nl,)
-    [m] above the body's origin (`hydrosim.tanks.surface`), and ``surface`` (nb, 3) [kg m^2],
-    density times the second moments xx, xy, yy of all other free surfaces about their own
-    centroids. Of the inertia: mass, moment and ``inertia`` (nb, 3, 3) about the origin."""
+    """Mass properties of all bodies with their contents.
+
+    Weight: ``mass`` m (nb,) [kg] and ``moment`` m c (nb, 3) [kg m], c from the body's origin to the
+    centre of gravity in the body frame with all surfaces level in the body. ``shift`` (nb, 3) [kg
+    m] is added by surfaces that are level in the earth, each at a ``height`` (nl,) [m] above the
+    body's origin (`hydrosim.tanks.surface`). ``surface`` (nb, 3) [kg m^2] is density times the
+    second moments xx, xy, yy of all other free surfaces about their own centroids.
+
+    Inertia: ``moving_mass`` (nb,), ``moving_moment`` (nb, 3) and ``inertia`` (nb, 3, 3) about the
+    origin.
+    """
 
     mass: np.ndarray
     moment: np.ndarray
@@ -32,7 +37,7 @@ class Contents(NamedTuple):
 
 
 def new_contents(bodies: Bodies, surfaces: int) -> Contents:
-    """Those of the bodies at the start, with so many level surfaces."""
+    """Contents of the bodies at the start, with this number of level ``surfaces``."""
     each = bodies.each
     nothing = np.zeros((each.size, 3))
     return Contents(

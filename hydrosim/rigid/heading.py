@@ -1,15 +1,16 @@
 """The heading axes of a body: through its centre of gravity, z up, turned from the earth's axes by
-psi, its heading at rest and its yaw.
+psi. This is its heading at rest plus its yaw.
 
     x_heading = P^T x_earth,   P = Rz(psi),   P' = psi' J P,   J = e_z x
 
-for the translations and for the rotations of a velocity or wrench alike. What belongs to the hull
-and to the level of the water at once is constant there: added mass, retardation functions, the
-transfer functions of waves and the coefficients of streams. Coupled bodies have each its own: a
-matrix between two of them turns with the one by rows and with the other by columns.
+The same P applies to the translations and to the rotations of a velocity or wrench. Quantities that
+belong to both the hull and the level water are constant in these axes: added mass, retardation
+functions, transfer functions of waves and coefficients of streams. Each of several coupled bodies
+has its own axes. In a matrix between two bodies, rows turn with one body and columns with the
+other.
 
-The heading is the last of the z-y'-x'' angles. With small angles the axes are those at rest,
-parallel to the earth's.
+psi is the last of the z-y'-x'' angles. With small angles the axes are those at rest, parallel to
+the earth's.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 
 
 class Headings(NamedTuple):
-    """Constants: the bodies whose heading axes are ``turned`` (nt,) from the earth's, and those of
-    them that are ``turning`` (nr,), whose yaw is free; where the ``surge`` (nt,) of the turned ones
-    stands among the free coordinates, sway behind it, -1 if both are locked; whether one of the two
-    alone is locked somewhere, so that inertia is not ``steady``. The ``current`` (2,) [m/s] in the
-    earth frame, and what it is at the start of a run in the axes of every body, ``stream``
-    (6 nb,)."""
+    """Constants of the heading axes.
+
+    ``turned`` (nt,) lists the bodies whose heading axes differ from the earth's; ``turning`` (nr,)
+    those of them with free yaw. ``surge`` (nt,) is the index of each turned body's surge among the
+    free coordinates; sway follows it; -1 if both are locked. ``steady`` is false if only one of the
+    two is locked for some body, so that inertia varies. ``current`` (2,) [m/s] is in the earth
+    frame. ``stream`` (6 nb,) is the current at the start of a run in the axes of every body.
+    """
 
     turned: np.ndarray
     turning: np.ndarray
@@ -40,9 +43,9 @@ class Headings(NamedTuple):
 
 
 class Hulls(NamedTuple):
-    """Scratch, (6 nb,) in heading axes: ``velocity`` that is remembered and ``flow`` through the
-    water, see `look_along`; ``turn`` psi' J flow; ``momentum`` of the water and its ``force``; the
-    ``motion`` of the bodies as their inertia needs it."""
+    """Scratch, (6 nb,) in heading axes: ``velocity`` for the radiation memory and ``flow`` relative
+    to the water, see `look_along`; ``turn`` psi' J flow; ``momentum`` of the water and its
+    ``force``; the ``motion`` of the bodies that their inertia needs."""
 
     velocity: np.ndarray
     flow: np.ndarray
@@ -55,7 +58,7 @@ class Hulls(NamedTuple):
 def new_headings(
     bodies: Bodies, wet: np.ndarray, current: tuple[float, float], stream: np.ndarray
 ) -> Headings:
-    """Headings of bodies of which ``wet`` (nb,) have hydrodynamics; see `Headings`."""
+    """Headings of bodies; ``wet`` (nb,) marks those with hydrodynamics. See `Headings`."""
     free = np.isin(np.arange(6 * bodies.each.size), bodies.active).reshape(-1, 6)
     yaw = bodies.locked.reshape(-1, 6)[:, 5] + bodies.each["heading"]
     turning = wet & free[:, 5] & bodies.exact
@@ -109,21 +112,21 @@ def _turn(c, s, k, x):
 
 @kernel
 def all_to_earth(p, motion, x):
-    """`to_earth` for all bodies that are turned."""
+    """Apply `to_earth` to all turned bodies."""
     for b in p.turned:
         to_earth(b, motion, x)
 
 
 @kernel
 def all_to_heading(p, motion, x):
-    """`to_heading` for all bodies that are turned."""
+    """Apply `to_heading` to all turned bodies."""
     for b in p.turned:
         to_heading(b, motion, x)
 
 
 @kernel
 def turn_matrix(p, motion, A):
-    """A (6 nb, 6 nb) in heading axes becomes P A P^T in those of the earth, in place."""
+    """Turn A (6 nb, 6 nb) in heading axes into P A P^T in the earth's axes, in place."""
     for b in p.turned:
         E, n = motion.rate_map[b], A.shape[0]
         c, s = E[1, 1], -E[0, 1]
@@ -136,8 +139,9 @@ def turn_matrix(p, motion, A):
 
 @kernel
 def look_along(p, motion, hulls):
-    """Fill ``flow`` = P^T (v - U) and ``velocity``, the part of it that is remembered: all but what
-    the current U has been since long before the start. Both are v of bodies that are not turned."""
+    """Fill ``flow`` = P^T (v - U) and ``velocity``, its part that the radiation memory stores. The
+    memory excludes the flow of the current U at the start heading, which has lasted since long
+    before the start. Both equal v for bodies that are not turned."""
     assign(hulls.flow, motion.velocity)
     assign(hulls.velocity, motion.velocity)
     for b in p.turned:
@@ -162,7 +166,8 @@ def accelerations_along(p, motion, flow, a):
 
 @kernel
 def motion_along(p, bodies, motion, along):
-    """Fill of ``along`` what inertia needs of a motion, in heading axes: R, E and S' q'."""
+    """Fill in ``along`` the part of a motion that inertia needs, in heading axes: R, E and S'
+    q'."""
     assign(along.bias, motion.bias)
     all_to_heading(p, motion, along.bias)
     for b in range(bodies.each.size):

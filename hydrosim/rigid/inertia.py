@@ -1,7 +1,8 @@
-"""Accelerations from forces, where nothing is held: (M + A) v' = F in two small steps.
+"""Accelerations from forces without constraints: (M + A) v' = F in two small steps.
 
-Turning changes the inertia of a body about its axes alone, I(R) = R I R^T. All else is known before
-the run: with t for translations and r for rotations, M_tt and M_tr come from mass and added mass,
+Turning changes only the inertia of a body about its axes, I(R) = R I R^T. Everything else is
+constant during the run. With t for translations and r for rotations, M_tt and M_tr come from mass
+and added mass:
 
     y = M_tt^-1 F_t                       translations, if no body were to turn faster
     W = I(R) + D,    D = A_rr - M_rt M_tt^-1 M_tr
@@ -9,8 +10,8 @@ the run: with t for translations and r for rotations, M_tt and M_tr come from ma
     v_t' = y - G (E a'' + b),    G = M_tt^-1 M_tr
 
 (the Schur complement of M_tt). a: angles, omega' = E a'' + b, see `kinematics`. With small angles
-the rotations are as steady as the translations: all coordinates are t, and y is the answer. Locked
-coordinates have no rows in these. Where rigid friction holds points the whole of S^T (M + A) S is
+rotations have constant inertia like translations: all coordinates are t, and y is the answer.
+Locked coordinates have no rows here. If rigid friction holds points, the whole of S^T (M + A) S is
 factored instead (`mass`).
 """
 
@@ -29,11 +30,14 @@ if TYPE_CHECKING:
 
 
 class Inertia(NamedTuple):
-    """Constants for nt ``steady`` and na ``turning`` coordinates, (nt,), (na,) among the free ones:
-    where the steady stand among all six of each body, ``force`` (nt,); ``body`` (na,) and which
-    ``angle`` (na,) of it; M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G ``gain``
-    (nt, 3 nb), D ``rest`` (3 nb, 3 nb); whether each body is ``alone``: free, and without added
-    mass between them."""
+    """Constants for nt ``steady`` and na ``turning`` coordinates.
+
+    ``steady`` (nt,) and ``turning`` (na,) are indices among the free coordinates. ``force`` (nt,)
+    gives the steady ones among all six of each body. ``body`` (na,) and ``angle`` (na,) identify
+    the turning ones. Matrices: M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G
+    ``gain`` (nt, 3 nb), D ``rest`` (3 nb, 3 nb). ``alone`` is true for a body that is free and has
+    no added mass in common with another.
+    """
 
     steady: np.ndarray
     turning: np.ndarray
@@ -57,9 +61,9 @@ class Turning(NamedTuple):
 
 
 def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
-    """What of the inertia with ``added_mass`` (6 nb, 6 nb) does not change, all angles being zero.
+    """Constant part of the inertia with ``added_mass`` (6 nb, 6 nb), at zero angles.
 
-    Not a number where it is singular: a body without mass is found out when it is run.
+    Entries are NaN where it is singular: the run reports a body without mass.
     """
     M = added_mass.copy()
     for b, body in enumerate(bodies.each):
@@ -84,7 +88,7 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
 
 
 def _coupled(added_mass: np.ndarray) -> bool:
-    """Whether there is added mass between bodies."""
+    """True if added mass couples two bodies."""
     body = np.arange(len(added_mass)) // 6
     return bool(added_mass[body[:, None] != body].any())
 
@@ -100,7 +104,7 @@ def new_turning(inertia: Inertia) -> Turning:
 @kernel
 def accelerate_freely(p, bodies, motion, F, room, x):
     """Accelerations ``x`` (n,) of the free coordinates under the wrenches ``F`` (6 nb,), from which
-    gyroscopic moments have been taken."""
+    gyroscopic moments have been subtracted."""
     if p.alone:
         for b in range(bodies.each.size):
             if bodies.exact:
@@ -123,8 +127,9 @@ def accelerate_freely(p, bodies, motion, F, room, x):
 
 @kernel
 def _accelerate_alone(b, p, inertia, motion, F, x):
-    """The same for a free body that no other is coupled with: W omega' = F_r - M_rt y by Cramer's
-    rule, and then a'' = E^-1 (omega' - b). Written out: such short loops take six times longer."""
+    """`accelerate_freely` for a free body without coupling. W omega' = F_r - M_rt y is solved by
+    Cramer's rule, then a'' = E^-1 (omega' - b). Written out, because loops this short take six
+    times longer."""
     k, f = 3 * b, 6 * b
     R, E = motion.rotation[b], motion.rate_map[b]
     x_, y_, z_ = vector(R[0], 0), vector(R[1], 0), vector(R[2], 0)
@@ -152,7 +157,7 @@ def _block(A, k, a):
 
 @kernel
 def _solved(W, m):
-    """W^-1 m of a symmetric W by rows."""
+    """Solve W x = m for a symmetric W, given by rows."""
     first, second, third = cross(W[1], W[2]), cross(W[2], W[0]), cross(W[0], W[1])
     scale = 1.0 / dot(W[0], first)
     return (scale * dot(first, m), scale * dot(second, m), scale * dot(third, m))
@@ -182,7 +187,8 @@ def _find_moments(p, motion, F, room, y):
 
 @kernel
 def _turn(p, motion, room, x):
-    """Accelerations of the angles from the moments, and what they change of the translations."""
+    """Accelerations of the angles from the moments, and the resulting change of the
+    translations."""
     for i in range(p.turning.size):
         room.angles[i] = dot(_axis(i, p, motion), vector(room.moment, 3 * p.body[i]))
     for i in range(p.turning.size):
@@ -192,7 +198,7 @@ def _turn(p, motion, room, x):
     cholesky(room.schur)
     cholesky_solve(room.schur, room.angles)
 
-    for i in range(room.moment.size):  # from here on omega'
+    for i in range(room.moment.size):  # omega' from here on
         room.moment[i] = motion.bias[_rotation(i)]
     for i in range(p.turning.size):
         x[p.turning[i]] = room.angles[i]
@@ -222,5 +228,5 @@ def _multiply(W, k, axis, out):
 
 @kernel
 def _rotation(i):
-    """Place of rotation i of all bodies among their velocities."""
+    """Index of rotation i among the velocities of all bodies."""
     return i + 3 * (i // 3) + 3

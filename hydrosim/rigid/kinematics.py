@@ -1,18 +1,18 @@
-"""Rigid-body kinematics: from coordinates q and rates q' to places, rotations and velocities.
+"""Rigid-body kinematics: from coordinates q and rates q' to positions, rotations and velocities.
 
 Coordinates of a body are the displacement of its centre of gravity (surge, sway, heave) and roll
-phi, pitch theta, yaw psi, intrinsic z-y'-x'': R = Rz(psi) Ry(theta) Rx(phi) turns body vectors
-into earth vectors. The velocity is v = (velocity of the centre of gravity, angular velocity
-omega), both in the earth frame; omega = E (phi', theta', psi') with
+phi, pitch theta, yaw psi, intrinsic z-y'-x''. R = Rz(psi) Ry(theta) Rx(phi) turns body vectors into
+earth vectors. The velocity is v = (velocity of the centre of gravity, angular velocity omega), both
+in the earth frame; omega = E (phi', theta', psi') with
 
     E = [ Rz Ry ex | Rz ey | ez ],   det E = cos(theta),
 
-singular at a pitch of 90 deg. All bodies together: v = S q', v' = S q'' + S' q', where S is the
-identity but for the blocks E. A wrench F does the generalised force S^T F on the coordinates.
+singular at a pitch of 90 deg. For all bodies together v = S q', v' = S q'' + S' q', where S is the
+identity with blocks E. A wrench F does the generalised force S^T F on the coordinates.
 
-psi is the yaw and the heading at rest. With small angles (`Bodies.exact` false) that heading is
-zero, E is the identity, points move by u + theta x r and lever
-arms stay as they are at rest.
+psi is the sum of yaw and heading at rest. With small angles (`Bodies.exact` false) that heading is
+zero and E is the identity. Points then move by u + theta x r, and lever arms stay as they are at
+rest.
 """
 
 from __future__ import annotations
@@ -31,15 +31,16 @@ BODY = np.dtype(
         ("surface", float, 3),
     ]
 )
-"""Constants of a body: mass, inertia about the centre of gravity in the body frame, the place of
-the centre of gravity at rest in the earth frame, the heading at rest, from which yaw counts, and
-density times the second moments of the free surfaces of what it holds; at the start, where contents
+"""Constants of a body: mass; inertia about the centre of gravity in the body frame; position of the
+centre of gravity at rest in the earth frame; heading at rest, from which yaw counts; density times
+the second moments of the free surfaces of its contents. Values are those at the start if contents
 change (`rigid.contents`)."""
 
 
 class Bodies(NamedTuple):
     """Constants of all rigid bodies: ``each`` (nb,) of `BODY`, ``active`` (n,) indices of the free
-    coordinates among 6 nb, ``locked`` (6 nb,) the values of the others."""
+    coordinates among 6 nb, ``locked`` (6 nb,) values of the locked ones; ``exact`` is true for
+    rotation matrices, false for small angles."""
 
     each: np.ndarray
     active: np.ndarray
@@ -75,7 +76,7 @@ def place_bodies(q, u, bodies, motion):
 
 @kernel
 def place(q, u, bodies, motion):
-    """`place_bodies` as a part of its caller, for where a call counts."""
+    """`place_bodies` as a part of its caller, for callers where the cost of a call matters."""
     for j in range(bodies.active.size):
         motion.coordinates[bodies.active[j]] = q[j]
         motion.rate[bodies.active[j]] = u[j]
@@ -94,7 +95,7 @@ def place(q, u, bodies, motion):
 @kernel
 def accelerations(x, bodies, motion, a):
     """Fill ``a`` (6 nb,) = v' = S q'' + S' q' from accelerations ``x`` (n,) of the free
-    coordinates, where ``motion`` is placed."""
+    coordinates; ``motion`` must be filled."""
     assign(a, motion.bias)
     for j in range(bodies.active.size):
         i = bodies.active[j]
@@ -171,7 +172,7 @@ def _rate_map(angles, E):
 
 @kernel
 def _rate_map_bias(angles, rate):
-    """E' a': the angular acceleration that is there when the angles' rates a' are constant."""
+    """E' a': the angular acceleration at constant rates a' of the angles."""
     ct = cos(angles[1])
     st = sin(angles[1])
     cp = cos(angles[2])
@@ -193,7 +194,7 @@ def upright(b, motion, bodies):
 
 @kernel
 def attachment(b, r, bodies, motion):
-    """Place in the earth frame of point ``r`` of body ``b``, and its lever arm."""
+    """Position in the earth frame of point ``r`` of body ``b``, and its lever arm."""
     arm = matvec(motion.rotation[b], r)
     centre = add(vector(bodies.each[b].origin, 0), vector(motion.coordinates, 6 * b))
     return add(centre, arm), arm if bodies.exact else r
@@ -241,7 +242,7 @@ def _transposed_map(E, wrench, k):
 
 @kernel
 def wrench_of_coordinates(b, Q, bodies, motion, wrench):
-    """Add to ``wrench`` the wrench S^-T Q whose power is Q q' for body ``b``'s Q (6,).
+    """Add to ``wrench`` the wrench S^-T Q whose power is Q q', for ``Q`` (6,) of body ``b``.
 
     Solves E^T m = Q_angles; E^T is [Rz Ry ex; Rz ey; ez] by rows.
     """

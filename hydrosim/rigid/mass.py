@@ -11,8 +11,8 @@ from hydrosim.rigid.vectors import matvec, vector
 
 @kernel
 def mass_matrix(bodies, contents, headings, motion, added_mass, M):
-    """M (6 nb, 6 nb) about the bodies' origins: mass m, m [c x] and inertia R I R^T of every body,
-    plus ``added_mass`` of their heading axes."""
+    """Fill M (6 nb, 6 nb) about the bodies' origins: mass m, m [c x] and inertia R I R^T of every
+    body, plus ``added_mass`` of their heading axes."""
     for i in range(M.shape[0]):
         assign(M[i], added_mass[i])
     turn_matrix(headings, motion, M)
@@ -38,7 +38,7 @@ def _add_moment(k, moment, M):
 
 @kernel
 def add_earth_inertia(k, j, inertia, R, exact, M):
-    """Add column j of R I R^T, in linear kinematics of I itself, to ``M`` from k, k on."""
+    """Add column j of R I R^T to ``M`` from (k, k) on; of I itself in linear kinematics."""
     if exact:
         column = matvec(R, matvec(inertia, (R[j, 0], R[j, 1], R[j, 2])))
     else:

@@ -1,13 +1,14 @@
-"""Closed meshes that a plane cuts: what is below it.
+"""Volume of closed meshes below a plane.
 
     int_{d > 0} d dV = -1 / (2 n_3) sum_k A_k m(d_k),    d = -(z + n . r)
 
-n: the vertical in the axes of the mesh; r: a point of it; d: how deep it is below the plane, z: the
-height of the origin above the plane. By Gauss's theorem the integral over the volume is one over
-the plane triangles k, A_k being their areas seen from above, upward ones positive, and m(d_k) the
-mean of max(d, 0)^2 over each, in closed form. Triangles that stand upright do not count. They are
-taken in parcels: of one that is below altogether the sum is a polynomial of second degree in z and
-n, and only those that the plane cuts are looked into. Limit: n_3 > 0.
+n: the vertical in the axes of the mesh; r: a point of it; d: its depth below the plane; z: the
+height of the origin above the plane. Gauss's theorem turns the integral over the volume into one
+over the plane triangles k. A_k are their areas seen from above, positive for upward ones. m(d_k) is
+the mean of max(d, 0)^2 over each triangle, in closed form. Upright triangles do not count.
+
+Triangles are grouped in parcels. For a parcel wholly below the plane the sum is a polynomial of
+second degree in z and n. Only parcels that the plane cuts are summed by triangle. Limit: n_3 > 0.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import add, dot, matvec, scale, vector
 
 MOMENTS = np.dtype([("area", float), ("first", float, 3), ("second", float, (3, 3))])
-"""Of a parcel: the sums of A_k times the means of 1, r and r r^T over each triangle."""
+"""Constants of a parcel: the sums of A_k times the means of 1, r and r r^T over each triangle."""
 
 
 class Solids(NamedTuple):
-    """Constants of ns meshes: where the parcels of each begin, ``first`` (ns + 1,); where the
-    triangles of each parcel begin, ``begin`` (np + 1,), the middle of the box around them and half
-    its sides, ``box`` (np, 2, 3), and their `MOMENTS` (np,); ``corners`` (nt, 3, 3) of the
-    triangles, and their ``area`` (nt,) seen from above."""
+    """Constants of ns meshes: the first parcel of each, ``first`` (ns + 1,); the first triangle of
+    each parcel, ``begin`` (np + 1,); the centre and the half sides of its bounding box, ``box``
+    (np, 2, 3); its `MOMENTS` (np,); ``corners`` (nt, 3, 3) of the triangles, and their ``area``
+    (nt,) seen from above."""
 
     first: np.ndarray
     begin: np.ndarray
@@ -39,8 +40,8 @@ class Solids(NamedTuple):
 
 @kernel
 def sums_below(z, n, h, p):
-    """Of mesh ``h``: sum A_k m(d_k), its derivative by the depth d, and this times r, (3,). So the
-    volume below is -1 / (2 n_3) times the second one."""
+    """Sums of mesh ``h``: sum A_k m(d_k), its derivative by the depth d, and this times r, (3,).
+    The volume below the plane is -1 / (2 n_3) times the second."""
     total = 0.0
     depth = 0.0
     arm = (0.0, 0.0, 0.0)
@@ -55,8 +56,8 @@ def sums_below(z, n, h, p):
 
 @kernel
 def area_below(z, n, h, p):
-    """Of mesh ``h``: the sum of the parts of A_k below the plane. The plane's section of the mesh
-    is -1 / n_3 times that."""
+    """Sum, for mesh ``h``, of the parts of A_k below the plane. The area of the mesh's section by
+    the plane is -1 / n_3 times this sum."""
     total = 0.0
     for k in range(p.first[h], p.first[h + 1]):
         middle, reach = _depths(z, n, p.box[k])
@@ -71,7 +72,7 @@ def area_below(z, n, h, p):
 
 @kernel
 def _depths(z, n, box):
-    """Depth of the middle of a box, and how far it reaches from there."""
+    """Depth of the centre of a box, and the largest difference from it inside the box."""
     side = vector(box[1], 0)
     middle = -z - dot(n, vector(box[0], 0))
     return middle, abs(n[0]) * side[0] + abs(n[1]) * side[1] + abs(n[2]) * side[2]
@@ -84,7 +85,7 @@ def _depth(z, n, r):
 
 @kernel
 def _share(a, b, c):
-    """The part of a triangle below the plane, with these depths of its corners."""
+    """Fraction of a triangle below the plane, from the depths of its corners."""
     if a <= 0.0 and b <= 0.0 and c <= 0.0:
         return 0.0
     if a >= 0.0 and b >= 0.0 and c >= 0.0:
@@ -103,7 +104,7 @@ def _share(a, b, c):
 
 @kernel
 def _wet(z, n, of):
-    """Sums over a parcel below the plane: of A_k m, its derivatives by depth, and these times r."""
+    """Sums over a parcel below the plane: A_k m, its derivatives by depth, and these times r."""
     b, turned = vector(of.first, 0), matvec(of.second, n)
     along = dot(n, b)
     total = of.area * z * z + 2.0 * z * along + dot(n, turned)
@@ -112,7 +113,7 @@ def _wet(z, n, of):
 
 @kernel
 def _cut(z, n, parcel, p):
-    """The same of a parcel that reaches above the plane, triangle by triangle."""
+    """`_wet` for a parcel that reaches above the plane, triangle by triangle."""
     total, depth, arm = 0.0, 0.0, (0.0, 0.0, 0.0)
     for k in range(p.begin[parcel], p.begin[parcel + 1]):
         r, s, t = vector(p.corners[k, 0], 0), vector(p.corners[k, 1], 0), vector(p.corners[k, 2], 0)
@@ -126,8 +127,8 @@ def _cut(z, n, parcel, p):
 
 @kernel
 def mean_square(a, b, c):
-    """Mean of max(d, 0)^2 over a triangle, d being linear with these values at its corners, and its
-    derivatives by them."""
+    """Mean of max(d, 0)^2 over a triangle, and its derivatives by the values of d at the corners; d
+    is linear between them."""
     if a <= 0.0 and b <= 0.0 and c <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
     whole = _whole(a, b, c)
@@ -155,7 +156,7 @@ def _whole(a, b, c):
 
 @kernel
 def _corner(a, b, c):
-    """The part of the mean of d^2 from the corner where d = a, at which alone d has its sign."""
+    """Share of the mean of d^2 from the corner where d = a, the only corner with that sign of d."""
     p, q = a / (a - b), a / (a - c)
     m = a * p * q / 6.0
     return a * m, m * (4.0 - p - q), m * p, m * q
