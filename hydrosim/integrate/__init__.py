@@ -15,10 +15,10 @@ METHODS = {method.name: method for method in (RK2, HEUN, RK4, DOPRI5, ESDIRK4)}
 
 
 def method_named(name: str) -> Method:
-    """The method that a scene names."""
+    """The method with the name that a scene gives."""
     return METHODS[name]
 
 
 def methods_for_any_step() -> list[Method]:
-    """Those that no step is too large for."""
+    """Methods that are stable for any step."""
     return [method for method in METHODS.values() if method.any_step]

@@ -4,11 +4,13 @@ The error of a step is the largest, over the states with a finite tolerance, of
 
     e_m = |sum_i (b_i - b^_i) k_i| / (absolute_m + relative max(|y_m|, |y_new_m|))
 
-and a step is accepted if it is at most 1; a mean would let one fast state hide among many. That is
-an error per unit of time: what is lost by the end of a run goes with its duration, not with how
-many steps it took, and a fast vibration of many short steps is as right as a slow one (error per
-unit step; Hairer, Norsett & Wanner 1993, II.4; Shampine 2005). Steps shorter than `SHORT` may err
-as much as one of that length, or what k_i are rounded by would shorten them for ever.
+A step is accepted if this is at most 1. A mean would hide one fast state among many. The error is
+per unit of time: the total error of a run grows with its duration, not with its number of steps. A
+fast vibration with many short steps is as accurate as a slow one (error per unit step; Hairer,
+Norsett & Wanner 1993, II.4; Shampine 2005).
+
+Steps shorter than `SHORT` may have the error of a step of that length. Otherwise the rounding of
+k_i would shorten them without end.
 
 The next step is h times 0.9 e^-0.7/q e_last^0.4/q, q the lower order, at least a fifth and at most
 five times the last (Gustafsson 1991; Hairer & Wanner 1996, IV.2).
@@ -28,9 +30,9 @@ SHORT = 1e-3  # s
 
 
 class Control(NamedTuple):
-    """``relative`` tolerance [1/s] and ``absolute`` (ny,) tolerances in the units of the states per
-    second, infinite for states that do not count; ``adaptive`` false takes every step as it comes.
-    """
+    """Tolerances: ``relative`` [1/s] and ``absolute`` (ny,), the latter in the units of the states
+    per second and infinite for states that do not count. If ``adaptive`` is false every step is
+    accepted."""
 
     adaptive: bool
     relative: float
@@ -54,8 +56,8 @@ def error_norm(h, method, k, y, end, control):
 
 @kernel
 def step_factor(error, last, order):
-    """Factor on the step after an ``error``, with the ``last`` accepted one; for a method whose
-    higher order is ``order``."""
+    """Factor on the step after an ``error``, with the error of the ``last`` accepted step;
+    ``order`` is the higher order of the method."""
     if not isfinite(error):
         return SHRINK
     error, last, q = max(error, 1e-10), max(last, 1e-4), order - 1

@@ -1,5 +1,6 @@
-"""ARK4(3)6L[2]SA, the implicit part: order 4, L-stable, stiffly accurate, stages of order 2, the
-first explicit (Kennedy & Carpenter 2003, appendix C). For stiff friction and stiff steel."""
+"""ARK4(3)6L[2]SA, the implicit part (Kennedy & Carpenter 2003, appendix C). It has order 4, is
+L-stable and stiffly accurate, and has stages of order 2, the first explicit. For stiff friction and
+stiff steel."""
 
 from hydrosim.integrate.method import method_of
 from hydrosim.integrate.runge_kutta import tableau

@@ -1,8 +1,8 @@
-"""Locating the end of a mode inside a step, by the margins that are positive while it holds.
+"""Location of the end of a mode inside a step, by margins that are positive while the mode holds.
 
-Margins are physics to their owner; here they are numbers. All that were negative at the end of a
-step are watched, each in units of the larger of its values at the two ends, and the smallest of
-them, phi, is what has to be brought to zero: its first zero is the first event.
+The owner of a margin knows its physics; here margins are numbers. All margins that are negative at
+the end of a step are watched, each in units of the larger of its values at the two ends. phi is the
+smallest of them: its first zero is the first event.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def scaled(i, now, before, after):
 
 @kernel
 def between(lo, f_lo, hi, f_hi):
-    """Next guess for a zero in [lo, hi], where f_lo >= 0 > f_hi: where the chord crosses, kept off
-    the ends of the bracket so that it always shrinks."""
+    """Next guess for a zero in [lo, hi], where f_lo >= 0 > f_hi. It is the crossing of the chord,
+    kept off the ends of the bracket so that the bracket always shrinks."""
     x = lo + (hi - lo) * f_lo / (f_lo - f_hi)
     guard = 0.01 * (hi - lo)
     return min(max(x, lo + guard), hi - guard)

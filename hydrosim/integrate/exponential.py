@@ -2,10 +2,12 @@
 
     z(t + h) = exp(J h) z(t) + int_0^h exp(J (h - s)) G f(t + s) ds
 
-f is known at nodes h apart; between two of them it is taken for the polynomial through the 8 around
-them, whose error for a component of frequency w is at most 1.1e-3 (w h)^8 of its amplitude. Of that
-polynomial the integral is exact: it and exp(J h) are blocks of one matrix exponential (Van Loan
-1978), which any J has, also with zero eigenvalues or too few eigenvectors.
+f is known at nodes h apart. Between two nodes it is replaced by the polynomial through the 8 nodes
+around them. Its error for a component of frequency w is at most 1.1e-3 (w h)^8 of the amplitude.
+
+The integral of this polynomial is exact: the integral and exp(J h) are blocks of one matrix
+exponential (Van Loan 1978). It exists for any J, also with zero eigenvalues or too few
+eigenvectors.
 """
 
 from __future__ import annotations
@@ -20,13 +22,13 @@ from hydrosim.jit.kernels import kernel
 
 POINTS = 8  # of the polynomial between two nodes
 BESIDE = POINTS // 2 - 1  # nodes needed on either side of an interval
-AREA_POINTS = 6  # of the polynomials that are integrated for a quadrature
+AREA_POINTS = 6  # of the polynomials integrated for a quadrature
 
 
 class Interval(NamedTuple):
-    """Of an interval in p parts, with z at its start and f at p + 1 + 2 `BESIDE` nodes, of which
-    the first is `BESIDE` parts before the start: z after i parts is
-    ``states[i] @ z + loads[i] @ f``. ``states`` (p + 1, m, m), ``loads`` (p + 1, m, nodes * n)."""
+    """Matrices of an interval in p parts. z after i parts is ``states[i] @ z + loads[i] @ f``, with
+    z at the start and f at p + 1 + 2 `BESIDE` nodes, the first `BESIDE` parts before the start.
+    ``states`` (p + 1, m, m), ``loads`` (p + 1, m, nodes * n)."""
 
     states: np.ndarray
     loads: np.ndarray
@@ -49,8 +51,8 @@ def interval(J: np.ndarray, G: np.ndarray, length: float, parts: int) -> Interva
 def _part(J: np.ndarray, G: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
     """exp(J h), and the weights (m, `POINTS`, n) of f at the nodes from `BESIDE` parts before.
 
-    The exponential is that of z and the derivatives of the polynomial, in time h; J is balanced
-    first, because the sizes of its entries follow the units of the states.
+    The matrix exponential covers z and the derivatives of the polynomial over the time h. J is
+    balanced first, because the units of the states set the sizes of its entries.
     """
     m, n = G.shape
     balanced, (scale, _) = linalg.matrix_balance(J, permute=False, separate=True)
@@ -64,22 +66,22 @@ def _part(J: np.ndarray, G: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarra
 
 
 def _derivatives() -> np.ndarray:
-    """Derivatives at 0 (`POINTS`, `POINTS`), one a row, of the polynomials that are 1 at one of the
-    nodes -`BESIDE`, ... and 0 at the others, one a column."""
+    """Derivatives at 0 (`POINTS`, `POINTS`), one a row, of the polynomials, one a column, that are
+    1 at one of the nodes -`BESIDE`, ... and 0 at the others."""
     nodes = np.arange(POINTS) - BESIDE
     factorials = np.array([factorial(d) for d in range(POINTS)])
     return np.array([_basis(nodes, j) * factorials for j in range(POINTS)]).T
 
 
 def _basis(nodes: np.ndarray, j: int) -> np.ndarray:
-    """Coefficients, that of 1 first, of the polynomial that is 1 at node j and 0 at the others."""
+    """Coefficients, constant first, of the polynomial that is 1 at node j and 0 at the others."""
     others = np.delete(nodes, j)
     return np.poly(others)[::-1] / np.prod(nodes[j] - others)
 
 
 def extended(f: np.ndarray) -> np.ndarray:
     """f (nodes, n) with `BESIDE` more nodes at both ends, on the polynomials through the first and
-    last `POINTS`: so the first and last parts have those polynomials as well."""
+    last `POINTS`. So the first and last parts also use these polynomials."""
     before = WEIGHTS_BESIDE.T @ f[:POINTS]
     after = WEIGHTS_BESIDE.T[::-1] @ f[: -POINTS - 1 : -1]
     return np.concatenate([before, f, after])
@@ -92,12 +94,12 @@ def _weights_beside() -> np.ndarray:
 
 
 WEIGHTS_BESIDE = _weights_beside()
-"""Weights (`POINTS`, `BESIDE`) of the first nodes for those before them."""
+"""Weights (`POINTS`, `BESIDE`) of the first nodes for the nodes before them."""
 
 
 def area_weights(parts: int) -> np.ndarray:
     """Weights (parts + 1,) of values at the nodes of an interval for its integral, per length of a
-    part: of polynomials through 6 of them, which are exact to the fifth degree."""
+    part. They integrate polynomials through 6 nodes and are exact to the fifth degree."""
     weights = np.zeros(parts + 1)
     for i in range(parts):
         first = min(max(i - AREA_POINTS // 2 + 1, 0), parts + 1 - AREA_POINTS)
@@ -109,8 +111,8 @@ def area_weights(parts: int) -> np.ndarray:
 
 @kernel
 def follow(transposed, z):
-    """Make the rows of ``z`` (nk + 1, m), which are drives but for the first, the states
-    z_k+1 = E z_k + drive_k+1; ``transposed`` is that of E (m, m)."""
+    """Turn the rows of ``z`` (nk + 1, m), which hold a state and then drives, into the states z_k+1
+    = E z_k + drive_k+1; ``transposed`` is E^T (m, m)."""
     for k in range(z.shape[0] - 1):
         for j in range(z.shape[1]):
             x = z[k, j]

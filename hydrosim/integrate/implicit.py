@@ -4,17 +4,18 @@ A stage of a diagonally implicit method is k = f(t + c h, Y + g k) with g = h a_
 
     (I - g J) d = f(t + c h, Y + g k) - k,   k += d
 
-until the change g d is small in units of the tolerances. J is the Jacobian of f over the ``states``
-that act on others; all other states are given by them and need no solution. J is renewed only
-where Newton's method has become slow, and where f itself has changed; the factors of I - g J hold
+is repeated until the change g d is small in units of the tolerances. J is the Jacobian of f over
+the ``states`` that f depends on; all other states follow from them without a solution. J is renewed
+only if Newton's method has become slow or f itself has changed. The factors of I - g J are valid
 for one g. (Hairer & Wanner 1996, IV.8.)
 
-Filters, of which there may be hundreds, are solved for each by itself,
+Filters, of which there may be hundreds, are solved one by one,
 
     x' = a x + b z + ...,   z' = a z - b x + ...
 
-and what they do to the others follows by iteration: its rate is g^2 times what they feed back of a
-velocity as a force per mass, small where a step is short beside the periods of the motion.
+Their effect on the other states follows by iteration. Its rate of convergence is g^2 times the
+force per mass that a filter feeds back of a velocity. It is small if the step is short compared
+with the periods of the motion.
 """
 
 from __future__ import annotations
@@ -26,14 +27,15 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel
 
-ENOUGH = 1e-4  # of the tolerances of a step, to which stages are solved
+ENOUGH = 1e-4  # fraction of the tolerances of a step to which stages are solved
 ITERATIONS, SLOW = 12, 5
 STALE, READY = range(2)
 
 
 class Filters(NamedTuple):
-    """States x and z of y that decay and rotate by themselves, entries ``one`` and ``other`` (p,)
-    with a, the ``decay``, and b, the ``rotation`` (p,); the same entry where there is no z."""
+    """Pairs of states x and z of y that decay and rotate by themselves: entries ``one`` and
+    ``other`` (p,) with ``decay`` a and ``rotation`` b (p,). ``other`` equals ``one`` if there is no
+    z."""
 
     one: np.ndarray
     other: np.ndarray
@@ -45,10 +47,13 @@ NO_FILTERS = Filters(*(np.zeros(0, dtype=np.int64),) * 2, *(np.zeros(0),) * 2)
 
 
 class Newton(NamedTuple):
-    """Scratch: the ``states`` (m,) of y that are solved for together, and the ``filters`` that are
-    each by itself; ``J`` and the ``factors`` of I - g J
-    (m, m) with their ``order`` of rows (m,), the ``change`` (m,), whether J is `STALE`,
-    ``status`` (1,), the ``weight`` g (1,) of the factors, and room ``shifted`` (3, ny)."""
+    """Scratch for Newton's method.
+
+    ``states`` (m,) of y are solved together, ``filters`` one by one. ``J`` and the ``factors`` of I
+    - g J are (m, m), the latter with their ``order`` of rows (m,). ``change`` is (m,). ``status``
+    (1,) is `STALE` or `READY`, ``weight`` g (1,) is that of the factors, and ``shifted`` (3, ny) is
+    work space.
+    """
 
     states: np.ndarray
     filters: Filters
@@ -62,7 +67,7 @@ class Newton(NamedTuple):
 
 
 def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> Newton:
-    """Scratch for ``states`` (m,) of ``size`` in all; of none for explicit methods."""
+    """Scratch for ``states`` (m,) out of ``size`` states; m is 0 for explicit methods."""
     m = states.size
     flags, order = np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64)
     J, factors = np.zeros((m, m)), np.zeros((m, m))
@@ -72,8 +77,8 @@ def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> 
 
 @kernel
 def improve(k, f, y, weight, newton, control):
-    """One iteration: changes ``k`` (ny,) given ``f`` at it; returns the size of the change of the
-    stage in units of what is `ENOUGH`. ``y`` sets the scale of relative tolerances."""
+    """One iteration: update ``k`` (ny,) from ``f`` evaluated at it. Returns the change of the stage
+    in units of `ENOUGH` times the tolerances. ``y`` sets the scale of relative tolerances."""
     d, states, total = newton.change, newton.states, 0.0
     for i in range(states.size):
         d[i] = f[states[i]] - k[states[i]]
@@ -92,7 +97,8 @@ def improve(k, f, y, weight, newton, control):
 
 @kernel
 def _improve_filters(k, f, y, weight, p, control):
-    """Put into ``f`` what follows ``k`` for filters; returns the sum of squares of the changes."""
+    """Write the updated derivatives of filters into ``f``; returns the sum of squares of the
+    changes."""
     total = 0.0
     for i in range(p.one.size):
         m, n = p.one[i], p.other[i]
@@ -108,7 +114,7 @@ def _improve_filters(k, f, y, weight, p, control):
 
 @kernel
 def prepare(weight, newton):
-    """Factors of I - g J for this weight g."""
+    """Factorise I - g J for this ``weight`` g."""
     m = newton.states.size
     for i in range(m):
         for j in range(m):

@@ -1,7 +1,7 @@
-"""A method of time integration, and what it answers about itself.
+"""A method of time integration and its properties.
 
-Kernels get its `Tableau`, arrays and numbers; whoever else asks, asks a `Method`. A method that is
-more than its tableau, as an exponential one, is a subclass with its own answers.
+Kernels receive its `Tableau`, arrays and numbers; all other code asks a `Method`. A method that
+needs more than a tableau, such as an exponential one, is a subclass.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Method(ABC):
-    """A method by its ``name`` and ``tableau``. ``why_any_step`` says why no step is too large for
-    it; empty of methods with a limit."""
+    """A method with its ``name`` and ``tableau``. ``why_any_step`` says why it is stable for any
+    step; it is empty for methods with a limit."""
 
     name: str
     tableau: Tableau
@@ -35,21 +35,21 @@ class Method(ABC):
 
     @property
     def adapts(self) -> bool:
-        """Whether it chooses its own steps, by an embedded error."""
+        """True if the method chooses its own steps by an embedded error."""
         return bool(self.tableau.error.any())
 
     @property
     def any_step(self) -> bool:
-        """Whether no step is too large for it to be stable."""
+        """True if the method is stable for any step."""
         return bool(self.why_any_step)
 
     @abstractmethod
     def stability(self, z: np.ndarray) -> np.ndarray:
-        """R(z), what one step h makes of y' = lambda y with z = h lambda."""
+        """R(z), the factor by which one step h multiplies y for y' = lambda y with z = h lambda."""
 
     def new_newton(self, states: np.ndarray, filters: Filters, size: int) -> Newton:
-        """Scratch for its steps: of ``size`` states, ``states`` (m,) act on others, among them the
-        ``filters``."""
+        """Scratch for its steps with ``size`` states. The right hand side depends on ``states``
+        (m,), which include the ``filters``."""
         if self.tableau.code != IMPLICIT:
             return new_newton(np.zeros(0, dtype=np.int64), size)
         together = np.setdiff1d(states, np.concatenate([filters.one, filters.other]))
@@ -58,8 +58,8 @@ class Method(ABC):
 
 @dataclass(frozen=True, eq=False)
 class RungeKutta(Method):
-    """A method that is its tableau. ``numerator`` and ``denominator`` are the coefficients of those
-    of its `stability`, constants first."""
+    """A method that its tableau defines. ``numerator`` and ``denominator`` are the coefficients of
+    the polynomials in its `stability`, constants first."""
 
     numerator: np.ndarray
     denominator: np.ndarray
@@ -75,5 +75,5 @@ def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:
     a = tableau.a
     b = tableau.b
     numerator = np.poly(a - np.outer(np.ones(b.size), b))
-    denominator = np.trim_zeros(np.poly(a), "b")  # 1 of an explicit method
+    denominator = np.trim_zeros(np.poly(a), "b")  # 1 for an explicit method
     return RungeKutta(name, tableau, why_any_step, numerator, denominator)

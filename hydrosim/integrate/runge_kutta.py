@@ -1,4 +1,4 @@
-"""Runge-Kutta steps and the cubic that joins them.
+"""Runge-Kutta steps and the cubic interpolant of a step.
 
 A method is a `Tableau`; a step of length h from (t, y) is
 
@@ -7,8 +7,9 @@ A method is a `Tableau`; a step of length h from (t, y) is
 
 where a_ii = 0 for explicit methods; otherwise `implicit` finds k_i.
 
-The caller evaluates f: kernels that take functions cannot be cached on disk, so the loop over the
-stages stands beside the equation it integrates (`hydrosim.stepping.stepper`, or a test's own loop):
+The caller evaluates f, because kernels that take functions cannot be cached on disk. So the loop
+over the stages stands beside the equation that it integrates (`hydrosim.stepping.stepper`, or a
+test's own loop):
 
     for i in range(1, c.size):
         stage_state(i, tableau, h, y, k, Y)
@@ -25,16 +26,16 @@ import numpy as np
 from hydrosim.jit.kernels import assign, kernel
 
 EXPLICIT, IMPLICIT = range(2)
-"""Of `Tableau.code`: how the stages are found."""
+"""Values of `Tableau.code`: how the stages are found."""
 
 
 class Tableau(NamedTuple):
     """Butcher tableau: ``a`` (s, s) lower triangular with a_11 = 0, ``b``, ``c`` (s,).
 
-    ``error`` (s,) are the differences of ``b`` and the embedded weights, zero without any. The
-    ``code`` tells `hydrosim.stepping.stepper` how to find the stages. If the last stage of an
-    explicit method is the end of the step, it ``closes``: its derivative begins the next step
-    (Dormand & Prince 1980).
+    ``error`` (s,) holds the differences of ``b`` and the embedded weights, or zeros without an
+    embedded method. ``code`` tells `hydrosim.stepping.stepper` how to find the stages. ``closes``
+    is true for an explicit method whose last stage is the end of the step: its derivative begins
+    the next step (Dormand & Prince 1980).
     """
 
     a: np.ndarray
@@ -89,9 +90,9 @@ def _combine(weights, h, y, k, out):
 
 @kernel
 def hermite(theta, h, y0, f0, y1, f1, out):
-    """Cubic through both ends of a step with their derivatives, at ``theta`` in [0, 1]; its error
-    is h^4/384 max |y''''| (Hairer, Norsett & Wanner 1993, II.6). What is constant stays so to
-    the last bit: tables are kept as long as nothing changes that they were made for."""
+    """Cubic through both ends of a step with their derivatives, at ``theta`` in [0, 1]. Its error
+    is h^4/384 max |y''''| (Hairer, Norsett & Wanner 1993, II.6). A constant state stays constant to
+    the last bit: tables are kept while the states that they depend on do not change."""
     c = theta - 1.0
     a = theta * theta * (3.0 - 2.0 * theta)
     b0 = h * theta * c * c
