@@ -1,4 +1,4 @@
-"""A rigid body, and how waves load it."""
+"""A rigid body and its wave loads."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class SecondOrder(StrEnum):
 
 
 class Place(StrEnum):
-    """Where the waves meet a body: at rest, at the place that it has slowly moved to, or where it
-    is at the time; `AUTOMATIC` is one of the first two, see `hydrosim.waves.places`."""
+    """Position of a body in the waves: at rest, at its slowly drifting position, or at its
+    momentary position. `AUTOMATIC` selects one of the first two, see `hydrosim.waves.places`."""
 
     AUTOMATIC = "automatic"
     MEAN = "mean"
@@ -37,12 +37,12 @@ class Place(StrEnum):
 
 @dataclass(frozen=True)
 class WaveForces:
-    """Which wave loads act on a body: of first order, slow ones of second order, and those at
-    the sums of the waves' frequencies.
+    """Wave loads on a body: first-order loads, slow second-order loads, and second-order loads at
+    sums of the waves' frequencies.
 
-    ``headings`` and ``position`` say whether loads of both orders are those of the body at rest, or
-    follow its yaw, and its place, see `Place`; those of QTFs that are not known for headings all
-    round are those at rest.
+    ``headings`` and ``position`` select whether loads of both orders are those of the body at rest,
+    or follow its yaw and its position, see `Place`. Loads from QTFs that lack headings round the
+    circle are those at rest.
     """
 
     first_order: bool = True
@@ -53,14 +53,14 @@ class WaveForces:
 
     @property
     def any(self) -> bool:
-        """Whether there are any."""
+        """True if any wave load acts."""
         second = self.second_order != SecondOrder.NONE
         return self.first_order or second or self.sum_frequency
 
 
 class Weight(StrEnum):
-    """What carries a body: nothing need, for its weight is balanced at rest and no force; or
-    contacts, lines and buoyancy, for it is a force of its own."""
+    """How a body's weight is carried. Either it is balanced at rest and is no force, or it is a
+    force that contacts, lines and buoyancy must carry."""
 
     BALANCED = "balanced"
     CARRIED = "carried"
@@ -68,8 +68,9 @@ class Weight(StrEnum):
 
 @dataclass(frozen=True)
 class Clearance:
-    """Distance ``of`` a named point ("bow of barge") ``to`` another; or from a plane through
-    ``place`` with a ``normal``, in the earth frame or that of ``body``."""
+    """Distance ``of`` a named point ("bow of barge") ``to`` another point. Alternatively the
+    distance from a plane through ``place`` with a ``normal``, in the earth frame or in the frame of
+    ``body``."""
 
     of: str
     to: str | None = None
@@ -82,23 +83,24 @@ class Clearance:
 class Body:
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
-    ``hydrodynamics`` is a database or its file, changed or not, a family of them over the draught,
-    which needs ``hydrostatics``, or coefficients; None makes a dry body. ``database_body`` says
-    which of the database's bodies it is, from 1; all of them are in the scene, at one ``location``
-    and with one ``heading`` and one ``radiation``, a model by name or with its settings. A database
-    of another content than ``database_checksum`` is refused.
-    ``hydrostatics`` is the closed hull whose buoyancy is taken at any draught, heel and trim; None
-    takes the stiffness of the database, which holds about the place at rest.
-    ``centre_of_gravity`` (3,) is in the database's frame and is the body frame's origin.
-    ``location`` (2,) places the origin of the database's frame in the earth's x, y; ``heading``
-    [rad] is where its x axis points to at rest, from which yaw is counted. ``position`` and
-    ``velocity`` (6,) are the initial offsets from the place at rest, along the earth's axes and
-    about the body's, and their rates; ``dofs`` not named are locked, and a body without any is
-    held. ``points`` are places in the body frame by name, whose motions are recorded.
+    ``hydrodynamics`` is a database or its file, with or without changes, a family of databases over
+    the draught, which needs ``hydrostatics``, or coefficients; None makes a dry body.
+    ``database_body`` is the number of the body in the database, from 1. All bodies of a database
+    must be in the scene, with the same ``location``, ``heading`` and ``radiation`` (a model by name
+    or with its settings). A database whose content differs from ``database_checksum`` is refused.
 
-    What is in its ``tanks`` at the start is part of its mass and inertia, and so is its centre of
-    gravity then. ``constant_inertia`` leaves mass and inertia as they are then, whatever is pumped:
-    the weight alone changes.
+    ``hydrostatics`` is the closed hull that gives the buoyancy at any draught, heel and trim. None
+    uses the stiffness of the database, which is valid near the position at rest.
+
+    ``centre_of_gravity`` (3,) is in the database's frame and is the origin of the body frame.
+    ``location`` (2,) places the origin of the database's frame in the earth's x, y. ``heading``
+    [rad] is the direction of its x axis at rest, from which yaw counts. ``position`` and
+    ``velocity`` (6,) are the initial offsets from the position at rest, along the earth's axes and
+    about the body's, and their rates. ``dofs`` lists the free degrees of freedom; a body with none
+    is held. ``points`` are named points in the body frame whose motions are recorded.
+
+    Mass, inertia and centre of gravity include the contents of its ``tanks`` at the start. If
+    ``constant_inertia`` is true, pumping changes the weight alone.
     """
 
     name: str

@@ -11,8 +11,8 @@ from hydrosim.scene.spectra import Spectrum
 
 
 class Amplitudes(StrEnum):
-    """Of the components of a random sea: sqrt(2 S dw), or Rayleigh distributed about that, which
-    makes the sea Gaussian."""
+    """Amplitudes of the components of a random sea: sqrt(2 S dw), or Rayleigh distributed about
+    that, which makes the sea Gaussian."""
 
     DETERMINISTIC = "deterministic"
     RAYLEIGH = "rayleigh"
@@ -22,11 +22,11 @@ class Amplitudes(StrEnum):
 class WaveTrain:
     """Waves of one spectrum and one mean direction.
 
-    ``heading`` [rad] is where they go to, counter-clockwise from +x (`GivenComponents` and
-    `DirectionalTable` have their own); ``ramp`` [s] is the time over which the elevation grows from
-    zero; ``repeat_period`` [s] sets the spacing of the components of a random sea, 2 pi /
+    ``heading`` [rad] is the direction of propagation, counter-clockwise from +x (`GivenComponents`
+    and `DirectionalTable` have their own). ``ramp`` [s] is the time over which the elevation grows
+    from zero. ``repeat_period`` [s] sets the spacing of the components of a random sea, 2 pi /
     repeat_period, so that the sea does not depend on the duration. ``spreading`` is the exponent s
-    of directions distributed as cos^2s of half the angle to the heading; None: long crests.
+    of the distribution cos^2s of half the angle to the heading; None gives long crests.
     """
 
     spectrum: Spectrum
@@ -40,8 +40,8 @@ class WaveTrain:
 
 @dataclass(frozen=True)
 class Stream:
-    """Steady and uniform current or wind: ``speed`` [m/s], and the ``heading`` [rad] it goes to,
-    counter-clockwise from +x."""
+    """Steady and uniform current or wind: ``speed`` [m/s] and ``heading`` [rad], the direction of
+    flow, counter-clockwise from +x."""
 
     speed: float = 0.0
     heading: float = 0.0
@@ -50,7 +50,7 @@ class Stream:
 @dataclass(frozen=True)
 class Environment:
     """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
-    and ``wind`` act through force elements alone: the waves do not know of them."""
+    and ``wind`` act through force elements alone and do not change the waves."""
 
     water_depth: float = np.inf
     water_density: float = 1025.0

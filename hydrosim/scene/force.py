@@ -13,12 +13,12 @@ from hydrosim.scene.triggers import Active
 
 @dataclass(frozen=True)
 class ForceElement:
-    """Base of the elements in `hydrosim.forces`: ``body`` is the name of the body it acts on, and
-    it may be ``active`` for a time only. ``capacity`` [N] is what each of its contact points or
-    lines may carry: forces are compared with it, and nothing breaks.
+    """Base of the elements in `hydrosim.forces`. ``body`` is the name of the body that it acts on;
+    ``active`` limits the time. ``capacity`` [N] is the allowable force of each of its contact
+    points or lines. Forces are compared with it; nothing breaks.
 
-    What an element that ``supplies`` does to the bodies is booked as work, else as dissipation. An
-    element says in its own file what it can do; what it says nothing of costs speed alone.
+    The work of an element that ``supplies`` is booked as work, otherwise as dissipation. Each
+    element declares its properties in its own file. An undeclared property only costs speed.
     """
 
     supplies: ClassVar[bool] = False
@@ -27,23 +27,24 @@ class ForceElement:
     capacity: float | None = field(default=None, kw_only=True)
 
     def check(self, name: str) -> None:
-        """Raises InputError where the element is wrong as no case file can be, but one written in
-        Python can."""
+        """Raises InputError for values that no case file allows, but a scene written in Python may
+        have."""
 
     def carries(self) -> bool:
-        """Whether it can carry weight."""
+        """True if it can carry weight."""
         return True
 
     def holds(self) -> Collection[str]:
-        """Of surge, sway and yaw, those in which it takes its body back to its place on earth."""
+        """Degrees of freedom among surge, sway and yaw in which it restores its body towards a
+        position on earth."""
         return ()
 
     def feels(self) -> Collection[str]:
-        """Of current and wind, those that drag its body along by it."""
+        """The streams, current or wind, that drag its body along through it."""
         return ()
 
     def may_give(self) -> bool:
-        """Whether it can give energy to the bodies, though it is booked as dissipation."""
+        """True if it can give energy to the bodies, though it is booked as dissipation."""
         return False
 
     def others(self) -> Iterator[tuple[str, str | None]]:
@@ -51,40 +52,40 @@ class ForceElement:
         yield from ()
 
     def signals(self) -> Iterator[tuple[str, Any]]:
-        """Keys and signals over time of what changes with it."""
+        """Keys and signals over time of its prescribed changes."""
         yield from ()
 
     def unit_names(self, name: str) -> Sequence[str]:
-        """Names of its parts that have states or modes, if the element is called ``name``."""
+        """Names of its parts with states or modes, for an element called ``name``."""
         return ()
 
     def couplings(self) -> Iterator[np.ndarray]:
-        """Matrices (6, 6) by which it couples the coordinates of its body."""
+        """Matrices (6, 6) that couple the coordinates of its body."""
         yield from ()
 
     def parts(self, y: float) -> Sequence[ForceElement]:
-        """Parts of it that must each have a mirror image in the plane at ``y`` [m], as if that were
-        the plane y = 0; none if it acts by its `couplings` alone."""
+        """Parts that must each have a mirror image in the plane at ``y`` [m], with coordinates
+        relative to that plane. Empty if it acts by its `couplings` alone."""
         return (self,)
 
     def image(self) -> ForceElement | None:
-        """The mirror image of a part in the plane y = 0; None if nothing is known of it."""
+        """The mirror image of a part in the plane y = 0; None if unknown."""
         return None
 
     def asymmetry(self) -> str | None:
-        """What else keeps it from being its own mirror image, in words."""
+        """Any other reason, in words, why it is not its own mirror image."""
         return None
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """Why its force is not linear in the motions of its body; None if it is."""
+        """Reason why its force is not linear in the motions of its body; None if it is."""
         return name
 
 
 @dataclass(frozen=True)
 class Turns:
-    """How a body may turn: about the ``free`` of its coordinates 3, 4, 5, with ``exact`` rotations
-    or small ones. ``elements`` are all elements as compiled, ``row`` that of the one in question.
-    """
+    """Rotations of a body: the ``free`` ones of its coordinates 3, 4, 5, with ``exact`` rotations
+    or small angles. ``elements`` are all compiled elements, ``row`` is the row of the element in
+    question."""
 
     free: Sequence[int]
     exact: bool

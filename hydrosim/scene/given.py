@@ -1,31 +1,31 @@
-"""What a file does not hold and its user knows."""
+"""Data that a file does not hold and its user knows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
 
-# In a database's attribute ``assumed``: where its program puts them, and where nothing tells.
+# In a database's attribute ``assumed``: reference points at the program's default, or unknown.
 ORIGIN_ASSUMED = "reference points at the origin"
 POINTS_UNKNOWN = "unknown reference points"
 
 
 class FrequencyColumn(StrEnum):
-    """What stands for the frequency in a program's tables (WAMIT's IPEROUT, 1 to 4)."""
+    """Meaning of the frequency column in a program's tables (WAMIT's IPEROUT, 1 to 4)."""
 
     PERIOD = "period"  # [s]
     FREQUENCY = "frequency"  # [rad/s]
     DEEP_WAVENUMBER = "deep wavenumber"  # w^2/g, times the length
-    WAVENUMBER = "wavenumber"  # that of the water depth, times the length
+    WAVENUMBER = "wavenumber"  # wavenumber in this water depth, times the length
 
 
 @dataclass(frozen=True)
 class Given:
-    """In SI units and the database's frame; None where the file is to say it.
+    """Values in SI units and the database's frame; None where the file must give them.
 
-    ``length`` is the one that a program divides by (WAMIT's ULEN). Points are of one body or, for
-    several, one after the other. ``draught`` is the name of one of
-    several in a file. Readers use what they need and leave the rest.
+    ``length`` is the length by which a program divides (WAMIT's ULEN). Points are of one body or,
+    for several bodies, one after the other. ``draught`` is the name of one of several draughts in a
+    file. Readers use the values that they need.
     """
 
     length: float | None = None
@@ -45,12 +45,12 @@ NOTHING_GIVEN = Given()
 
 
 def key_of(item: str) -> str:
-    """What an item is called in a case and after --given."""
+    """Name of an item in a case; the same after --given."""
     return {"port_starboard_symmetric": "symmetric"}.get(item, item.removeprefix("water_"))
 
 
 def first_given(*sources: Given) -> Given:
-    """Of each item the first that is not None."""
+    """For each item, the first value that is not None."""
     chosen = {}
     for item in fields(Given):
         values = (getattr(source, item.name) for source in sources)

@@ -1,4 +1,4 @@
-"""What a body's hydrodynamics may be: databases, coefficients, hulls, families over the draught."""
+"""Hydrodynamics of a body: databases, coefficients, hulls, families over the draught."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 
 class Hydrodynamics(Protocol):
-    """A database in memory, as `hydrosim.database.HydroDatabase` is: what a scene knows of it is
-    where it comes from and for how many bodies it is."""
+    """A database in memory, such as `hydrosim.database.HydroDatabase`. A scene knows only its
+    source and its number of bodies."""
 
     @property
     def source(self) -> str: ...
@@ -24,7 +24,7 @@ class Hydrodynamics(Protocol):
 
 
 class Without(StrEnum):
-    """What of a database is left out."""
+    """Parts of a database that are left out."""
 
     DRIFT = "drift"
     QTF = "qtf"
@@ -33,11 +33,11 @@ class Without(StrEnum):
 
 @dataclass(frozen=True)
 class Changes:
-    """What is done to a database that is read, and recorded in its attributes.
+    """Changes applied to a database after reading, and recorded in its attributes.
 
-    ``accept`` are names of findings of its checks that do not refuse it; ``frequencies`` [rad/s]
-    the lowest and the highest that are kept; ``symmetrise`` makes matrices symmetric and takes away
-    what the mirror image forbids; ``without`` leaves parts out; of ``bodies_apart`` each is by
+    ``accept`` names findings of its checks that do not refuse it. ``frequencies`` [rad/s] are the
+    lowest and highest that are kept. ``symmetrise`` makes matrices symmetric and removes entries
+    that mirror symmetry forbids. ``without`` leaves parts out. ``bodies_apart`` takes each body by
     itself, with the others held.
     """
 
@@ -50,7 +50,8 @@ class Changes:
 
 @dataclass(frozen=True)
 class ChangedDatabase:
-    """A database, or its file, with ``changes``; ``given`` is what the file does not hold."""
+    """A database, or its file, with ``changes``; ``given`` holds values that are missing in the
+    file."""
 
     source: Hydrodynamics | Path
     changes: Changes = Changes()
@@ -59,7 +60,7 @@ class ChangedDatabase:
 
 @dataclass(frozen=True, eq=False)
 class Coefficients:
-    """Hydrodynamics by numbers alone (6, 6) about the centre of gravity, of no wave loads:
+    """Hydrodynamics by numbers alone (6, 6) about the centre of gravity, without wave loads:
     constant ``added_mass`` and ``damping``, and hydrostatic ``stiffness``."""
 
     added_mass: np.ndarray
@@ -70,7 +71,7 @@ class Coefficients:
 @dataclass(frozen=True, eq=False)
 class Hull:
     """A closed hull of triangles, ``corners`` (nt, 3, 3) in the database's frame [m], normals into
-    the water; ``source`` says where it is from."""
+    the water; ``source`` names its origin in messages."""
 
     corners: np.ndarray
     source: str = "a hull"
@@ -86,8 +87,9 @@ class AtDraught:
 
 @dataclass(frozen=True)
 class Family:
-    """Databases of one hull at several draughts, between which it takes what belongs to its own,
-    see `hydrosim.stepping.blending`. Their frames have one origin on the hull, seen from above. At
-    the draught of the first of ``members`` the body is at its place at rest."""
+    """Databases of one hull at several draughts. Quantities at the body's own draught are
+    interpolated between them, see `hydrosim.stepping.blending`. The origins of their frames are one
+    point of the hull, seen from above. The position at rest has the draught of the first of
+    ``members``."""
 
     members: tuple[AtDraught, ...]

@@ -1,4 +1,4 @@
-"""How the memory of radiated waves is computed."""
+"""Models for the memory of radiated waves."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 LENGTH = 100.0
-"""Of a memory where no length is given [s]."""
+"""Length of the memory [s] if none is given."""
 
 
 class RadiationModel(StrEnum):
-    """How the memory of the radiated waves is computed, with the defaults of each way."""
+    """Models for the memory of the radiated waves, each with its defaults."""
 
     AUTOMATIC = "automatic"
     STATE_SPACE = "state_space"
@@ -21,11 +21,14 @@ class RadiationModel(StrEnum):
 
 @dataclass(frozen=True)
 class AutomaticRadiation:
-    """Extra states for each group of coupled motions whose passive fit holds the ``tolerance``, and
-    the memory integral itself for the others; a run that starts from another takes what that has.
+    """State-space models where they suffice, convolution elsewhere.
 
-    The functions are tabulated to ``length`` [s], or `LENGTH` if there is none, but no longer than
-    the frequencies of the database resolve; every ``step`` [s].
+    Each group of coupled motions gets extra states if its passive fit is within the relative
+    ``tolerance``, and otherwise the memory integral. A run that starts from another run keeps that
+    run's choice.
+
+    The functions are tabulated every ``step`` [s] to ``length`` [s], or to `LENGTH` if none is
+    given, but not longer than the frequencies of the database resolve.
     """
 
     tolerance: float = 3e-4
@@ -35,11 +38,11 @@ class AutomaticRadiation:
 
 @dataclass(frozen=True)
 class StateSpaceRadiation:
-    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``;
-    the memory integral itself for groups whose nearest passive fit is ten times as far off.
+    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
+    Groups whose nearest passive fit has more than ten times this error use the memory integral.
 
-    The functions are tabulated to ``length`` [s], or `LENGTH` if there is none, but no longer than
-    the frequencies of the database resolve; every ``step`` [s].
+    The functions are tabulated every ``step`` [s] to ``length`` [s], or to `LENGTH` if none is
+    given, but not longer than the frequencies of the database resolve.
     """
 
     tolerance: float = 3e-4
@@ -49,8 +52,9 @@ class StateSpaceRadiation:
 
 @dataclass(frozen=True)
 class ConvolutionRadiation:
-    """The memory integral itself over ``length`` [s], or `LENGTH` if there is none, but no longer
-    than the frequencies of the database resolve; the table's ``step`` [s] is not the run's."""
+    """The memory integral over ``length`` [s], or `LENGTH` if none is given, but not longer than
+    the frequencies of the database resolve. ``step`` [s] is the step of the table, not of the
+    run."""
 
     length: float | None = None
     step: float = 0.1

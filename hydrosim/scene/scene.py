@@ -1,4 +1,4 @@
-"""The whole scene, its start, and the questions that it has answered."""
+"""The whole scene, its start, and the questions that its user has answered."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 class Question(StrEnum):
-    """What is asked where a value is possible and hardly meant, see `hydrosim.compiling.questions`;
-    those that a scene accepts are not asked."""
+    """Questions about values that are possible but unlikely, see `hydrosim.compiling.questions`. A
+    scene lists the questions that it accepts; these are not asked."""
 
     ANGLES = "angles"
     SPEED = "speed"
@@ -50,13 +50,13 @@ class Question(StrEnum):
 
 @dataclass(frozen=True)
 class Start:
-    """The state that a run starts from: that of ``run``, a dataset or its file, at ``time`` [s] or
-    at its end.
+    """Initial state from another run: the state of ``run``, a dataset or its file, at ``time`` [s]
+    or at its end.
 
-    Time goes on: the new run begins at that time, and waves, ramps and tables keep their phase;
+    Time continues: the new run begins at that time, and waves, ramps and tables keep their phase.
     `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
-    must be those of ``run``, but for what is zero by symmetry; `Body.position` then holds for
-    locked degrees of freedom only, and `Body.velocity` for none.
+    must equal those of ``run``, except where motions are zero by symmetry. `Body.position` then
+    applies to locked degrees of freedom only; `Body.velocity` is not used.
     """
 
     run: xr.Dataset | Path | str
@@ -65,17 +65,19 @@ class Start:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything a run needs; ``output_step`` [s] is a multiple of the solver's step.
+    """Complete input of a run; ``output_step`` [s] is a multiple of the solver's step.
 
-    ``at_rest``: the run begins at the place at rest near `Body.position`, under the loads of the
-    start. ``initial`` is the state of another run to start from; ``output_states`` keeps the whole
-    state at every output time, so that other runs can start from each, not only from the end;
-    ``output_impulses`` the impulses of all forces, and what contacts did mode by mode;
-    ``output_accelerations`` those of the bodies.
-    ``wave_probes`` are points x, y [m] by name where the elevation is wanted, ``clearances`` those
-    that are recorded besides the named points of bodies. ``accept`` are the
-    questions that are not asked of it. ``places`` are file and line of keys of its case file, for
-    messages.
+    ``at_rest`` starts the run at the equilibrium near `Body.position`, under the loads of the
+    start. ``initial`` is the state of another run to start from.
+
+    ``output_states`` keeps the whole state at every output time, so that other runs can start from
+    any of them. ``output_impulses`` keeps the impulses of all forces, and the impulses, works and
+    displacements of contacts in each mode. ``output_accelerations`` keeps the accelerations of the
+    bodies. ``wave_probes`` are named points x, y [m] with recorded elevation. ``clearances`` are
+    recorded besides the named points of bodies.
+
+    ``accept`` lists the questions that are not asked. ``places`` are file and line of keys of its
+    case file, for messages.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Integration: method, step, tolerance, and what a scene may be reduced to."""
+"""Integration: method, step, tolerance, and simplifications of a scene."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ class Method(StrEnum):
 
     @property
     def adapts(self) -> bool:
-        """Whether it chooses its own steps."""
+        """True if it chooses its own steps."""
         return self in (Method.DOPRI5, Method.ESDIRK4, Method.AUTOMATIC)
 
 
-ACCURACY = 1e-4  # of the range of a motion: what `Method.AUTOMATIC` aims at if nothing is said
-# the least that roundings of long runs leave, and the most that is an error of a motion
+ACCURACY = 1e-4  # default of `Solver.accuracy`: error of motions relative to their range
+# Rounding in long runs sets the lower bound. Above the upper bound motions are not resolved.
 ACCURACIES = (1e-10, 0.1)
 
 
 class LinearScenes(StrEnum):
-    """What to do with a scene that is linear: propagate it exactly, or step it as any other."""
+    """Treatment of a linear scene: exact propagation, or time steps as for any other scene."""
 
     EXACT = "exact"
     STEP = "step"
 
 
 class Symmetry(StrEnum):
-    """What to do with a scene that is its own mirror image: solve it in its plane, or look away."""
+    """Treatment of a scene with mirror symmetry: solve it in its plane, or ignore the symmetry."""
 
     USE = "use"
     IGNORE = "ignore"
@@ -50,10 +50,10 @@ class Kinematics(StrEnum):
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Error per second of a run that an adaptive method keeps to in each step: ``relative`` [1/s]
-    and absolute, of ``position`` [m/s] and ``angle`` [rad/s]; of velocities per second more. Of the
-    stretch of a contact node it is the ``relative`` part of that which breaks away under a usual
-    load, if that is less."""
+    """Error tolerances of adaptive methods, per second of a run: ``relative`` [1/s], ``position``
+    [m/s] and ``angle`` [rad/s]. Velocities have these per second more. The stretch of a contact
+    node has the ``relative`` fraction of its break-away stretch under a usual load, if that is
+    less."""
 
     relative: float = 1e-6
     position: float = 1e-6
@@ -61,7 +61,7 @@ class Tolerance:
 
 
 class Unstable(StrEnum):
-    """What to do with a step above the stable limit."""
+    """Treatment of a step above the stable limit."""
 
     WARN = "warn"
     ERROR = "error"
@@ -72,12 +72,13 @@ class Solver:
     """Integration method and ``step`` [s]; ``events`` false is for comparison only.
 
     An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
-    ``tolerance``, times its length; ``unstable`` is about steps of the others. ``automatic`` takes
-    one of these with a tolerance of its own, so that the error of motions is at most ``accuracy``
-    of their range, see `hydrosim.compiling.automatic`; others have no accuracy. A scene that is
-    ``linear`` is not stepped unless asked for, see `hydrosim.linear.propagate`; one that is its own
-    mirror image has no sway, roll and yaw unless its ``symmetry`` is ignored, see
-    `hydrosim.compiling.symmetry`.
+    ``tolerance`` times its length. ``unstable`` applies to the other methods. ``automatic`` selects
+    an adaptive method and its tolerance such that errors of motions are at most ``accuracy`` of
+    their range, see `hydrosim.compiling.automatic`. Other methods have no accuracy.
+
+    A ``linear`` scene is propagated exactly unless steps are asked for, see
+    `hydrosim.linear.propagate`. A scene with mirror symmetry has no sway, roll and yaw unless its
+    ``symmetry`` is ignored, see `hydrosim.compiling.symmetry`.
     """
 
     method: Method = Method.RK4

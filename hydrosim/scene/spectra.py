@@ -40,7 +40,8 @@ class OchiHubblePeak:
 
 @dataclass(frozen=True)
 class OchiHubble:
-    """Sum of peaks of chosen sharpness (Ochi and Hubble 1976), who have two: swell, wind sea."""
+    """Sum of peaks of chosen sharpness (Ochi and Hubble 1976, with two peaks: swell and wind
+    sea)."""
 
     peaks: tuple[OchiHubblePeak, ...]
 
@@ -66,8 +67,8 @@ class WhiteNoise:
 
 @dataclass(frozen=True, eq=False)
 class SpectrumTable:
-    """``density`` (nf,) [m^2 s/rad] at rising ``frequency`` (nf,) [rad/s]: straight lines between
-    them, nothing outside."""
+    """``density`` (nf,) [m^2 s/rad] at rising ``frequency`` (nf,) [rad/s], linear between them and
+    zero outside."""
 
     frequency: np.ndarray
     density: np.ndarray
@@ -76,8 +77,8 @@ class SpectrumTable:
 @dataclass(frozen=True, eq=False)
 class DirectionalTable:
     """``density`` (nf, nh) [m^2 s/rad^2] at rising ``frequency`` (nf,) [rad/s] and rising, equally
-    spaced ``heading`` (nh,) [rad], where waves go to: straight lines between the frequencies,
-    constant over the sector around each heading."""
+    spaced ``heading`` (nh,) [rad], the direction of propagation. It is linear between frequencies,
+    and constant over the sector around each heading."""
 
     frequency: np.ndarray
     heading: np.ndarray
@@ -107,7 +108,8 @@ class GivenComponents:
 @dataclass(frozen=True, eq=False)
 class RecordedElevation:
     """``elevation`` (n,) [m] at equally spaced ``time`` (n,) [s] of the run, measured at
-    ``position`` x, y [m]; its mean is left out, and what is above ``highest_frequency`` [rad/s]."""
+    ``position`` x, y [m]. Its mean and its content above ``highest_frequency`` [rad/s] are
+    removed."""
 
     time: np.ndarray
     elevation: np.ndarray

@@ -12,7 +12,7 @@ from hydrosim.scene.triggers import LevelReached, When
 
 @dataclass(frozen=True)
 class Box:
-    """A tank between two corners (3,) [m]; ``permeability`` is the part of it that fluid fills."""
+    """A tank between two corners (3,) [m]; ``permeability`` is the fraction that fluid fills."""
 
     low: tuple[float, ...]
     high: tuple[float, ...]
@@ -21,9 +21,9 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class TankTable:
-    """A tank of which is known, at each ``level`` (n,) above its bottom [m], rising from 0: the
-    ``volume`` (n,) of fluid in it [m^3], its ``centroid`` (n, 3), and the second moments xx, xy, yy
-    of its free ``surface`` about its centroid (n, 3) [m^4]."""
+    """A tank given by a table. At each ``level`` (n,) above its bottom [m], rising from 0, it has
+    the ``volume`` (n,) of fluid [m^3], its ``centroid`` (n, 3), and the second moments xx, xy, yy
+    of the free ``surface`` about its centroid (n, 3) [m^4]."""
 
     level: np.ndarray
     volume: np.ndarray
@@ -33,8 +33,8 @@ class TankTable:
 
 @dataclass(frozen=True, eq=False)
 class TankMesh:
-    """A tank inside the triangles ``corners`` (nt, 3, 3) [m], normals outward, of a closed mesh;
-    ``permeability`` as of a box; ``source`` says where it is from."""
+    """A tank inside the triangles ``corners`` (nt, 3, 3) [m] of a closed mesh, normals outward.
+    ``permeability`` is the fraction that fluid fills; ``source`` names the mesh in messages."""
 
     corners: np.ndarray
     permeability: float = 1.0
@@ -45,7 +45,7 @@ TankShape = Box | TankTable | TankMesh
 
 
 class FreeSurface(StrEnum):
-    """Of the fluid in a tank: level at all times, or fixed to the tank."""
+    """Free surface of the fluid in a tank: level at all times, or fixed to the tank."""
 
     QUASI_STATIC = "quasi_static"
     FROZEN = "frozen"
@@ -53,8 +53,8 @@ class FreeSurface(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Levels (n,) [m] of a tank at times (n,) [s]: between them its flow, from or to the sea, is
-    constant; there is none before and after."""
+    """Levels (n,) [m] of a tank at times (n,) [s]. The flow from or to the sea is constant between
+    two times, and zero before the first and after the last."""
 
     time: np.ndarray
     level: np.ndarray
@@ -62,8 +62,8 @@ class Plan:
 
 @dataclass(frozen=True)
 class Tank:
-    """A tank of a body, in the database's frame, with a fluid of this ``density`` [kg/m^3], whose
-    ``level`` above the bottom [m] is that at the start."""
+    """A tank of a body, in the database's frame, with a fluid of this ``density`` [kg/m^3];
+    ``level`` [m] is the level at the start, above the bottom."""
 
     name: str
     shape: TankShape
@@ -75,9 +75,9 @@ class Tank:
 
 @dataclass(frozen=True)
 class Pump:
-    """Moves ``rate`` [kg/s] from the ``source`` to the ``target``, tanks of its body or, None, the
-    sea, from ``start`` to ``stop``: times [s], levels or events. Without ``stop`` until the source
-    is empty or the target full."""
+    """Moves ``rate`` [kg/s] from the ``source`` to the ``target``, from ``start`` to ``stop``. Both
+    are tanks of its body; None is the sea. ``start`` and ``stop`` are times [s], levels or events.
+    Without ``stop`` it runs until the source is empty or the target full."""
 
     name: str
     rate: float

@@ -1,4 +1,4 @@
-"""When something begins or ends to act."""
+"""Conditions for the start and the end of an action."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LevelReached:
-    """When the level of a tank [m] is above or, else, below this."""
+    """The moment when the level of a tank [m] is above this ``level``, or below it if ``above`` is
+    false."""
 
     tank: str
     level: float
@@ -16,8 +17,8 @@ class LevelReached:
 
 @dataclass(frozen=True)
 class When:
-    """A ``time`` [s]; or, of a ``channel``, that it has been ``above`` or ``below`` a value for so
-    long, ``lasting`` [s] (the names of channels are in `hydrosim.forces.channels`)."""
+    """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
+    ``lasting`` [s]. `hydrosim.forces.channels` lists the names of channels."""
 
     time: float = 0.0
     channel: str | None = None
@@ -28,8 +29,8 @@ class When:
 
 @dataclass(frozen=True)
 class Active:
-    """When something begins to act, from the ``start`` if None, and ``until`` when, to the end if
-    None. What has begun or ended does not do so again."""
+    """Period in which an element acts: from ``start`` (the beginning if None) ``until`` the given
+    moment (the end if None). Neither start nor end occurs twice."""
 
     start: When | None = None
     until: When | None = None
