@@ -1,18 +1,18 @@
-"""Waves of few headings on a body that yaws slowly and stays in its place: sums over the
-frequencies of its database, which are fewer than the waves.
+"""Waves of few headings on a body that yaws slowly and does not drift: sums over the frequencies of
+its database, which are fewer than the waves.
 
     F1(t, psi) = Re sum_f X_f(b - psi) E_f(t) + X'_f(b - psi) S_f(t)
     F2(t, psi) =    sum_f D_f(b - psi) Re(z* E_f(t)) + D'_f(b - psi) Re(z* S_f(t)),    z = sum_f E_f
     E_f(t) = sum_i H_f(w_i) a_i exp(i w_i t),    S_f(t) = sum_i G_f(w_i) a_i exp(i w_i t)
 
-Between two frequencies of a database its loads are cubic polynomials of the values X_f, D_f and
-the slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, which are zero but in the two
-cells beside f. So these sums are those over the waves of `slow`, at every yaw, and no E_f or S_f
-depends on the yaw. F2 is Newman's approximation; for the mean load, z* E_f is sum_i H_f |a_i|^2.
+Between two frequencies of a database its loads are cubic polynomials of the values X_f, D_f and the
+slopes X'_f, D'_f there. H_f and G_f are the Hermite polynomials, non-zero only in the two cells
+beside f. So these sums equal the sums over waves of `slow` at every yaw, and no E_f or S_f depends
+on the yaw. F2 is Newman's approximation; for the mean load, sum_i H_f |a_i|^2 replaces z* E_f.
 
-A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b
-in its middle, is read from few times of the repeat period, by 6-point Lagrange polynomials that are
-within 3e-9 of each wave. The envelopes are made by FFT.
+A band is one E_f or S_f. It is narrow, so its envelope E_f(t) exp(-i w_b t), about a frequency w_b
+in its middle, is stored at few times of the repeat period. It is interpolated by 6-point Lagrange
+polynomials, whose error is below 3e-9 for each wave. The envelopes are made by FFT.
 """
 
 from __future__ import annotations
@@ -36,26 +36,27 @@ if TYPE_CHECKING:
     from hydrosim.waves.forms import BodyForms, Waves
 
 PHASE = 0.09
-"""By how much [rad] a wave turns about the middle of its band between two times, at most."""
-WORTH = 2  # waves to a band, at least
-TRAINS = 8  # headings of a sea of long crests, at most
+"""Largest turn of a wave's phase [rad] about the middle of its band between two stored times."""
+WORTH = 2  # fewest waves per band
+TRAINS = 8  # most headings of a long-crested sea
 WIDE = 3.0
-"""The widest cell of frequencies over the mean one, at most: it says how fine envelopes are."""
+"""Largest ratio of the widest cell of frequencies to the mean one; it sets the resolution of
+envelopes."""
 NONE = -1
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
-"""What a band multiplies: the value or the slope of X and D at a frequency of the database, or
-below all of these the first value of X alone, or that of D alone, which fades there."""
+"""Factor of a band: the value or the slope of X and D at a frequency of the database. Below all of
+these, the first value of X alone, or of D alone, which fades to zero there."""
 KINDS = 4
 ENTRIES = 12  # of a frequency and a heading in a table of loads: six values, six slopes
 
 
 class Bands(NamedTuple):
-    """The bands of all bodies, body by body, in sets, each of the waves of one sea.
+    """The bands of all bodies, body by body, in sets; the waves of a set belong to one sea.
 
-    ``sets`` (nb + 1,) and ``span`` (ns + 1,) say where those of each body, and of each set, begin.
-    The envelopes of a set, (times, 2, bands), real and imaginary, are in ``values`` from ``table``
-    on, ``step`` apart. What a band multiplies begins, at the heading 0, at ``load`` of the body's
-    table of X and at ``drift`` of that of D; `NONE` where that is nothing.
+    ``sets`` (nb + 1,) and ``span`` (ns + 1,) give the first set of each body and the first band of
+    each set. The envelopes of a set, (times, 2, bands), real and imaginary, start at ``table`` in
+    ``values``, ``step`` apart. The factor of a band at heading 0 starts at ``load`` in the body's
+    table of X and at ``drift`` in the table of D; `NONE` if there is no such load.
     """
 
     sets: np.ndarray
@@ -97,8 +98,8 @@ def body_bands(
     w: np.ndarray,
     nodes: int,
 ) -> list[Set]:
-    """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and so many
-    ``nodes`` of heading; none where these do not do, or are not far fewer than the waves."""
+    """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and ``nodes``
+    headings. None if bands cannot represent the waves, or are not far fewer than the waves."""
     on_grid = all(one.spacing > 0.0 for one in seas)
     if not (on_grid and _has_bands(body) and _are_regular(waves, w)):
         return []
@@ -111,7 +112,7 @@ def body_bands(
 
 
 def _has_bands(body: WaveBody) -> bool:
-    """Whether all that loads a body may come in bands."""
+    """True if bands can represent all loads on a body."""
     wanted = body.wave_forces
     stays = wanted.position == Place.MEAN and not np.any(body.centre[:2])
     turns = wanted.headings == Place.SLOW
@@ -121,7 +122,7 @@ def _has_bands(body: WaveBody) -> bool:
 
 
 def _are_regular(waves: Waves, w: np.ndarray) -> bool:
-    """Whether the headings of waves are few, and the cells of ``w`` that hold them alike."""
+    """True if the waves have few headings and lie in cells of ``w`` of similar width."""
     cells = np.unique(cells_of(w, waves.omega)[0])
     width = np.diff(w)[cells]
     even = bool(np.all(width <= WIDE * width.mean()))
@@ -137,7 +138,7 @@ def _set(
     w: np.ndarray,
     nodes: int,
 ) -> Set:
-    """The bands of the waves ``at`` (n,) of one sea."""
+    """The bands of the waves with indices ``at`` (n,), all of one sea."""
     omega = waves.omega[at]
     trains, train = np.unique(waves.heading[at], return_inverse=True)
     wave, key, weight = _shares(w, omega)
@@ -168,10 +169,10 @@ def _set(
 
 
 def _shares(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shares (m,) of waves of ``omega`` (n,) in bands: which wave, the key of the band, the weight.
+    """Shares (m,) of waves of ``omega`` (n,) in bands: index of the wave, key of the band, weight.
 
     A key is `KINDS` times a slot, plus the kind. A slot is the index of a frequency of ``w`` (nf,),
-    or one of the slots, two cells wide, that go on below 0 and from nf on.
+    or one of the slots, two cells wide, that continue below 0 and from nf on.
     """
     cell, u, h = cells_of(w, omega)
     v = 1.0 - u
@@ -201,8 +202,8 @@ def _shares(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
 def _envelopes(
     index: np.ndarray, band: np.ndarray, amplitude: np.ndarray
 ) -> tuple[np.ndarray, int, np.ndarray]:
-    """Multiples of the spacing in the middle of every band, the number of times in the repeat
-    period, and the envelopes (times, 2, bands) of waves of these multiples ``index`` (m,)."""
+    """Centre of every band as a multiple of the spacing, the number of times in the repeat period,
+    and the envelopes (times, 2, bands), for waves of the multiples ``index`` (m,)."""
     count = band.max(initial=-1) + 1
     lowest = np.full(count, np.iinfo(np.int64).max)
     highest = np.zeros(count, dtype=np.int64)
@@ -247,10 +248,10 @@ def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
 
 
 class BandSums(NamedTuple):
-    """Scratch, of every band of a body: ``load`` (24, n), real and imaginary by turns, and
-    ``drift`` (12, n) at two yaws; cos and sin of the phase in its middle, and of what that turns
-    by from row to row, ``phase`` (4, n); ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f).
-    ``weight`` and place in the table of each ``node`` of heading, of X and of D."""
+    """Scratch for every band of a body: ``load`` (24, n), alternately real and imaginary, and
+    ``drift`` (12, n) at two yaws; ``phase`` (4, n), cos and sin of the phase in its middle and of
+    its change per row; ``value`` (2, n) of E_f; ``paired`` (n,), Re(z* E_f). Weight and table index
+    of each ``node`` of heading, for X and D."""
 
     load: np.ndarray
     drift: np.ndarray
@@ -281,13 +282,14 @@ def new_band_sums(p: Bands) -> BandSums:
 
 @kernel
 def has_bands(k, bands):
-    """Whether the waves on the k-th body come in bands."""
+    """True if the waves on the k-th body are summed in bands."""
     return bands.sets[k + 1] > bands.sets[k]
 
 
 @root
 def weigh_bands(k, yaw, end, p, work):
-    """Find what the bands of the k-th body multiply at this yaw: the ``end`` of ``work``."""
+    """Compute the factors of the bands of the k-th body at this yaw, for the ``end`` of
+    ``work``."""
     bands = p.bands
     start = bands.span[bands.sets[k]]
     of_load = work.weight[0, :POINTS]
@@ -313,8 +315,8 @@ def weigh_bands(k, yaw, end, p, work):
 
 @kernel
 def _weigh_nodes(to, nodes, node, weight):
-    """Where in a table the evenly spaced ``nodes`` of heading stand from which waves ``to`` a
-    heading are interpolated, and their weights."""
+    """Table indices and weights of the evenly spaced ``nodes`` of heading that interpolate waves
+    ``to`` a heading."""
     x = to * nodes / (2.0 * pi)
     first = floor(x) - weight.size // 2 + 1
     for m in range(weight.size):
@@ -324,7 +326,8 @@ def _weigh_nodes(to, nodes, node, weight):
 
 @summing
 def _interpolate(at, table, node, weight, out):
-    """Add what begins at the entry ``at`` of a table, from so many nodes of heading."""
+    """Add the interpolated values from the table entry ``at`` on, from this number of heading
+    nodes."""
     for m in range(weight.size):
         share = weight[m]
         values = table[at + node[m] : at + node[m] + 6]
@@ -334,7 +337,7 @@ def _interpolate(at, table, node, weight, out):
 
 @kernel
 def find_phases(k, t, interval, bands, work):
-    """Phases of the middles of bands at the time t, and their turn in an ``interval``."""
+    """Phases of the middles of bands at the time t, and their change in an ``interval``."""
     start = bands.span[bands.sets[k]]
     for n in range(start, bands.span[bands.sets[k + 1]]):
         angle = bands.omega[n] * t
@@ -348,7 +351,7 @@ def find_phases(k, t, interval, bands, work):
 @root
 def add_bands(k, t, part, bands, work, first, second):
     """Add the loads of both orders at the time t on the k-th body to ``first`` and ``second`` (6,),
-    in heading axes; ``part`` is how far on they go from those of one yaw to those of the other."""
+    in heading axes; ``part`` is the fraction of the way between the loads at the two yaws."""
     start = bands.span[bands.sets[k]]
     for s in range(bands.sets[k], bands.sets[k + 1]):
         low = bands.span[s] - start
@@ -366,7 +369,7 @@ def add_bands(k, t, part, bands, work, first, second):
 
 @kernel
 def _find_values(s, t, low, high, bands, work):
-    """E_f at the time t of the bands of set ``s``, which are ``low`` to ``high`` of their body."""
+    """E_f at the time t of the bands of set ``s``, the bands ``low`` to ``high`` of their body."""
     x = t / bands.step[s]
     before = floor(x) - POINTS // 2 + 1
     size = high - low
@@ -390,7 +393,7 @@ def _add_times(weight, values, out):
 
 @summing
 def pair_values(share, low, high, work):
-    """Re(z* E_f) of bands, z being the sum of those that are a share of the elevation."""
+    """Re(z* E_f) of bands; z is the sum over the bands that are parts of the elevation."""
     re = work.value[0, low:high]
     im = work.value[1, low:high]
     paired = work.paired[low:high]
@@ -420,7 +423,7 @@ def _add_drift(grown, part, low, high, drift, paired, row):
 
 @summing
 def add_waves(ramp, part, first, last, ends, waves, row):
-    """Add the loads of the waves, or bands, from ``first`` to before ``last`` to a row."""
+    """Add the loads of the waves, or bands, with indices ``first`` <= i < ``last`` to a row."""
     c, s = waves[0, first:last], waves[1, first:last]
     for j in range(6):
         re0, im0 = ends[2 * j, first:last], ends[2 * j + 1, first:last]

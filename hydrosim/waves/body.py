@@ -1,4 +1,4 @@
-"""What the waves need to know of a body."""
+"""Properties of a body that wave loads depend on."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 class WaveBody:
     """A body in waves.
 
-    ``database``: transfer functions of n loads, about the centre of gravity, for all headings, in
-    the body's heading axes; None for a dry body. ``location`` (2,): where the origin of the
-    database's frame is at rest, in the earth's x, y [m]; ``centre`` (2,): where in that frame the
-    centre of gravity is. ``offset``: index of the body's first DOF among those of the scene.
-    ``active`` (n,): which DOFs are not locked. ``heading``: that of the database's frame at rest
-    [rad]. ``owner``: which body of the scene it is, where its loads are one share of several.
+    ``database``: transfer functions of n loads about the centre of gravity, for all headings, in
+    the body's heading axes; None for a dry body. ``location`` (2,): origin of the database's frame
+    at rest, in the earth's x, y [m]. ``centre`` (2,): centre of gravity in that frame. ``offset``:
+    index of the body's first DOF among those of the scene. ``active`` (n,): true for DOFs that are
+    not locked. ``heading``: heading of the database's frame at rest [rad]. ``owner``: index of the
+    scene's body, if these loads are one share of several.
     """
 
     database: QuadraticFunctions | None
@@ -42,23 +42,23 @@ class WaveBody:
         return self.offset // 6 if self.owner is None else self.owner
 
     def place(self) -> tuple[float, float]:
-        """Where the centre of gravity is at rest in the earth's x, y [m]."""
+        """Centre of gravity at rest in the earth's x, y [m]."""
         x, y, _ = about_z(self.heading) @ (*self.centre[:2], 0.0)
         return self.location[0] + x, self.location[1] + y
 
     def moved(self, at: np.ndarray) -> WaveBody:
-        """The body where displacements (6,) put it: moved, and turned by its yaw about its centre
-        of gravity."""
+        """The body displaced by (6,): moved, and turned by its yaw about its centre of gravity."""
         heading = self.heading + at[5]
         frame = np.array(self.place()) + at[:2] - (about_z(heading) @ (*self.centre[:2], 0.0))[:2]
         return replace(self, heading=heading, location=tuple(frame))
 
     def seen(self, waves: Components) -> Components:
-        """The waves with the headings that they have for the body at rest."""
+        """The waves with their headings relative to the body at rest."""
         return (
             waves if self.heading == 0.0 else replace(waves, heading=waves.heading - self.heading)
         )
 
     def in_earth_axes(self, loads: np.ndarray) -> np.ndarray:
-        """Loads (..., n) of heading axes, forces and moments by turns of three."""
+        """Loads (..., n) turned from heading axes to the earth's; forces and moments alternate in
+        threes."""
         return loads if self.heading == 0.0 else loads_about_z(loads, self.heading)

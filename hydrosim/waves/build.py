@@ -1,7 +1,7 @@
-"""From the sea and the databases to the arrays that the kernel in `loads` reads.
+"""Arrays for the kernel in `loads`, made from the sea and the databases.
 
-The sea is one or several sets of waves, see `components.sea`; the sets' loads are added, and
-second-order loads from a wave of one set with a wave of another are left out.
+The sea is one or several sets of waves, see `components.sea`. The loads of the sets are added.
+Second-order loads from pairs of waves in different sets are left out.
 """
 
 from __future__ import annotations
@@ -39,12 +39,13 @@ def wave_loads_model(
     dt: float,
     duration: float,
 ) -> WaveLoads:
-    """Loads of all ``seas`` for the time from ``start`` to start + ``duration`` [s], over which
-    none may repeat itself, see `components.check_span`.
+    """Loads of all ``seas`` from ``start`` to start + ``duration`` [s]. No sea may repeat within
+    that time, see `components.check_span`.
 
-    They are exact at the multiples of ``dt`` [s], the distance of the solver's stages, if the
-    repeat period is one of them and the waves do not make do with fewer, see `loads`. Raises
-    InputError if a database lacks the heading, the mean drift or the QTF that the scene asks for.
+    Loads are exact at the multiples of ``dt`` [s], the distance of the solver's stages, if the
+    repeat period is such a multiple and the waves do not permit a coarser table, see `loads`.
+    Raises InputError if a database lacks the heading, the mean drift or the QTF that the scene asks
+    for.
     """
     first = [first_order(waves, bodies) for waves in seas]
     second = [second_order(waves, bodies) for waves in seas]
@@ -76,8 +77,8 @@ def wave_loads_model(
 
 
 def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
-    """First-order loads X a exp(i e) of each wave on all DOFs of the bodies; zero where locked or
-    not wanted, or where the waves follow the body (`following`)."""
+    """First-order loads X a exp(i e) of each wave on all DOFs of the bodies. They are zero for
+    locked DOFs, where none are asked for, and where the waves follow the body (`following`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
         if body.database is not None and body.wave_forces.first_order and not follows(body):
@@ -88,8 +89,8 @@ def first_order(waves: Components, bodies: Sequence[WaveBody]) -> Lines:
 
 
 def second_order(waves: Components, bodies: Sequence[WaveBody]) -> list[Lines]:
-    """Second-order loads on all DOFs of the bodies; zero where locked or not wanted, or where the
-    waves follow the body (`forms`)."""
+    """Second-order loads on all DOFs of the bodies. They are zero for locked DOFs, where none are
+    asked for, and where the waves follow the body (`forms`)."""
     found = []
     for body in bodies:
         if body.database is not None and not (follows(body) and moves_second_order(body)):
@@ -145,7 +146,7 @@ def _table(
     dt: float,
     duration: float,
 ) -> tuple[float, float, float, np.ndarray]:
-    """Start, step and ramp of a table, and its rows: the sums of the lines of every column."""
+    """Start, step and ramp of a table, and its rows, the sums of the lines of every column."""
     highest = max(line.highest for lines in columns for line in lines)
     grid = time_grid(waves.spacing, highest, start, dt, duration)
     values = np.zeros((grid.rows, sum(widths)))
@@ -157,7 +158,8 @@ def _table(
 
 
 def _stacked(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
-    """The rows of all tables. A single one is not copied, since those of long runs are large."""
+    """The rows of all tables. A single table is not copied, because tables of long runs are
+    large."""
     if len(tables) == 1:
         return tables[0]
     return np.concatenate([np.zeros((0, width)), *tables])
@@ -166,7 +168,8 @@ def _stacked(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
 def _lines(
     waves: Components, columns: list[list[Lines]], widths: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frequencies, ramps and rows of the lines of all columns, those of one frequency together."""
+    """Frequencies, ramps and rows of the lines of all columns; lines of one frequency are
+    merged."""
     omega = np.unique(np.concatenate([line.omega for lines in columns for line in lines]))
     total = np.zeros((omega.size, sum(widths)), dtype=complex)
     ends = np.cumsum((0, *widths))

@@ -1,11 +1,13 @@
-"""How much of a hull's loads is lost between the headings of its database.
+"""Estimate of the part of a hull's loads that is lost between the headings of its database.
 
-N headings round the circle, evenly spaced, carry the harmonics of the heading up to N / 2. Those
-beyond are lost, and come back as others; how large they are is told by how the last ones fall off,
-as Bessel functions do beyond their argument, J_(n+2) / J_n ~ x^2 / (4 (n + 1) (n + 2)) (a hull of
-length L has harmonics up to about k L / 2; Abramowitz and Stegun 1964, 9.3.1). On the shipped hulls
-with every second heading left out the estimate is 0.7 to 1.4 times what is then missed, as long as
-that is below a half.
+N headings evenly round the circle resolve the harmonics of the heading up to N / 2. Higher
+harmonics are lost, and appear as lower ones (aliasing). Their size is estimated from the decay of
+the last resolved harmonics. Beyond their argument Bessel functions decay as J_(n+2) / J_n ~ x^2 /
+(4 (n + 1) (n + 2)). (A hull of length L has harmonics up to about k L / 2; Abramowitz and Stegun
+1964, 9.3.1.)
+
+On the shipped hulls with every second heading left out, the estimate is 0.7 to 1.4 times the true
+loss, as long as that is below a half.
 """
 
 from __future__ import annotations
@@ -19,19 +21,19 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
     from hydrosim.waves.transfer import TransferFunctions
 
-FEWEST = 8  # headings for an estimate
-EVEN = 1e-6  # rad: what the spacing of headings may differ by
-UNRESOLVED = 0.95  # of the ratio of harmonics: there they do not fall off
-ARM = 1e-3  # m: moments that are less than the forces on such an arm are noise
+FEWEST = 8  # fewest headings for an estimate
+EVEN = 1e-6  # rad: largest difference of the spacing of headings
+UNRESOLVED = 0.95  # largest ratio of harmonics: above it they do not decay
+ARM = 1e-3  # m: moments below the forces times this arm are noise
 
 
 def lost_between_headings(
     database: TransferFunctions, seas: Sequence[Components]
 ) -> tuple[float, float] | None:
-    """What interpolation between the headings misses of the first-order forces, and of the
-    moments, in the ``seas``: root mean squares over all headings, relative to those of the loads.
+    """Loss by interpolation between the headings, for the first-order forces and for the moments in
+    the ``seas``: root mean squares over all headings, relative to those of the loads.
 
-    None where the headings are not evenly spaced round the circle, or fewer than `FEWEST`.
+    None if the headings are not evenly spaced round the circle, or fewer than `FEWEST`.
     """
     order = np.argsort(np.mod(database.heading, 2.0 * np.pi))
     angle = np.mod(database.heading, 2.0 * np.pi)[order]
@@ -49,7 +51,7 @@ def lost_between_headings(
 
 
 def _lost(X: np.ndarray) -> np.ndarray:
-    """Root mean square (nw, n) over the headings of what X (nw, N, n) misses between them."""
+    """Root mean square (nw, n) over the headings of the loss of X (nw, N, n) between them."""
     last, count = X.shape[1] // 2, X.shape[1]
     power = np.abs(np.fft.fft(X, axis=1) / count) ** 2
     power = power + np.roll(power[:, ::-1], 1, axis=1)  # of n and -n together

@@ -21,20 +21,20 @@ from hydrosim.waves import draws
 from hydrosim.waves.dispersion import wavenumber
 from hydrosim.waves.spectra import cut_off, density, width
 
-_PEAK_PERIODS = 20.0  # in a repeat period at least: the energy is then right to 0.1 %
-_UNEVEN = 1e-3  # of a record's step: what its times may be off from equal spacing
-_ROUNDED = 0.05  # of it, where that is no more than single precision rounds them
-_LATE = 1e-6  # s: what the end of a run may be after that of the waves
-_MULTIPLE = 1e-9  # of a frequency: closer than this to a multiple is the multiple
+_PEAK_PERIODS = 20.0  # fewest components in a repeat period: the energy is then right to 0.1 %
+_UNEVEN = 1e-3  # of a record's step: tolerance of equal spacing
+_ROUNDED = 0.05  # of a time, if that is within the rounding of single precision
+_LATE = 1e-6  # s: the end of a run may be this much later than the end of the waves
+_MULTIPLE = 1e-9  # relative distance of a frequency from a multiple below which they are equal
 
 
 @dataclass(frozen=True, eq=False)
 class Components:
     """Airy waves that grow together: eta = ramp(t) sum a cos(w t - k (x cos b + y sin b) + e).
 
-    ``omega`` [rad/s], ``amplitude`` [m], ``phase`` [rad], ``wavenumber`` [1/m] and ``heading``
-    b [rad] are (n,), in any order; ``ramp`` [s]. On a grid all frequencies are multiples of the
-    ``spacing`` [rad/s], each any number of times; off the grid the spacing is 0.
+    ``omega`` [rad/s], ``amplitude`` [m], ``phase`` [rad], ``wavenumber`` [1/m] and ``heading`` b
+    [rad] are (n,), in any order; ``ramp`` [s]. On a grid all frequencies are multiples of the
+    ``spacing`` [rad/s] and may repeat; off the grid the spacing is 0.
     """
 
     omega: np.ndarray
@@ -47,7 +47,7 @@ class Components:
 
     @property
     def index(self) -> np.ndarray:
-        """The multiples of the spacing that the frequencies are, (n,)."""
+        """Frequencies as multiples of the spacing, (n,)."""
         return np.rint(self.omega / self.spacing).astype(np.int64)
 
     def at(self, x: float, y: float) -> np.ndarray:
@@ -57,10 +57,10 @@ class Components:
 
 
 def sea(environment: Environment) -> tuple[Components, ...]:
-    """The components of all wave trains of the environment that have any energy, with independent
+    """The components of all wave trains of the environment with non-zero energy, with independent
     phases.
 
-    Trains of the same ramp and the same spacing are one set; only the waves of one set load a body
+    Trains of the same ramp and the same spacing form one set. Only the waves of one set load a body
     together, at their difference and sum frequencies.
     """
     together: dict[tuple[float, float], list[Components]] = {}
@@ -80,14 +80,16 @@ def _joined(sets: list[Components]) -> Components:
 
 
 def components(train: WaveTrain, environment: Environment, stream: int = 0) -> Components:
-    """The components of one wave train; ``stream`` tells trains of the same seed apart.
+    """The components of one wave train; ``stream`` distinguishes trains of the same seed.
 
-    Of a random sea they are at multiples of dw = 2 pi / repeat_period up to `spectra.cut_off`, with
-    amplitudes sqrt(2 S dw), or Rayleigh distributed about that, and random phases and directions.
-    These are drawn in the order of the multiples, each from its own stream, so that the sea depends
-    on seed, stream, spectrum and repeat_period alone. Given components are on that grid if all are
-    multiples; those of a record are at multiples of 2 pi / its length. Raises InputError if the
-    repeat period is too short for the spectrum, or if a record is not equally spaced.
+    The components of a random sea lie at multiples of dw = 2 pi / repeat_period up to
+    `spectra.cut_off`. Amplitudes are sqrt(2 S dw), or Rayleigh distributed about that; phases and
+    directions are random. They are drawn in the order of the multiples, each from its own stream.
+    So the sea depends on seed, stream, spectrum and repeat_period alone.
+
+    Given components lie on that grid if all are multiples. The components of a record lie at
+    multiples of 2 pi / its length. Raises InputError if the repeat period is too short for the
+    spectrum, or if a record is not equally spaced.
     """
     match train.spectrum:
         case RegularWave(amplitude, period, phase):
@@ -105,8 +107,8 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> C
 
 
 def check_span(environment: Environment, start: float, end: float) -> None:
-    """Raises InputError if in a run from ``start`` to ``end`` [s] a random sea would repeat itself,
-    or a record does not cover it."""
+    """Raises InputError if a random sea repeats in a run from ``start`` to ``end`` [s], or a record
+    does not cover the run."""
     for train in environment.waves:
         match train.spectrum:
             case RegularWave() | GivenComponents():
@@ -191,7 +193,7 @@ def _on_grid(omega: np.ndarray, spacing: float) -> tuple[float, np.ndarray]:
 
 
 def _recorded(record: RecordedElevation, train: WaveTrain, environment: Environment) -> Components:
-    """A record's Fourier series, such that it is reproduced where and when it was measured."""
+    """Fourier series of a record; it reproduces the record at its place and times."""
     count = record.time.size
     step = _even_step(record.time)
     spacing = 2.0 * np.pi / (count * step)

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 _GUO = 2.4908  # exponent of Guo's closed form
-_NEWTON_STEPS = 3  # Guo's form is within 0.75 %, and each step squares that
+_NEWTON_STEPS = 3  # Guo's form is within 0.75 %, and each step squares the error
 
 
 def wavenumber(omega: ArrayLike, depth: float, gravity: float) -> np.ndarray:
     """Wavenumber k [1/m] with omega^2 = g k tanh(k depth), for ``omega`` [rad/s] of any shape.
 
-    ``depth`` [m] may be infinite. Newton's method on k h tanh(k h) = omega^2 h / g, started with
-    the closed form of Guo (2002, Coastal Engineering 45, eq. 21); right to rounding.
+    ``depth`` [m] may be infinite. Newton's method on k h tanh(k h) = omega^2 h / g starts from the
+    closed form of Guo (2002, Coastal Engineering 45, eq. 21). The result is accurate to rounding.
     """
     deep = np.asarray(omega, dtype=float) ** 2 / gravity
     if np.isinf(depth):

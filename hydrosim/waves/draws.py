@@ -1,5 +1,5 @@
-"""What is drawn at random for a wave train: phases, amplitudes and directions, each from a stream
-of its own, so that none changes another."""
+"""Random draws for a wave train: phases, amplitudes and directions. Each has a stream of its own,
+so that none changes another."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ def phases(train: WaveTrain, stream: int, count: int) -> np.ndarray:
 
 
 def rayleigh_factors(train: WaveTrain, stream: int, count: int) -> np.ndarray:
-    """Factors (count,) of mean square 1 that are Rayleigh distributed.
+    """Factors (count,) with a Rayleigh distribution and mean square 1.
 
-    With a uniform phase the complex amplitude's parts are then independent and Gaussian, so that
-    the sea is.
+    With a uniform phase the real and imaginary parts of the complex amplitude are then independent
+    and Gaussian, and so is the sea.
     """
     return np.sqrt(_generator(train, stream, _AMPLITUDES).standard_exponential(count))
 
 
 def directions(train: WaveTrain, stream: int, omega: np.ndarray) -> np.ndarray:
-    """Headings (n,) [rad] of the components at ``omega`` (n,) [rad/s], one drawn for each."""
+    """Headings (n,) [rad] of the components at ``omega`` (n,) [rad/s], one draw for each."""
     if isinstance(train.spectrum, DirectionalTable):
         uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
         return _from_table(train.spectrum, omega, uniform)
@@ -36,8 +36,8 @@ def directions(train: WaveTrain, stream: int, omega: np.ndarray) -> np.ndarray:
 
 
 def spread(uniform: np.ndarray, exponent: float) -> np.ndarray:
-    """Angles [rad] to the mean heading with the density of Longuet-Higgins, Cartwright and Smith
-    (1963), D ~ cos^2s(angle / 2) over the whole turn, from numbers ``uniform`` in 0 to 1.
+    """Angles [rad] to the mean heading, from numbers ``uniform`` in 0 to 1. Their density is D ~
+    cos^2s(angle / 2) over the whole turn (Longuet-Higgins, Cartwright and Smith 1963).
 
     The square of sin(angle / 2) has a beta distribution; the mean of cos(angle) is s / (s + 1).
     """
@@ -48,7 +48,8 @@ def spread(uniform: np.ndarray, exponent: float) -> np.ndarray:
 
 
 def _from_table(table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-    """Headings with the density of a table, constant over the sector around each of its own."""
+    """Headings with the density of a table, constant over the sector around each of its
+    headings."""
     after = np.clip(np.searchsorted(table.frequency, omega), 1, table.frequency.size - 1)
     low, high = table.frequency[after - 1], table.frequency[after]
     part = np.clip((omega - low) / (high - low), 0.0, 1.0)[:, None]

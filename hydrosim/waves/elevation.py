@@ -1,4 +1,4 @@
-"""Elevation at points, after a run or without one."""
+"""Elevation at points, after a run or without a run."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from hydrosim.waves.loads import rise
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
-_ENOUGH = 100  # times that are worth a transform
-_WHOLE = 1e-9  # of a step: closer than this to a multiple is the multiple
+_ENOUGH = 100  # fewest times for a transform
+_WHOLE = 1e-9  # of a step: distance from a multiple below which a time is that multiple
 
 
 def elevation_at(waves: Components, x: float, y: float, time: np.ndarray) -> np.ndarray:
@@ -26,8 +26,8 @@ def elevation_at(waves: Components, x: float, y: float, time: np.ndarray) -> np.
 def elevations(sets: Sequence[Components], points: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Elevation (nt, n) [m] of the sum of ``sets`` at ``points`` (n, 2) [m] and ``time`` (nt,) [s].
 
-    By FFT where the times are multiples of a whole part of a set's repeat period, which is as
-    exact; else by direct summation.
+    Computed by FFT if the times are multiples of an integer fraction of a set's repeat period,
+    otherwise by direct summation. Both are equally exact.
     """
     total = np.zeros((time.size, len(points)))
     for waves in sets:

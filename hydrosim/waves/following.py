@@ -1,17 +1,18 @@
-"""First-order loads of waves on a body where it is, not where it is at rest.
+"""First-order wave loads on a body at its displaced position, not at its position at rest.
 
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i))
 
-r: the centre of gravity's place at rest in the earth's x, y; d: its displacement from there; psi:
-yaw, counted from the heading at rest; R: rotation from heading axes to the earth's; X: transfer
-functions of the elevation at the centre of gravity. Where its position does not count d = 0, where
-its heading does not psi = 0. Where it is at the time (`following_loads`): every wave is summed at
-every stage, which costs much more than the tables of `loads`, and wave-frequency motions count as
-the slow ones do, which is a second-order load of its own. Where it has slowly moved to: `slow`.
-Heave, roll and pitch do not matter.
+r: position of the centre of gravity at rest in the earth's x, y; d: its displacement from there;
+psi: yaw, counted from the heading at rest; R: rotation from heading axes to the earth's; X:
+transfer functions of the elevation at the centre of gravity. d = 0 if its position does not count,
+psi = 0 if its heading does not. Heave, roll and pitch have no influence.
 
-X is interpolated in frequency as in `transfer`, and in heading by 6-point Lagrange polynomials
-through six nodes to a heading of the database: within 1e-4 of its highest harmonic.
+At the momentary position (`following_loads`) every wave is summed at every stage, which costs much
+more than the tables of `loads`. Wave-frequency motions count like slow ones, which is a
+second-order load of its own. For the slowly drifting position see `slow`.
+
+X is interpolated in frequency as in `transfer`. In heading, 6-point Lagrange polynomials pass
+through six nodes per heading of the database. Their error is below 1e-4 of the highest harmonic.
 """
 
 from __future__ import annotations
@@ -50,32 +51,32 @@ if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody
     from hydrosim.waves.components import Components
 
-NODES = 6  # of heading between two of a database
-CUT = 0.25  # of the mean frequency of the sea: what is slower is slow
-STATES = 16  # of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
-SMALL = 1e-9  # of the largest wave: those below it are left out
+NODES = 6  # nodes of heading per heading of the database
+CUT = 0.25  # of the mean frequency of the sea: motions below it are slow
+STATES = 16  # states of a body whose slow motion the waves follow, see `hydrosim.waves.slow`
+SMALL = 1e-9  # of the largest wave: smaller ones are left out
 
 
 class FollowingLoads(NamedTuple):
-    """Waves on the bodies that they follow, body by body: those of the k-th are the entries
-    offset[k] to offset[k + 1] of what is ``(nw,)``, by sea and rising frequency. Values and slopes
-    of X, (nf, nodes[k], 2, 6), are in ``load`` from first[k] on, once for bodies with the same.
+    """Waves on the bodies that they follow, body by body. The entries offset[k] to offset[k + 1] of
+    each array (nw,) belong to the k-th body, by sea and rising frequency. Values and slopes of X,
+    (nf, nodes[k], 2, 6), are in ``load`` from first[k] on, stored once for equal bodies.
 
-    Those of the ``slow`` bodies are made in ``rows`` at a time, ``row_step`` [s] apart, for a
-    ``block`` [s]; their states begin at ``state``, and their filters cut at ``cut`` [rad/s], see
-    `hydrosim.waves.slow`.
+    The loads of the ``slow`` bodies are made in ``rows`` at a time, ``row_step`` [s] apart, for a
+    ``block`` [s]. The states of these bodies begin at ``state``, and their filters have the cut-off
+    ``cut`` [rad/s], see `hydrosim.waves.slow`.
     """
 
     body: np.ndarray  # (nb,) index among the scene's bodies
     loaded: np.ndarray  # (nb,) index where its loads belong, in sixes
     rest: np.ndarray  # (nb,) heading at rest [rad]
-    centre: np.ndarray  # (nb, 2) centre of gravity in the frame whose waves X is for [m]
-    placed: np.ndarray  # (nb,) whether the position counts
-    turns: np.ndarray  # (nb,) whether yaw counts
-    nodes: np.ndarray  # (nb,) of heading round the circle
+    centre: np.ndarray  # (nb, 2) centre of gravity in the frame of the waves of X [m]
+    placed: np.ndarray  # (nb,) true if the position counts
+    turns: np.ndarray  # (nb,) true if yaw counts
+    nodes: np.ndarray  # (nb,) nodes of heading round the circle
     offset: np.ndarray  # (nb + 1,)
     first: np.ndarray  # (nb,)
-    active: np.ndarray  # (nb, 6) which DOFs are not locked
+    active: np.ndarray  # (nb, 6) true for DOFs that are not locked
     omega: np.ndarray  # (nw,)
     wavenumber: np.ndarray  # (nw,)
     heading: np.ndarray  # (nw,)
@@ -86,7 +87,7 @@ class FollowingLoads(NamedTuple):
     width: np.ndarray  # (nw,) of the cell [rad/s]
     load: np.ndarray  # complex
     second: Forms  # loads of second order
-    bands: Bands  # of the waves of slow bodies, where these come in some
+    bands: Bands  # bands of the waves of slow bodies, where these are summed in bands
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -113,22 +114,22 @@ class _Part(NamedTuple):
 
 
 def follows(body: WaveBody) -> bool:
-    """Whether the waves follow the body."""
+    """True if the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
     return body.database is not None and asked.any and bool(moving)
 
 
 def is_slow(body: WaveBody) -> bool:
-    """Whether the waves follow the slow motion of the body."""
+    """True if the waves follow the slow motion of the body."""
     return follows(body) and Place.SLOW in (body.wave_forces.position, body.wave_forces.headings)
 
 
 def following_model(
     seas: Sequence[Components], bodies: Sequence[WaveBody], block: float = 2.0
 ) -> FollowingLoads:
-    """The waves of all ``seas`` on the bodies that they follow; a slow path is taken anew after
-    each ``block`` [s]."""
+    """The waves of all ``seas`` on the bodies that they follow. A slow path is renewed after each
+    ``block`` [s]."""
     chosen = [body for body in bodies if follows(body)] if seas else []
     parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
@@ -170,9 +171,9 @@ def following_model(
 
 
 def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunctions) -> _Part:
-    """What of the seas loads a body, train by train in the order of frequency, which spares work
-    where many waves have one heading. First-order loads have waves in the range of its database
-    alone."""
+    """The waves of the seas that load a body, train by train in the order of frequency, which saves
+    work where many waves have one heading. First-order loads have only waves in the frequency range
+    of its database."""
     w, table = transfer_table(database, NODES)
     elevation = np.concatenate([waves.at(*body.place()) for waves in seas])
     each = [
@@ -201,7 +202,7 @@ def _part(seas: Sequence[Components], body: WaveBody, database: TransferFunction
 
 
 def _trains(heading: np.ndarray) -> np.ndarray:
-    """Numbers (nw,) of the headings of waves, where these are few; else all the same."""
+    """Numbers (nw,) of the headings of waves, if these are few; else one number for all."""
     headings, number = np.unique(heading, return_inverse=True)
     return number if headings.size <= TRAINS else np.zeros(heading.size, dtype=np.int64)
 
@@ -215,9 +216,9 @@ def _lines(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 class Sums(NamedTuple):
-    """Scratch: loads in heading axes of every wave, real and imaginary by turns, (12, nw); of one
-    cell of the table at one heading, (2, 2, 6), complex; cos and sin of phases, (2, nw); the sums
-    of both orders, (2, 6)."""
+    """Scratch: loads in heading axes of every wave, alternately real and imaginary, (12, nw); loads
+    of one cell of the table at one heading, (2, 2, 6), complex; cos and sin of phases, (2, nw);
+    sums of both orders, (2, 6)."""
 
     waves: np.ndarray
     cell: np.ndarray
@@ -240,8 +241,8 @@ def new_sums(p: FollowingLoads) -> Sums:
 
 @kernel
 def following_loads(t, coordinates, p, sums, first, second):
-    """Add the loads of both orders at time t on bodies that are not slow to ``first`` and
-    ``second`` (6 nb,), for displacements ``coordinates`` (6 nb,)."""
+    """Add the loads of both orders at time t to ``first`` and ``second`` (6 nb,), for displacements
+    ``coordinates`` (6 nb,). Slow bodies are left out."""
     for k in range(p.body.size):
         if not p.slow[k]:
             at = 6 * p.loaded[k]
@@ -290,8 +291,8 @@ def turn_to_earth(heading, load):
 
 @kernel
 def loads_at_heading(k, yaw, p, cell, out):
-    """X a exp(i e) of every wave on the k-th body at this yaw, in heading axes: ``out`` (12, nw),
-    real and imaginary by turns. ``cell`` is scratch."""
+    """Fill ``out`` (12, nw) with X a exp(i e) of every wave on the k-th body at this yaw, in
+    heading axes, alternately real and imaginary. ``cell`` is scratch."""
     start, last, heading = p.offset[k], -1, 0.0
     x, y = p.centre[k, 0], p.centre[k, 1]
     for i in range(p.offset[k + 1] - start):

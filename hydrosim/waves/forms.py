@@ -4,14 +4,15 @@
     z_r(t) = exp(-i h_r psi) sum_i W_ri(psi) a_i exp(i (w_i t - k_i . d))
 
 as in `second_order`, for a body that has moved by d and turned by psi. Each z_r is one sum over the
-waves, so that no pair of them is ever formed; both d and psi count in every term.
+waves, so that no pair of them is ever formed. Both d and psi enter every term.
 
 * Newman's approximation and the mean load have the drift D(w_i, b_i - psi) among their weights W,
   and a constant C. Between headings D is read from a finer table, by 10-point Lagrange polynomials
-  through sixteen nodes to a heading of the database: within 1e-10 of its highest harmonic.
-* Of a quadratic transfer function W are B-splines over the frequency, and C is a trigonometric
-  polynomial of psi, or psi turns the phase of the harmonics h_r (`turned_qtf`): both are exact
-  where the headings of the database are evenly spaced.
+  through sixteen nodes per heading of the database. The error is below 1e-10 of its highest
+  harmonic.
+* For a quadratic transfer function W are B-splines over the frequency. Either C is a trigonometric
+  polynomial of psi, or psi turns the phase of the harmonics h_r (`turned_qtf`). Both are exact if
+  the headings of the database are evenly spaced.
 """
 
 from __future__ import annotations
@@ -37,21 +38,22 @@ if TYPE_CHECKING:
     from hydrosim.waves.quadratic import QuadraticFunctions
 
 DIFFERENCE, SUM, MEAN = range(3)
-"""Of a form: pairs of waves at their difference or sum frequencies, or each wave with itself."""
+"""Kinds of forms: pairs of waves at their difference or sum frequencies, or each wave with
+itself."""
 GIVEN, ONE, DRIFT, PLUS, MINUS = range(5)
 """Weights of a filter: given, 1, drift of a DOF, roots of its positive or its negative values."""
 POINTS = 10
-NODES = 16  # of heading between two of a database
+NODES = 16  # nodes of heading per heading of the database
 DOFS = range(6)
 
 
 class Forms(NamedTuple):
     """The forms of all bodies that waves follow, body by body.
 
-    ``filters`` and ``forms`` (nb + 1,) say where those of each body begin. A filter reads the waves
-    ``begin`` to ``end`` of its body. A form has the filters ``span`` (nq, 2) of its body, and the
-    ``harmonics`` of C, (6, r, r) each, from the lowest on, in ``core`` from ``first`` on. Drift is
-    ``factor`` (nw, 2) times the values of ``drift`` at two places of its frequencies.
+    ``filters`` and ``forms`` (nb + 1,) give the first ones of each body. A filter reads the waves
+    ``begin`` to ``end`` of its body. A form uses the filters ``span`` (nq, 2) of its body. The
+    ``harmonics`` of C, (6, r, r) each, from the lowest on, are in ``core`` from ``first`` on. Drift
+    is ``factor`` (nw, 2) times the values of ``drift`` at two of its frequencies.
     """
 
     filters: np.ndarray
@@ -61,7 +63,7 @@ class Forms(NamedTuple):
     end: np.ndarray
     harmonic: np.ndarray
     ramp: np.ndarray  # [s]
-    at: np.ndarray  # where given weights begin
+    at: np.ndarray  # first of the given weights
     weight: np.ndarray  # complex
     forms: np.ndarray
     span: np.ndarray
@@ -70,9 +72,9 @@ class Forms(NamedTuple):
     first: np.ndarray
     core: np.ndarray  # complex
     wave: np.ndarray  # (nw,) complex elevation at the centre of gravity at rest
-    drifts: np.ndarray  # (nb,) whether drift is needed
-    nodes: np.ndarray  # (nb,) of heading round the circle
-    table: np.ndarray  # (nb,) where the body's drift begins, the same for equal bodies
+    drifts: np.ndarray  # (nb,) true if drift is needed
+    nodes: np.ndarray  # (nb,) nodes of heading round the circle
+    table: np.ndarray  # (nb,) first entry of the body's drift, the same for equal bodies
     cell: np.ndarray  # (nw, 2)
     part: np.ndarray  # (nw, 2) of the cell
     width: np.ndarray  # (nw, 2) of the cell [rad/s]
@@ -111,7 +113,7 @@ class Drift(NamedTuple):
 
 
 class BodyForms(NamedTuple):
-    """What loads one body at second order."""
+    """Filters, forms and drift of the second-order loads on one body."""
 
     wave: np.ndarray
     forms: list[Form]
@@ -119,8 +121,8 @@ class BodyForms(NamedTuple):
 
 
 class Waves(NamedTuple):
-    """The waves of all seas that load a body: (nw,) each. ``sea`` counts the seas, of which the
-    waves are together; ``heading`` is that which the body at rest sees."""
+    """The waves of all seas that load a body, (nw,) each. ``sea`` numbers the seas; the waves of
+    one sea are adjacent. ``heading`` is relative to the body at rest."""
 
     sea: np.ndarray
     omega: np.ndarray
@@ -129,26 +131,26 @@ class Waves(NamedTuple):
 
 
 def moves_second_order(body: WaveBody) -> bool:
-    """Whether second-order loads go with a body that the waves follow."""
+    """True if second-order loads move with a body that the waves follow."""
     wanted = body.wave_forces
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return body.database is not None and second and not _is_fixed(wanted, body.database)
 
 
 def second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
-    """Whether second-order loads of a body that turns are those of its heading at rest."""
+    """True if second-order loads on a turning body are those of its heading at rest."""
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return second and (wanted.headings == Place.MEAN or _is_fixed(wanted, database))
 
 
 def _is_fixed(wanted: WaveForces, database: QuadraticFunctions) -> bool:
-    """Whether the loads are known for a few headings alone, as QTFs may be."""
+    """True if the loads are known for a few headings only, as QTFs may be."""
     quadratic = wanted.second_order == SecondOrder.QTF or wanted.sum_frequency
     return quadratic and not qtf_all_round(database)
 
 
 def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms:
-    """The forms of a body in these waves, of complex ``elevation`` (nw,) where it is at rest."""
+    """The forms of a body in these waves of complex ``elevation`` (nw,) at its position at rest."""
     database = body.database
     if database is None or not moves_second_order(body):
         return BodyForms(elevation, [], no_drift(waves.omega.size))
@@ -171,7 +173,7 @@ def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms
 
 
 def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[Form]:
-    """The forms of mean drift, of the waves from ``begin`` to before ``end``."""
+    """The forms of mean drift, for the waves with indices ``begin`` <= i < ``end``."""
     one = Filter(ONE, begin, end, ramp)
     nothing = np.zeros((1, 6))
     match wanted:
@@ -188,7 +190,7 @@ def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterato
 def _quadratic(
     database: QuadraticFunctions, waves: Waves, at: np.ndarray, name: str
 ) -> Iterator[Form]:
-    """The forms of a quadratic transfer function, of the waves ``at`` (n,) of one sea."""
+    """The forms of a quadratic transfer function, for the waves ``at`` (n,) of one sea."""
     pairing = DIFFERENCE if name == "qtf_difference" else SUM
     for found in turned_qtf(database, waves.omega[at], waves.heading[at], name):
         filters = [
@@ -206,20 +208,20 @@ def _quadratic(
 
 
 def no_drift(waves: int) -> Drift:
-    """Drift of waves that have none."""
+    """Zero drift for all waves."""
     nothing = np.zeros((waves, 2))
     return Drift(nothing.astype(np.int64), nothing, nothing, nothing, np.zeros((0, 0, 2, 6)))
 
 
 def _drift(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
-    """D of every wave: at its own frequency, and at none besides."""
+    """D of every wave at its own frequency; the second factor is zero."""
     w, table = drift_table(database, NODES)
     factor = np.stack([drift_above(database, omega), np.zeros(omega.size)], axis=1)
     return Drift(*cells_of(w, np.stack([omega, omega], axis=1)), factor, table)
 
 
 def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
-    """D of every wave less that at the nearest frequency of the QTF."""
+    """D of every wave minus D at the nearest frequency of the QTF."""
     known = np.asarray(database.qtf_frequency)
     ends = np.clip(omega, known[0], known[-1])
     if np.array_equal(ends, omega):
@@ -232,8 +234,8 @@ def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
 
 
 def cells_of(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells of rising frequencies ``w`` that hold ``omega``, the parts of them before it, and their
-    widths."""
+    """Cells of rising frequencies ``w`` that hold ``omega``, the relative position in each, and
+    their widths."""
     inside = np.clip(omega, w[0], w[-1])
     cell = np.clip(np.searchsorted(w, inside, side="right") - 1, 0, w.size - 2)
     width = np.diff(w)[cell]
@@ -242,7 +244,7 @@ def cells_of(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
 
 def forms_model(bodies: list[BodyForms]) -> Forms:
     """The forms of all bodies as arrays."""
-    # forms without a drift that they are made of are nothing
+    # forms without the drift that they consist of are zero
     used = [[form for form in body.forms if _counts(form, body.drift)] for body in bodies]
     forms = [form for each in used for form in each]
     filters = [one for form in forms for one in form.filters]
@@ -287,8 +289,8 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
 
 
 def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.ndarray]:
-    """Where each of the ``tables`` begins in one array of their values, (nb,), and that array. One
-    that is there several times, as that of equal bodies, is stored once."""
+    """Start (nb,) of each of the ``tables`` in one array of their values, and that array. Tables
+    that several equal bodies share are stored once."""
     distinct = {id(table): table.ravel() for table in tables}
     begin = accumulate((values.size for values in distinct.values()), initial=0)
     begins = dict(zip(distinct, begin, strict=False))
@@ -297,7 +299,7 @@ def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.
 
 
 def _counts(form: Form, drift: Drift) -> bool:
-    """Whether a form may load the body: one of drift does where there is any."""
+    """True if a form may load the body; a form of drift does so only if there is drift."""
     given = all(one.kind == GIVEN for one in form.filters)
     return given or bool(np.any(drift.factor))
 
@@ -308,9 +310,9 @@ def _spans(forms: list[Form]) -> list[tuple[int, int]]:
 
 
 class Filtered(NamedTuple):
-    """Scratch: of every wave its ``amplitude`` (2, nw), real and imaginary, and ``drift`` (6, nw);
-    cells of the table of drift; and for one or two yaws, ``weighted`` amplitudes of all filters
-    (2, 2, m), ``core`` (2, m) and mean loads ``steady`` (2, nq, 6); ``z`` of all filters."""
+    """Scratch: for every wave its ``amplitude`` (2, nw), real and imaginary, and ``drift`` (6, nw);
+    cells of the table of drift. For one or two yaws: ``weighted`` amplitudes of all filters (2, 2,
+    m), ``core`` (2, m) and mean loads ``steady`` (2, nq, 6). ``z`` of all filters."""
 
     amplitude: np.ndarray
     drift: np.ndarray
@@ -322,7 +324,7 @@ class Filtered(NamedTuple):
 
 
 def new_filtered(p: Forms, offset: np.ndarray) -> Filtered:
-    """Scratch for these forms; waves of the bodies begin at ``offset`` (nb + 1,)."""
+    """Scratch for these forms; the waves of the bodies begin at ``offset`` (nb + 1,)."""
     used = np.diff(p.forms) > 0
     waves = int(np.diff(offset)[used].max(initial=0))
     size = np.zeros(used.size, dtype=np.int64)
@@ -344,13 +346,14 @@ def new_filtered(p: Forms, offset: np.ndarray) -> Filtered:
 
 @kernel
 def has_forms(k, forms):
-    """Whether anything loads the k-th body at second order where it is."""
+    """True if the k-th body has second-order loads at its displaced position."""
     return forms.forms[k + 1] > forms.forms[k]
 
 
 @root
 def look_from(k, yaw, end, p, work):
-    """Find what the loads on the k-th body need at this yaw: the ``end`` of ``work``."""
+    """Compute the factors of the loads on the k-th body at this yaw, for the ``end`` of
+    ``work``."""
     forms = p.second
     start = p.offset[k]
     count = p.offset[k + 1] - start
@@ -436,7 +439,7 @@ def cell_at(f, to, nodes, first, points, table, cell):
 
 @kernel
 def _weigh(f, yaw, at, out, forms, work):
-    """Amplitudes times weights of filter ``f``, from ``at`` on into ``out`` (2, m)."""
+    """Amplitudes times weights of filter ``f``, from ``at`` on, into ``out`` (2, m)."""
     turn = cos(forms.harmonic[f] * yaw) - 1j * sin(forms.harmonic[f] * yaw)
     kind = forms.kind[f]
     for i in range(forms.begin[f], forms.end[f]):
@@ -485,8 +488,8 @@ def _add_times(factor, values, out):
 
 @root
 def add_forms(k, t, end, share, waves, forms, work, out):
-    """Add a ``share`` of the loads on the k-th body to ``out`` (6,), in heading axes, by what
-    `look_from` has found; ``waves`` (2, nw) are cos and sin of their phases."""
+    """Add a ``share`` of the loads on the k-th body to ``out`` (6,), in heading axes, from the
+    factors of `look_from`; ``waves`` (2, nw) are cos and sin of their phases."""
     first = forms.filters[k]
     at = 0
     for f in range(first, forms.filters[k + 1]):

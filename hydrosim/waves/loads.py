@@ -1,12 +1,13 @@
 """Wave loads at a time: the arrays that `build` fills and the kernel that reads them.
 
-Waves on a grid are a table on the solver's stage grid. A read at a node is exact; between the
-nodes it is a 6-point Lagrange interpolation, whose error for a component of frequency w on a table
-of step h is at most 225/46080 (w h)^6 of its amplitude: (x^2 - 1/4) (x^2 - 9/4) (x^2 - 25/4) / 6!,
-with x the steps from the middle of the 6 points, is largest in the middle. The tables keep w h
-below 0.25, so this is below 1.2e-6 at the highest frequency and falls with the sixth power. Where
-the stages are so close that every second one would do with w h below 0.125, only some of them are
-nodes; the error of the others is below 1.9e-8. Waves off the grid are summed one by one, exactly.
+Waves on a grid are a table on the solver's stage grid. A read at a node is exact. Between the nodes
+it is a 6-point Lagrange interpolation. Its error for a component of frequency w on a table of step
+h is at most 225/46080 (w h)^6 of its amplitude: (x^2 - 1/4) (x^2 - 9/4) (x^2 - 25/4) / 6!, with x
+the steps from the middle of the 6 points, is largest in the middle. The tables keep w h below 0.25,
+so the error is below 1.2e-6 at the highest frequency and falls with the sixth power.
+
+If every second stage would suffice with w h below 0.125, only some of the stages are nodes. The
+error at the other stages is below 1.9e-8. Waves off the grid are summed one by one, exactly.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ import numpy as np
 from hydrosim.jit.kernels import kernel, root_giving
 
 POINTS = 6
-"""Rows of a table that an interpolation reads."""
+"""Number of rows that an interpolation reads."""
 
-_NODE = 1e-9  # of a step: closer than this to a node is at the node
+_NODE = 1e-9  # of a step: times this close to a node are at the node
 
 
 class WaveLoads(NamedTuple):
@@ -30,8 +31,8 @@ class WaveLoads(NamedTuple):
     A row is the elevation at the earth's origin [m], the first-order loads on the DOFs
     ``first_dof`` (n1,) and the second-order loads on ``second_dof`` (n2,). Table k has the rows
     offset[k] to offset[k + 1], at the times start[k], start[k] + step[k], ... [s], and grows over
-    ``ramp[k]`` [s]. Line l, of frequency omega[l] [rad/s], has real and imaginary part of its
-    amplitudes in two rows of ``lines`` (nl, 2, 1 + n1 + n2), and grows over ``line_ramp[l]``.
+    ``ramp[k]`` [s]. Line l has the frequency omega[l] [rad/s]. The real and imaginary parts of its
+    amplitudes are two rows of ``lines`` (nl, 2, 1 + n1 + n2); it grows over ``line_ramp[l]``.
     """
 
     start: np.ndarray
@@ -48,7 +49,7 @@ class WaveLoads(NamedTuple):
 
 @kernel
 def any_waves(p):
-    """Whether there are waves at all."""
+    """True if there are waves."""
     return p.ramp.size + p.line_ramp.size > 0
 
 
@@ -56,7 +57,7 @@ def any_waves(p):
 def wave_loads(t, p, first, second):
     """Elevation at the earth's origin [m] at time t; adds the loads to first and second (n,).
 
-    Only for times of the run that `build.wave_loads_model` was given.
+    t must lie within the run for which `build.wave_loads_model` was called.
     """
     elevation = 0.0
     for k in range(p.ramp.size):
@@ -75,7 +76,7 @@ def wave_loads(t, p, first, second):
 
 @kernel
 def _add_row(weight, ramp, row, p, first, second):
-    """Add weight times a row's loads, those of second order times the ramp once more."""
+    """Add weight times a row's loads; second-order loads are multiplied by the ramp once more."""
     n1 = p.first_dof.size
     for j in range(n1):
         first[p.first_dof[j]] += weight * row[1 + j]
@@ -86,7 +87,8 @@ def _add_row(weight, ramp, row, p, first, second):
 
 @kernel
 def rise(t, duration):
-    """Growth of the elevation: half a cosine from 0 at t = 0 to 1 at t = duration, if not 0."""
+    """Growth of the elevation: half a cosine from 0 at t = 0 to 1 at t = duration; 1 if duration is
+    0."""
     if duration <= 0.0 or t >= duration:
         return 1.0
     return 0.5 - 0.5 * cos(pi * max(t, 0.0) / duration)
@@ -94,7 +96,7 @@ def rise(t, duration):
 
 @kernel
 def rows_at(x, rows):
-    """First of the rows to read at x, and their number."""
+    """First row to read at x, and the number of rows."""
     node = floor(x + 0.5)
     if abs(x - node) < _NODE and 0 <= node < rows:
         return node, 1
@@ -103,7 +105,7 @@ def rows_at(x, rows):
 
 @kernel
 def lagrange(x, m, points):
-    """Weight at x of the value at m, out of the values at 0, 1, ... points - 1."""
+    """Weight at x of the value at m, among the values at 0, 1, ... points - 1."""
     weight = 1.0
     for j in range(points):
         if j != m:

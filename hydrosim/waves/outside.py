@@ -1,10 +1,11 @@
-"""What waves outside the frequencies of a database would do, which do nothing in a run.
+"""Estimate of the loads by waves outside the frequencies of a database; a run has no such loads.
 
-Short waves are thrown back by the walls that they meet and reach as deep as they are long, so that
-loads fall as w^-2, or faster where the hull has no walls: the pressure 2 rho g a e^(k z) adds up to
-2 rho g a / k. Where the mean square over all headings falls like that at the end of the band, that
-of the waves above it is known well enough to say what is left out. Of one wave to one heading it is
-not: loads of the ends and corners of a hull add up or cancel by turns.
+The walls of a hull reflect short waves, which reach as deep as they are long. So loads fall as
+w^-2, or faster if the hull has no walls: the pressure 2 rho g a e^(k z) adds up to 2 rho g a / k.
+
+If the mean square over all headings falls like that at the end of the band, the mean square of the
+waves above is known well enough for an estimate. The load of one wave of one heading is not: loads
+of the ends and corners of a hull alternately add up and cancel.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ import numpy as np
 
 from hydrosim.waves.components import Components, energy_outside
 
-BAND = 0.3  # part of the band, at its end, on which the fall of the loads is seen
-FEWEST = 4  # frequencies there
+BAND = 0.3  # part of the band, at its end, in which the decay of the loads is checked
+FEWEST = 4  # fewest frequencies there
 FALL = -2.0  # power of the frequency with which loads fall
-RISEN = 4.0  # of the mean square times w^4, from the first to the second half: no fall
+RISEN = 4.0  # largest growth of the mean square times w^4 from the first to the second half
 
 
 class Loads(Protocol):
-    """What this module reads of a database, see `transfer.TransferFunctions`."""
+    """Data that this module reads of a database, see `transfer.TransferFunctions`."""
 
     def __hash__(self) -> int: ...
     @property
@@ -34,9 +35,9 @@ class Loads(Protocol):
 
 
 class Outside(NamedTuple):
-    """Shares of the energy of a sea's ``waves`` below and above a database's frequencies, and of
-    the first-order ``loads`` that would be above: of forces or of moments, of which it is more, and
-    None where loads do not fall as they should."""
+    """Shares of the energy of a sea's ``waves`` below and above a database's frequencies, and share
+    of the first-order ``loads`` above them. The latter is the larger of forces and moments, and
+    None if loads do not decay as expected."""
 
     below: float
     above: float
@@ -44,13 +45,12 @@ class Outside(NamedTuple):
 
     @property
     def share(self) -> float:
-        """What is left out: of the loads above and the waves below, or else of all waves."""
+        """Share that is left out: loads above plus waves below, or else all waves."""
         return self.below + (self.above if self.loads is None else self.loads)
 
 
 def outside(database: Loads, seas: Sequence[Components]) -> Outside:
-    """What of the ``seas`` is outside the frequencies of the database; what was asked for last is
-    known."""
+    """Shares of the ``seas`` outside the frequencies of the database; the last result is kept."""
     return _outside(database, tuple(seas))
 
 
@@ -84,6 +84,6 @@ def _loads_above(database: Loads, seas: Sequence[Components]) -> float | None:
 
 
 def _mean_squares(database: Loads) -> np.ndarray:
-    """Of forces and of moments (nw, 2), over all headings."""
+    """Mean squares of forces and of moments (nw, 2), over all headings."""
     squares = np.mean(np.abs(database.excitation) ** 2, axis=1)
     return squares.reshape(len(squares), -1, 2, 3).sum(axis=(1, 3))

@@ -1,8 +1,8 @@
-"""Where waves meet a body, where the scene leaves that to the program.
+"""Choice of a body's position in the waves where the scene leaves it to the program.
 
-The waves follow the slow motion of a body that nothing takes back to its place at rest and that
-something may move away from there; else they meet it as it is at rest, which costs less. The choice
-follows from the scene alone.
+The waves follow the slow motion of a body if nothing restores it to its position at rest and
+something may move it away. Otherwise they meet the body at rest, which costs less. The choice
+depends on the scene alone.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from hydrosim.scene import Body, Kinematics, Place, Scene, SecondOrder, WaveForc
 from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0
-"""Time for which one slow path is taken [s], or the nearest multiple of the grid of steps."""
+"""Duration of one slow path [s]; the nearest multiple of the grid of steps is used."""
 PLACE = (0, 1)
 YAW = (5,)
 
 
 def chosen_places(scene: Scene, body: Body) -> WaveForces:
-    """The wave forces of a body with ``position`` and ``headings`` chosen, where automatic; raises
-    InputError where they do not go together."""
+    """The wave forces of a body with automatic ``position`` and ``headings`` resolved. Raises
+    InputError if the two do not go together."""
     asked = body.wave_forces
     chosen = replace(
         asked,
@@ -40,8 +40,8 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
 
 
 def places(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
-    """`chosen_places` for a body with this database, if it has one: where that has not all headings
-    round the circle, automatic is at rest."""
+    """`chosen_places` for a body with this database. Automatic means at rest if the database does
+    not have headings all round the circle."""
     chosen = chosen_places(scene, body)
     asked = body.wave_forces
     wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
@@ -56,7 +56,7 @@ def slow_bodies(scene: Scene) -> list[Body]:
 
 
 def follows_slowly(scene: Scene, body: Body) -> bool:
-    """Whether the waves follow the slow motion of a body."""
+    """True if the waves follow the slow motion of a body."""
     chosen = chosen_places(scene, body)
     loaded = body.hydrodynamics is not None and chosen.any and bool(scene.environment.waves)
     return loaded and Place.SLOW in (chosen.position, chosen.headings)
@@ -71,13 +71,13 @@ def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Pl
 
 
 def _free(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
-    """Whether the body may leave its place at rest in one of the ``dofs``."""
+    """True if the body may leave its position at rest in one of the ``dofs``."""
     held = {dof for e in scene.forces.values() if e.body == body.name for dof in e.holds()}
     return any(dof in body.dofs and dof not in held for dof in (DOFS[i] for i in dofs))
 
 
 def _pushed(scene: Scene, body: Body) -> bool:
-    """Whether there is something that pushes it all the time, or has done so."""
+    """True if a steady force pushes the body, or has pushed it."""
     loads = body.wave_forces.second_order != SecondOrder.NONE
     driven = any(e.supplies for e in scene.forces.values() if e.body == body.name)
     moving = any(body.velocity[i] for i in (*PLACE, *YAW))
@@ -89,11 +89,11 @@ def _off(body: Body, dofs: tuple[int, ...]) -> bool:
 
 
 def grid_step(scene: Scene) -> float:
-    """Distance of the times that steps end at [s]: those of the records, if the method is adaptive,
-    else that of the steps."""
+    """Spacing of the grid of times at which steps end [s]: the output step if the method is
+    adaptive, else the step."""
     return scene.output_step if scene.solver.method.adapts else scene.solver.step
 
 
 def steps_per_block(scene: Scene) -> int:
-    """Steps of that grid for which one slow path is taken."""
+    """Number of steps of that grid per slow path."""
     return max(round(BLOCK / grid_step(scene)), 1)

@@ -1,10 +1,12 @@
 """Quadratic transfer functions of a database at the frequencies and headings of a sea.
 
-In both frequencies by cubic splines that are exact at the nodes. Below and above its frequencies a
-QTF has its value at their end, and what the mean drift of the database changes beyond that end is
-added as Newman's approximation has it, so that the diagonal goes on as mean drift. In heading as
-first-order loads are, where the database has all pairs of its headings; of one that has pairs of
-one heading only, waves of different headings load nothing together.
+Both frequencies are interpolated by cubic splines that are exact at the nodes. Below and above its
+frequencies a QTF keeps its value at their end. The change of the mean drift of the database beyond
+that end is added by Newman's approximation, so that the diagonal continues as mean drift.
+
+Headings are interpolated like those of first-order loads if the database has all pairs of its
+headings. If it has pairs of one heading only, waves of different headings cause no second-order
+load together.
 """
 
 from __future__ import annotations
@@ -21,11 +23,11 @@ if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
 _SAME = 1e-6  # rad: headings closer than this are one
-MOST_HEADINGS = 8  # of a sea, where waves of different headings load nothing together
+MOST_HEADINGS = 8  # headings of a sea in which waves of different headings load nothing together
 
 
 class QuadraticFunctions(TransferFunctions, Protocol):
-    """What this module reads of a database besides: ``qtf_frequency`` (nq,) [rad/s], pairs
+    """QTFs that this module reads of a database: ``qtf_frequency`` (nq,) [rad/s], pairs
     ``qtf_heading`` (np, 2) [rad], and ``qtf_difference`` and ``qtf_sum`` (np, nq, nq, n)."""
 
     @property
@@ -39,8 +41,8 @@ class QuadraticFunctions(TransferFunctions, Protocol):
 
 
 def difference_factors(database: QuadraticFunctions, waves: Components) -> Factors:
-    """T- of all loads for the waves; raises InputError if the database has none, or none for
-    their headings."""
+    """T- of all loads for the waves. Raises InputError if the database has none, or none for the
+    waves' headings."""
     found = _factors(database, waves, "qtf_difference")
     if database.mean_drift is None:
         return found
@@ -56,14 +58,14 @@ def sum_factors(database: QuadraticFunctions, waves: Components) -> Factors:
 
 
 def separate_headings(database: QuadraticFunctions, waves: Components) -> bool:
-    """Whether waves of different headings load a body together at first order only."""
+    """True if waves of different headings load a body together at first order only."""
     pairs = pairs_of(database)
     nodes = unique_headings(pairs).size
     return unique_headings(waves.heading).size > 1 and len(pairs) < nodes * (nodes + 1) // 2
 
 
 def qtf_all_round(database: QuadraticFunctions) -> bool:
-    """Whether there are QTFs around any heading; there may be none at all."""
+    """True if any heading has QTFs around it, or the database has no QTF."""
     if database.qtf_heading is None:
         return True
     pairs = pairs_of(database)
@@ -75,7 +77,7 @@ def qtf_all_round(database: QuadraticFunctions) -> bool:
 
 
 def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
-    """Its ``name``; raises InputError if it has none."""
+    """The QTF called ``name``; raises InputError if the database has none."""
     table: np.ndarray | None = getattr(database, name)
     if table is None or database.qtf_frequency is None or database.qtf_heading is None:
         raise InputError(
@@ -87,7 +89,8 @@ def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
 
 
 def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Factors:
-    """Weights are products of those of frequency and heading nodes, heading by heading."""
+    """T of all loads as factors: weights are products of the weights of frequency and heading
+    nodes, heading by heading."""
     from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
 
     table = qtf_table(database, name)
@@ -102,7 +105,8 @@ def _factors(database: QuadraticFunctions, waves: Components, name: str) -> Fact
 
 
 def loaded(values: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Which loads (n,) of ``values`` (..., n) from a ``table`` are more than the solver's noise."""
+    """True for each load (n,) of ``values`` (..., n) from a ``table`` that is above the solver's
+    noise."""
     n = table.shape[-1]
     largest = np.abs(table).reshape(-1, n).max(axis=0).reshape(-1, 3).max(axis=1)
     return np.asarray(np.abs(values).reshape(-1, n).max(axis=0) > NOISE * np.repeat(largest, 3))
@@ -120,7 +124,8 @@ def pairs_of(database: QuadraticFunctions) -> np.ndarray:
 def _blocks(
     database: QuadraticFunctions, waves: Components, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these."""
+    """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these
+    nodes."""
     pairs = pairs_of(database)
     table = qtf_table(database, name)
     blocks = all_pairs(pairs, table, name == "qtf_difference")
@@ -136,7 +141,7 @@ def _blocks(
 def _each_heading(
     database: QuadraticFunctions, waves: Components, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The headings of the sea are the nodes, and nothing is known between two of them."""
+    """`_blocks` with the headings of the sea as nodes; T between different headings is zero."""
     headings = sea_headings(database, waves.heading)
     pairs = pairs_of(database)
     own = own_headings(pairs)
@@ -151,13 +156,13 @@ def _each_heading(
 
 
 def own_headings(pairs: np.ndarray) -> np.ndarray:
-    """Which of the ``pairs`` (np, 2) are of one heading with itself."""
+    """True for each of the ``pairs`` (np, 2) of a heading with itself."""
     return np.flatnonzero(apart(*pairs.T) < _SAME)
 
 
 def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarray:
-    """The different headings of a sea of waves to ``heading`` (nw,); raises InputError where a
-    database without pairs of different headings would miss too much of it."""
+    """The different headings of a sea of waves to ``heading`` (nw,). Raises InputError if the sea
+    has too many headings for a database without pairs of different headings."""
     headings = unique_headings(heading)
     if headings.size > MOST_HEADINGS:
         raise InputError(
@@ -169,7 +174,7 @@ def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarra
 
 
 def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
-    """T (nh, nh, nq, nq, n) between all headings; None if a pair is lacking in both orders."""
+    """T (nh, nh, nq, nq, n) between all headings; None if a pair is missing in both orders."""
     nodes = unique_headings(pairs)
     number = np.argmin(apart(pairs[:, :, None], nodes), axis=-1)
     known = np.zeros((nodes.size, nodes.size), dtype=bool)
@@ -183,7 +188,7 @@ def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarr
 
 
 def unique_headings(heading: np.ndarray) -> np.ndarray:
-    """The different headings among any, ascending."""
+    """The different headings, ascending."""
     angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
     different = apart(angle, np.roll(angle, 1)) >= _SAME
     return angle[different] if np.any(different) else angle[:1]

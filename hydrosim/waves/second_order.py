@@ -6,15 +6,15 @@ the sum:
     F-(t) = Re sum_ij a_i conj(a_j) T-_ij exp(i (w_i - w_j) t),   T-_ji = conj T-_ij
     F+(t) = Re sum_ij a_i a_j T+_ij exp(i (w_i + w_j) t),         T+_ji = T+_ij
 
-Every transfer function here has few factors, T_ij = sum_rs C_rs W_ri W_sj, so that the sums over
-pairs of waves are sums over pairs of filtered elevations, for all waves of a grid by Fourier
-transforms:
+Every transfer function here has few factors, T_ij = sum_rs C_rs W_ri W_sj. So sums over pairs of
+waves become sums over pairs of filtered elevations. Fourier transforms give these for all waves of
+a grid:
 
     F-(t) = Re sum_rs C_rs z_r conj(z_s),   F+(t) = Re sum_rs C_rs z_r z_s,
     z_r(t) = sum_i W_ri a_i exp(i w_i t)
 
-The factors of Newman's approximation are drift coefficients; those of a quadratic transfer function
-are the splines that interpolate it (`quadratic`).
+The factors of Newman's approximation are drift coefficients. The factors of a quadratic transfer
+function are the splines that interpolate it (`quadratic`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hydrosim.waves.synthesis import Lines
 if TYPE_CHECKING:
     from hydrosim.waves.components import Components
 
-MOST_WAVES = 60  # off a grid: their pairs are summed one by one, at every stage of every step
+MOST_WAVES = 60  # waves off a grid: their pairs are summed one by one, at every stage of every step
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Factors:
     core: np.ndarray
 
     def pairs(self) -> np.ndarray:
-        """T written out, (n, nw, nw)."""
+        """T as a full matrix, (n, nw, nw)."""
         return np.asarray(self.weights.T @ self.core @ self.weights)
 
 
@@ -76,7 +76,7 @@ def together(one: Factors, other: Factors) -> Factors:
 
 
 def mean_load(elevation: np.ndarray, drift: np.ndarray) -> Lines:
-    """The mean load sum_i D_i |a_i|^2 alone, a line at zero frequency; ``elevation`` (nw,) [m],
+    """The mean load sum_i D_i |a_i|^2 alone, as a line at zero frequency; ``elevation`` (nw,) [m],
     ``drift`` (nw, n)."""
     return Lines(np.zeros(1), (np.abs(elevation) ** 2 @ drift + 0j)[None])
 
@@ -114,7 +114,8 @@ def sum_loads(waves: Components, elevation: np.ndarray, factors: Factors) -> Lin
 
 
 def _filtered(waves: Components, elevation: np.ndarray, factors: Factors) -> np.ndarray:
-    """z (N, r) at N times of the repeat period, enough that no product of two is aliased."""
+    """z (N, r) at N times of the repeat period; N is large enough that no product of two is
+    aliased."""
     count = scipy.fft.next_fast_len(2 * int(waves.index.max()) + 1)
     lines = np.zeros((count, len(factors.weights)), dtype=complex)
     np.add.at(lines, waves.index, (factors.weights * elevation).T)
@@ -122,7 +123,7 @@ def _filtered(waves: Components, elevation: np.ndarray, factors: Factors) -> np.
 
 
 def _each_pair(waves: Components) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (i, j) of every two waves off the grid once, and of each with itself."""
+    """Indices (i, j) of every pair of waves off the grid, once, and of each wave with itself."""
     if waves.omega.size > MOST_WAVES:
         raise InputError(
             f"environment.waves: {waves.omega.size} given waves have"

@@ -1,21 +1,26 @@
-"""Loads of waves on a body along its slow path: where it drifts, not where it swings.
+"""Wave loads on a body along its slow path, which contains its drift but not its wave-frequency
+motion.
 
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i)),   as `following`,
     d = d_k + d'_k (t - t_k),   psi = psi_k + psi'_k (t - t_k),     t_k <= t < t_k + T
 
-d_k, psi_k and their rates are those of a causal filter of surge, sway and yaw at t_k,
+d_k, psi_k and their rates are the output of a causal filter of surge, sway and yaw at t_k,
 
     (3 c^2 s + c^3) / (s + c)^3 = 3 z_2 - 2 z_3,   z_1' = c (q - z_1), z_2' = c (z_1 - z_2), ...
 
-which follows a steady drift without a lag and leaves 3 (c / w)^2 of a motion of frequency w; c is a
-quarter of the mean frequency of the sea, so about a fifth of the wave-frequency motions is left.
-Both the filter and what it said at t_k are in the state, so that the loads are a function of time
-and state alone. Within a block they are a table of rows as in `loads`, interpolated alike; X goes
-from its value at the block's first heading to that at its last in a straight line, which is off by
-(psi' T k L / 2)^2 / 8 of a hull of length L. A sum over the waves at each row, once: about a
-hundredth of what a sum at each stage costs. Second-order loads (`forms`) are taken along the same
-path, from those at the block's first heading to those at its last. Where a body stays in its place
-and the waves have few headings, `bands` gives the same sums at a thirtieth of that.
+It follows a steady drift without a lag and leaves 3 (c / w)^2 of a motion of frequency w. c is a
+quarter of the mean frequency of the sea, so about a fifth of the wave-frequency motions remains.
+The filter and its output at t_k are part of the state, so that the loads depend on time and state
+alone.
+
+Within a block the loads are a table of rows as in `loads`, with the same interpolation. X changes
+linearly from its value at the block's first heading to its value at the last. For a hull of length
+L the error is (psi' T k L / 2)^2 / 8. The waves are summed once for each row. This costs about a
+hundredth of sums at each stage.
+
+Second-order loads (`forms`) are taken along the same path, linearly from the block's first heading
+to its last. If a body does not drift and the waves have few headings, `bands` gives the same sums
+at a thirtieth of the cost.
 """
 
 from __future__ import annotations
@@ -42,10 +47,10 @@ from hydrosim.waves.forms import Filtered, add_forms, has_forms, look_from, new_
 from hydrosim.waves.loads import POINTS, lagrange, rise, rows_at
 
 TRACKED = (0, 1, 5)
-"""The coordinates that make the place: surge, sway, yaw."""
+"""The filtered coordinates: surge, sway, yaw."""
 PLACE, RATE, BEGIN = 9, 12, 15
-"""Of the states of a body: the filters' nine, place and rate at the begin of the block, and that
-time [s]."""
+"""Offsets in the states of a body: nine filter states, then position and rate at the beginning of
+the block, then its time [s]."""
 NAMES = (
     *(f"{DOFS[i]} filter {k}" for i in TRACKED for k in (1, 2, 3)),
     *(f"slow {DOFS[i]}" for i in TRACKED),
@@ -55,10 +60,10 @@ NAMES = (
 
 
 class Block(NamedTuple):
-    """Scratch: what the states of the bodies were, ``known`` (nb, 7), when their ``rows``
-    (nb, rows, 2, 6) of both orders were made from time index ``first`` (nb,) on; of every wave, z
-    and the factor to the next row, (4, nw), and the loads in heading axes at the block's ends,
-    (24, nw); of a cell of their table, (2, 2, 6)."""
+    """Scratch: the states ``known`` (nb, 7) of the bodies for which their ``rows`` (nb, rows, 2, 6)
+    of both orders were made, from time index ``first`` (nb,) on. For every wave: z and the factor
+    to the next row, (4, nw), and the loads in heading axes at the block's ends, (24, nw). For a
+    cell of their table: (2, 2, 6)."""
 
     known: np.ndarray
     first: np.ndarray
@@ -71,7 +76,7 @@ class Block(NamedTuple):
 
 
 def new_block(p: FollowingLoads) -> Block:
-    """Scratch for these loads, nothing in it being known."""
+    """Scratch for these loads, without any known state."""
     slow = p.body.size if p.slow.any() else 0
     summed = p.slow & (np.diff(p.bands.sets) == 0)
     most = int(np.diff(p.offset)[summed].max(initial=0))
@@ -88,8 +93,8 @@ def new_block(p: FollowingLoads) -> Block:
 
 
 def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float) -> np.ndarray:
-    """States (`STATES` times slow bodies,) at ``time`` of bodies that have always moved steadily,
-    by their coordinates and rates (6 nb,)."""
+    """States (`STATES` times slow bodies,) at ``time``, from coordinates and rates (6 nb,), for
+    bodies that have always moved steadily."""
     found = []
     first = np.unique(p.state[p.slow], return_index=True)[1]
     for k in np.flatnonzero(p.slow)[first]:
@@ -101,7 +106,7 @@ def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float
 
 @kernel
 def slow_rates(y, coordinates, p, dy):
-    """Rates of the filters into ``dy``; what is known of the block does not change."""
+    """Rates of the filters into ``dy``; the stored values of the block are constant."""
     for k in range(p.body.size):
         if p.slow[k]:
             at, c = p.state[k], p.cut[k]
@@ -115,7 +120,7 @@ def slow_rates(y, coordinates, p, dy):
 
 @root
 def begin_block(t, y, p):
-    """At time t the next block begins: its place and rate in ``y`` become those of the filters."""
+    """Start the next block at time t: its position and rate in ``y`` are set from the filters."""
     for k in range(p.body.size):
         if p.slow[k]:
             at, c = p.state[k], p.cut[k]
@@ -128,7 +133,7 @@ def begin_block(t, y, p):
 
 @kernel
 def slow_loads(t, y, p, block, first, second):
-    """Add the loads of both orders at time t to ``first`` and ``second`` (6 nb,); ``y`` are the
+    """Add the loads of both orders at time t to ``first`` and ``second`` (6 nb,); ``y`` holds the
     states of all slow bodies."""
     for k in range(p.body.size):
         if p.slow[k]:
@@ -153,7 +158,7 @@ def _is_known(k, y, p, block):
 
 @root
 def _fill(k, y, p, block):
-    """The rows of body k for the block that its states tell of."""
+    """Fill the rows of body k for the block in its states."""
     at, begin = p.state[k], y[p.state[k] + BEGIN]
     assign(block.known[k], y[at + PLACE : at + STATES])
     block.first[k] = floor(begin / p.row_step + 1e-9) - POINTS // 2
@@ -173,7 +178,7 @@ def _fill(k, y, p, block):
 
 @root
 def _sum_bands(k, y, p, block):
-    """The rows of body k in heading axes, from its bands."""
+    """Fill the rows of body k in heading axes, from its bands."""
     begin = y[p.state[k] + BEGIN]
     weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
     weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
@@ -191,7 +196,7 @@ def _sum_bands(k, y, p, block):
 
 @root
 def _sum_waves(k, y, p, block):
-    """The same, from all waves."""
+    """Fill the rows of body k in heading axes, from all waves."""
     begin, start = y[p.state[k] + BEGIN], p.offset[k]
     waves = block.waves
     loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
@@ -223,7 +228,8 @@ def _sum_waves(k, y, p, block):
 
 @kernel
 def _yaw(k, since, y, p):
-    """Yaw on the slow path of body k, so long ``since`` the block began; 0 if it does not count."""
+    """Yaw on the slow path of body k at the time ``since`` the start of the block; 0 if it does not
+    count."""
     at = p.state[k]
     if not p.turns[k]:
         return 0.0
@@ -232,7 +238,8 @@ def _yaw(k, since, y, p):
 
 @kernel
 def _find_waves(k, t, y, p, block):
-    """z = exp(i (w t - k . d(t))) of every wave at the first row, and its factor to the next."""
+    """z = exp(i (w t - k . d(t))) of every wave at the first row, and its factor to the next
+    row."""
     at = p.state[k]
     x0, y0, vx, vy = 0.0, 0.0, 0.0, 0.0
     if p.placed[k]:

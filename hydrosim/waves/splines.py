@@ -1,7 +1,7 @@
-"""The cubic spline with two continuous derivatives through values at given places (de Boor 1978,
-chapter 4), not-a-knot at its ends.
+"""The cubic spline with two continuous derivatives through given points, not-a-knot at its ends (de
+Boor 1978, chapter 4).
 
-As scipy's ``CubicSpline``, which takes as long to load as half of a short run.
+Equals scipy's ``CubicSpline``, which takes as long to load as half of a short run.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from scipy.linalg import solve_banded
 
 
 def interpolated(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The spline through ``y`` (n, ...), real or complex, at rising ``x`` (n,), n 2 or more; its
-    values (m, ...) ``at`` (m,) places between the first x and the last."""
+    """The spline through ``y`` (n, ...), real or complex, at rising ``x`` (n,), n 2 or more.
+    Returns its values (m, ...) ``at`` (m,) places between the first x and the last."""
     values = y.reshape(len(x), -1)
     if len(x) < 4:  # one polynomial
         found = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)

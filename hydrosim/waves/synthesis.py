@@ -11,26 +11,26 @@ import scipy
 from hydrosim.waves.loads import POINTS
 
 _PHASE_STEP = 0.25
-"""Largest omega * step [rad] of a grid: it bounds the error of the interpolation."""
+"""Largest omega * step [rad] of a grid; it bounds the interpolation error."""
 
 _FINE = 0.125
 """omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
 
 _MISSED = 1e-6
-"""What interpolation between rows may miss, of the standard deviation."""
+"""Largest interpolation error between rows, relative to the standard deviation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """n loads Re sum_l A_l exp(i w_l t): frequencies ``omega`` (nl,) [rad/s], in any order and
-    any number of times, and complex ``amplitude`` (nl, n)."""
+    """n loads Re sum_l A_l exp(i w_l t): frequencies ``omega`` (nl,) [rad/s], in any order and with
+    repetition, and complex ``amplitude`` (nl, n)."""
 
     omega: np.ndarray
     amplitude: np.ndarray
 
     @property
     def highest(self) -> float:
-        """The highest frequency that carries a load [rad/s]."""
+        """The highest frequency with a load [rad/s]."""
         loaded = np.any(self.amplitude != 0.0, axis=1)
         return float(self.omega[loaded].max(initial=0.0))
 
@@ -58,10 +58,10 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
     """The grid for a run from ``start`` over ``duration`` [s] whose stages are ``dt`` apart, for
     frequencies that are multiples of ``spacing`` up to ``highest`` [rad/s].
 
-    The step is dt, or dt divided by a whole number where the highest frequency needs it. Where dt
-    is finer than any frequency needs, it is a multiple of dt: the stages between the points are
-    then interpolated. If the repeat period is no multiple of the step, it is the next smaller step
-    of which it is one.
+    The step is dt, or an integer fraction of dt if the highest frequency needs it. If dt is finer
+    than any frequency needs, the step is a multiple of dt, and the stages between the points are
+    interpolated. If the repeat period is no multiple of the step, the next smaller step that
+    divides it is used.
     """
     repeat = 2.0 * np.pi / spacing
     divisions = max(int(np.ceil(highest * dt / _PHASE_STEP)), 1)
@@ -74,23 +74,23 @@ def time_grid(spacing: float, highest: float, start: float, dt: float, duration:
 
 
 def row_step(seas: Sequence[tuple[np.ndarray, np.ndarray]], block: float) -> float:
-    """Step of rows for waves of frequency (nw,) [rad/s] and amplitude (nw,) that do not repeat
-    themselves: the longest part of a ``block`` [s] by which interpolation between rows (`loads`) is
-    within `_MISSED` of a sea's standard deviation."""
+    """Step of rows for non-repeating waves of frequency (nw,) [rad/s] and amplitude (nw,). It is
+    the longest fraction of a ``block`` [s] at which the error of interpolation between rows
+    (`loads`) is within `_MISSED` of a sea's standard deviation."""
     missed = max((_missed(omega, size, block) for omega, size in seas), default=0.0)
     return block / max(int(np.ceil((missed / _MISSED) ** (1.0 / 6.0))), 1)
 
 
 def _missed(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:
-    """What interpolation misses of a sum of waves, over its standard deviation."""
+    """Interpolation error of a sum of waves over its standard deviation."""
     each = amplitude * 225.0 / 46080.0 * (omega * step) ** 6
     return float(np.linalg.norm(each) / max(np.linalg.norm(amplitude), np.finfo(float).tiny))
 
 
 def _stages_apart(stages: int, phase: float) -> int:
-    """How many stages the points of a grid are apart, for so many ``stages`` in the repeat period
-    and the highest ``phase`` [rad] between two: the most that are fine enough, or a few less if
-    these divide the period, so that the points are stages."""
+    """Number of stages between the points of a grid, for ``stages`` in the repeat period and the
+    highest ``phase`` [rad] between two stages. It is the largest that is fine enough, or slightly
+    less if that divides the period, so that the points are stages."""
     most = max(int(_FINE / phase), 1)
     fitting = (n for n in range(most, most // 2, -1) if stages % n == 0)
     return next(fitting, most)

@@ -1,15 +1,16 @@
 """Transfer functions of a database at the frequencies and headings of a sea.
 
-In frequency by cubic splines over real and imaginary parts, exact at the nodes: 0.02 rad/s apart,
-the error on a 260 m barge is below 0.02 % of the largest load up to 1 rad/s.
+In frequency, cubic splines interpolate real and imaginary parts, exactly at the nodes. With nodes
+0.02 rad/s apart, the error on a 260 m barge is below 0.02 % of the largest load up to 1 rad/s.
 
-In heading by trigonometric polynomials where the headings are evenly spaced round the circle, else
-by cubic splines; exact at the nodes both. The load of a hull of length L has harmonics of the
-heading up to about k L / 2, and of N headings those above N / 2 are lost. On a 260 m barge the
-error halfway between headings 15 deg apart is 0.2 % of the largest load of that frequency at 0.8
-rad/s (waves of 96 m), 2 % at 0.9 and more above; 7.5 deg apart it is 0.2 % at 1.2 rad/s. Modulus
-and phase would do worse, because between two headings the modulus of a long hull's load passes
-through zero and the phase jumps.
+In heading, trigonometric polynomials are used if the headings are evenly spaced round the circle,
+else cubic splines; both are exact at the nodes. The load of a hull of length L has harmonics of the
+heading up to about k L / 2. N headings lose the harmonics above N / 2.
+
+On a 260 m barge with headings 15 deg apart, the error halfway between two is 0.2 % of the largest
+load of that frequency at 0.8 rad/s (waves of 96 m). It is 2 % at 0.9 rad/s and more above. With
+headings 7.5 deg apart it is 0.2 % at 1.2 rad/s. Modulus and phase would be less accurate: between
+two headings the modulus of a long hull's load passes through zero, and the phase jumps.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from hydrosim.errors import InputError
 from hydrosim.waves.splines import interpolated, slopes
 
 _TURN = 2.0 * np.pi
-_WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] between two headings to interpolate from
-_NODE = 1e-9  # [rad] closer than this to a heading of the database is that heading
-_END = 1.0 + 1e-9  # a regular wave at the highest frequency, despite rounding, is inside
-_FEWEST = 12  # headings round the circle that a table is made for
+_WIDEST_GAP = np.radians(45.0) + 1e-6  # [rad] largest gap between two headings for interpolation
+_NODE = 1e-9  # [rad] angles this close to a heading of the database are that heading
+_END = 1.0 + 1e-9  # includes, despite rounding, a regular wave at the highest frequency
+_FEWEST = 12  # headings round the circle of a table
 _KEPT = 8  # weights of headings
 _TABLES = 4  # of tens of megabytes each
 NOISE = 1e-12
@@ -35,11 +36,11 @@ NOISE = 1e-12
 
 
 class TransferFunctions(Protocol):
-    """What this module reads of a database: loads per wave amplitude, for exp(+i w t).
+    """Data that this module reads of a database: loads per wave amplitude, for exp(+i w t).
 
     ``source`` names it in messages. ``frequency`` (nw,) [rad/s] ascends; ``heading`` (nh,) [rad]
     are distinct directions, mirror images included. ``excitation`` (nw, nh, n) is complex, forces
-    [N/m] and moments [N m/m] by turns of three; ``mean_drift`` (nw, nh, n) [N/m^2, N m/m^2].
+    [N/m] and moments [N m/m] alternate in threes; ``mean_drift`` (nw, nh, n) [N/m^2, N m/m^2].
     """
 
     def __hash__(self) -> int: ...
@@ -60,17 +61,17 @@ def excitation_at(
 ) -> np.ndarray:
     """First-order transfer functions (nc, n) of waves of ``omega`` and ``heading`` (nc,).
 
-    Zero above the highest frequency of the database; below the lowest one the value there. Raises
-    InputError if the database has no headings around one of them. Seas of several seeds ask for the
-    same, and so do equal bodies: what is given is kept, and not to be written to.
+    Zero above the highest frequency of the database; the first value below its lowest frequency.
+    Raises InputError if a wave heading lies outside the headings of the database. The result is
+    cached, because seas of several seeds and equal bodies ask for the same. Do not write to it.
     """
     to, of = (np.asarray(each, float).tobytes() for each in (heading, omega))
     return _excitation_at(_content(database, _excitation_of), to, of)
 
 
 class _Content:
-    """``values`` (nw, nh, n) of a ``database`` at its frequencies and headings. It equals another
-    one of the same numbers, so that databases of equal hulls share what is made of them."""
+    """``values`` (nw, nh, n) of a ``database`` at its frequencies and headings. Two of them are
+    equal if their numbers are equal, so that databases of equal hulls share derived tables."""
 
     def __init__(self, database: TransferFunctions, values: np.ndarray) -> None:
         self.database = database
@@ -104,9 +105,9 @@ def _excitation_at(known: _Content, of_heading: bytes, of_omega: bytes) -> np.nd
 
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
     """First-order transfer functions and their slopes (nf, nodes, 2, n) at frequencies (nf,), four
-    or more, and at ``between`` nodes of heading to one of the database, from 0 evenly round the
-    circle. Equal bodies and runs of one study ask for the same: what is given is one array for all
-    of them, and not to be written to.
+    or more. The nodes of heading are evenly spaced round the circle from 0, ``between`` per heading
+    of the database. The result is one cached array for equal bodies and runs of one study. Do not
+    write to it.
 
     Raises InputError if its headings are not all round the circle.
     """
@@ -114,7 +115,8 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
 
 
 def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
-    """The same of mean drift, of waves that are not below its frequencies, see `drift_above`."""
+    """`transfer_table` for mean drift of waves that are not below its frequencies, see
+    `drift_above`."""
     return _table(_content(database, _drift_of), between)
 
 
@@ -153,7 +155,7 @@ def _largest(values: np.ndarray) -> np.ndarray:
 
 
 def all_round(database: TransferFunctions) -> bool:
-    """Whether there are headings around any."""
+    """True if any heading has headings of the database around it."""
     every = np.radians(np.arange(0.0, 360.0, 5.0))
     return database.heading.size > 0 and heading_weights(database.heading, every) is not None
 
@@ -163,9 +165,9 @@ def mean_drift_at(
 ) -> np.ndarray:
     """Mean drift transfer functions (nc, n) of waves of ``omega`` and ``heading`` (nc,).
 
-    Above the highest frequency of the database the value there, since all waves that are short
-    are reflected alike; from the lowest one linearly to zero at zero frequency. Raises InputError
-    if the database has no mean drift, or no headings around one of them.
+    Above the highest frequency of the database the last value is used, because all short waves are
+    reflected alike. Below the lowest frequency it falls linearly to zero at zero frequency. Raises
+    InputError if the database has no mean drift, or a wave heading lies outside its headings.
     """
     fade = drift_above(database, omega)
     return _at(database, _drift_of(database), heading, omega) * fade[:, None]
@@ -197,10 +199,10 @@ def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
-    """Weights (nc, nh) of values at the ``nodes`` (nh,) for those at ``heading`` (nc,) [rad].
+    """Weights (nc, nh) of values at the ``nodes`` (nh,) for values at ``heading`` (nc,) [rad].
 
-    None if a heading is between two nodes that are more than 45 degrees apart. Runs of one study
-    ask for the same again and again: what is given is kept, and not to be written to.
+    None if a heading is between two nodes that are more than 45 degrees apart. The result is
+    cached, because runs of one study ask for the same. Do not write to it.
     """
     return _weights(np.asarray(nodes, float).tobytes(), np.asarray(heading, float).tobytes())
 
@@ -258,7 +260,7 @@ def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndar
 
 
 def evenly_round(nodes: np.ndarray) -> bool:
-    """Whether headings are evenly spaced round the circle: values between them are then those of a
+    """True if headings are evenly spaced round the circle. Values between them then follow from a
     trigonometric polynomial."""
     _, angle = _round_the_circle(nodes)
     return _even(np.diff(angle, append=_TURN))
@@ -278,7 +280,8 @@ def _trigonometric(x: np.ndarray) -> np.ndarray:
 
 
 def _round_the_circle(headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Order (nh,) of the headings from the one after the widest gap, and their angles from it."""
+    """Order (nh,) of the headings from the one after the widest gap, and their angles from that
+    one."""
     order = np.argsort(np.mod(headings, _TURN))
     angle = np.mod(headings[order], _TURN)
     start = int(np.argmax(np.diff(angle, prepend=angle[-1] - _TURN)))

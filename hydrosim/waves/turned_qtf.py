@@ -2,17 +2,17 @@
 
     T-_ij(psi) = sum_rs C_rs(psi) V_ri conj(V_sj),   V_ri = W_ri exp(-i h_r psi),
 
-and of T+ without the conjugate. In frequency W are B-splines, and C has what makes the splines of
-`quadratic` of them. In heading:
+and T+ without the conjugate. In frequency W are B-splines; C includes the coefficients that combine
+them to the splines of `quadratic`. In heading:
 
-* each heading of the sea has filters of its own, and C(psi) is a trigonometric polynomial, of
-  degree N for N headings of the database; where the database has pairs of one heading only, each is
-  a form of its own;
-* in seas of many headings, where that would be more, W_ri have exp(i h b_i) of all harmonics h, and
-  C is constant.
+* Each heading of the sea has filters of its own. C(psi) is a trigonometric polynomial, of degree N
+  for N headings of the database. If the database has pairs of one heading only, each heading is a
+  form of its own.
+* In seas of many headings that would need more filters. W_ri then contain exp(i h b_i) of all
+  harmonics h, and C is constant.
 
-Polynomials are found by sampling what `quadratic` gives: exact where the headings are evenly
-spaced; splines over uneven headings are sampled at a sixteenth of their spacing.
+Polynomials are found by sampling `quadratic`. This is exact for evenly spaced headings; splines
+over uneven headings are sampled at a sixteenth of their spacing.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from hydrosim.waves.transfer import apart, evenly_round, heading_weights
 if TYPE_CHECKING:
     from hydrosim.waves.quadratic import QuadraticFunctions
 
-FINER = 16  # samples to a heading, where headings are uneven
-NEGLIGIBLE = 1e-14  # of the largest: harmonics beyond are left out
+FINER = 16  # samples per heading, where headings are uneven
+NEGLIGIBLE = 1e-14  # of the largest: smaller outer harmonics are left out
 
 
 class QtfFilter(NamedTuple):
@@ -58,7 +58,7 @@ class TurnedQtf(NamedTuple):
 def turned_qtf(
     database: QuadraticFunctions, omega: np.ndarray, heading: np.ndarray, name: str
 ) -> Iterator[TurnedQtf]:
-    """The forms of waves (nw,) of one sea; raises InputError as `quadratic` does."""
+    """The forms of waves (nw,) of one sea. Raises InputError in the cases of `quadratic`."""
     table = qtf_table(database, name)
     hermitian = name == "qtf_difference"
     pairs = pairs_of(database)
@@ -83,7 +83,8 @@ def turned_qtf(
 
 
 class _Splines(NamedTuple):
-    """B-splines of every wave, (nw, nq), and what makes the cardinal splines of them, (nq, nq)."""
+    """B-splines of every wave, (nw, nq), and the matrix (nq, nq) that combines them to the cardinal
+    splines."""
 
     basis: np.ndarray
     cardinal: np.ndarray
@@ -149,7 +150,7 @@ def _of_harmonics(
     weights = _weights(nodes, to)
     values = np.einsum("gp,hq,pqvwj->ghvwj", weights, weights, blocks, optimize=True)
     core = np.fft.fft(_unless_noise(values, blocks), axis=0) / to.size
-    # of a conjugate second wave its harmonics are conjugate, too
+    # the harmonics of a conjugate second wave are conjugate, too
     back = np.fft.ifft if hermitian else np.fft.fft
     core = back(core, axis=1) * (1.0 if hermitian else 1.0 / to.size)
     order = np.rint(np.fft.fftfreq(to.size, 1.0 / to.size)).astype(int)
@@ -163,7 +164,8 @@ def _of_harmonics(
 
 
 def _many(nodes: int, headings: int) -> bool:
-    """Whether harmonics of the heading take less than the headings of the sea one by one."""
+    """True if harmonics of the heading need fewer filters than the headings of the sea one by
+    one."""
     return (2 * nodes + 1) * headings**2 > nodes**2 and headings > 1
 
 
@@ -180,13 +182,13 @@ def _weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
 
 
 def _unless_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """``values`` (..., 6), zero in the DOFs in which they are noise of the ``table``."""
+    """``values`` (..., 6), set to zero in the DOFs where they are noise of the ``table``."""
     return np.asarray(values * loaded(values, table))
 
 
 def _harmonics(values: np.ndarray) -> np.ndarray:
     """Coefficients C_m of sum C_m exp(-i m psi), from the lowest on, for values (M, ...) evenly
-    round the circle, M odd; without outer ones that are nothing."""
+    round the circle, M odd. Negligible outer ones are left out."""
     found = np.fft.fftshift(np.fft.ifft(values, axis=0), axes=0)
     size = np.abs(found).reshape(len(found), -1).max(axis=1)
     middle = len(found) // 2

@@ -1,4 +1,5 @@
-"""Wave spectra: one-sided densities of the elevation over angular frequency, a file per family."""
+"""Wave spectra: one-sided densities of the elevation over angular frequency, one file per
+family."""
 
 from __future__ import annotations
 
@@ -29,14 +30,14 @@ class _Curve(Protocol):
 
     @property
     def width(self) -> float:
-        """Frequency [rad/s] of which the spacing of components must be a small part."""
+        """Frequency [rad/s]; the spacing of components must be a small fraction of it."""
 
 
 def density(spectrum: scene.Density, omega: ArrayLike) -> np.ndarray:
     """Density [m^2 s/rad] at ``omega`` [rad/s], of any shape; zero at omega <= 0.
 
-    Where a significant height is given, the integral over the whole axis is Hs^2 / 16 to rounding:
-    no fit is used to scale a shape.
+    If a significant height is given, the integral over the whole axis is Hs^2 / 16 to rounding: no
+    fit is used to scale a shape.
     """
     return _curve(spectrum).density(np.asarray(omega, dtype=float))
 
@@ -47,14 +48,14 @@ def energy(spectrum: scene.Density) -> float:
 
 
 def width(spectrum: scene.Density) -> float:
-    """Frequency [rad/s] of which the spacing of components must be a small part: that of the
-    lowest peak, or the width of a band."""
+    """Frequency [rad/s] of the lowest peak, or width of a band. The spacing of components must be a
+    small fraction of it."""
     return _curve(spectrum).width
 
 
 @lru_cache
 def cut_off(spectrum: scene.Density) -> float:
-    """Frequency [rad/s] above which the fraction `TAIL_ENERGY` of the energy is."""
+    """Frequency [rad/s] with the fraction `TAIL_ENERGY` of the energy above it."""
     wanted = TAIL_ENERGY * energy(spectrum)
     high = 1.0
     if wanted == 0.0:

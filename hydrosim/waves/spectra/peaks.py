@@ -1,9 +1,9 @@
 """Spectra that are sums of peaks, each u^-n exp(-n/4 u^-4) gamma^p(u) over u = omega / peak.
 
-JONSWAP (Hasselmann et al. 1973) is n = 5, and without enhancement (gamma = 1) it is Pierson and
-Moskowitz' (1964); a peak of Ochi and Hubble (1976, eq. 8) is n = 4 lambda + 1 without enhancement;
-those of Torsethaugen and Haver (2004) are n = 4. Near its peak the spectrum is enhanced by
-p(u) = exp(-(u - 1)^2 / (2 s^2)), s = 0.07 below and 0.09 above the peak.
+JONSWAP (Hasselmann et al. 1973) has n = 5; without enhancement (gamma = 1) it is the spectrum of
+Pierson and Moskowitz (1964). A peak of Ochi and Hubble (1976, eq. 8) has n = 4 lambda + 1 without
+enhancement. The peaks of Torsethaugen and Haver (2004) have n = 4. Near its peak the spectrum is
+enhanced by p(u) = exp(-(u - 1)^2 / (2 s^2)), s = 0.07 below and 0.09 above the peak.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-_ENHANCED = (0.3, 2.0)  # in peak frequencies: outside the enhancement is below 1e-22
+_ENHANCED = (0.3, 2.0)  # in peak frequencies: outside, the enhancement is below 1e-22
 
 # Gauss and Legendre's rule: exact to rounding for both sides of the enhancement
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(100)
@@ -84,8 +84,8 @@ def peakedness(u: np.ndarray) -> np.ndarray:
 
 
 def _shape_energy(exponent: float, enhancement: float, low: float) -> float:
-    """Integral of the enhanced shape from ``low`` on: an incomplete gamma function, and what the
-    enhancement adds, by quadrature."""
+    """Integral of the enhanced shape from ``low`` on: an incomplete gamma function plus the
+    enhancement's share, by quadrature."""
     from scipy.special import gamma, gammainc  # slow to load, and few scenes have such a sea
 
     a = 0.25 * (exponent - 1.0)

@@ -1,4 +1,4 @@
-"""Spectra of straight lines: tables and white noise."""
+"""Piecewise linear spectra: tables and white noise."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """``values`` (n,) [m^2 s/rad] at rising ``frequency`` (n,) [rad/s], nothing outside."""
+    """``values`` (n,) [m^2 s/rad] at rising ``frequency`` (n,) [rad/s], zero outside."""
 
     frequency: np.ndarray
     values: np.ndarray

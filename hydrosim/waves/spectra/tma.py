@@ -1,11 +1,11 @@
 """TMA spectrum: JONSWAP in water of limited depth.
 
 Bouws, Gunther, Rosenthal and Vincent (1985, J. Geophys. Res. 90(C1)) multiply the JONSWAP spectrum
-by the factor of Kitaigorodskii et al. (1975), with which the tail goes with k^-3 in any depth:
+by the factor of Kitaigorodskii et al. (1975). The tail then falls as k^-3 in any depth:
 
     phi = tanh^2(k h) / (1 + 2 k h / sinh(2 k h)),
 
-that is w^2 h / 2g in shallow water and 1 in deep water.
+which is w^2 h / 2g in shallow water and 1 in deep water.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def kitaigorodskii(omega: np.ndarray, depth: float, gravity: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class TmaShape:
-    """The ``spectrum`` over frequency; ``scale`` [m^2] brings it to its significant height."""
+    """The ``spectrum`` over frequency; ``scale`` [m^2] adjusts it to its significant height."""
 
     spectrum: Tma
     scale: float = 1.0
@@ -56,7 +56,7 @@ class TmaShape:
         return self.scale * self._energy(omega / self.width)
 
     def scaled(self) -> TmaShape:
-        """The same with its scale, by quadrature."""
+        """The spectrum with its scale, by quadrature."""
         height = self.spectrum.significant_height
         return replace(self, scale=height**2 / (16.0 * self._energy(0.0)))
 

@@ -1,9 +1,10 @@
-"""Torsethaugen's spectrum: how a sea of given height and peak period divides.
+"""Torsethaugen's spectrum: division of a sea of given height and peak period into wind sea and
+swell.
 
-Torsethaugen and Haver (2004), "Simplified double peak spectral model for ocean waves", ISOPE;
-also in DNV-RP-C205, 3.5.6. A fully developed wind sea has the peak period T_f = 6.6 Hs^(1/3) (a
-fetch of 370 km). Up to T_f the main peak is the wind sea's, and the swell is secondary; beyond, it
-is the swell's. The squares of the two heights add up to Hs^2.
+Torsethaugen and Haver (2004), "Simplified double peak spectral model for ocean waves", ISOPE; also
+in DNV-RP-C205, 3.5.6. A fully developed wind sea has the peak period T_f = 6.6 Hs^(1/3) (a fetch of
+370 km). Up to T_f the main peak is wind sea and the secondary one is swell. Above T_f the main peak
+is swell. The squares of the two heights add up to Hs^2.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _EXPONENT = 4.0
 def wind_sea_and_swell(sea: Torsethaugen) -> tuple[Peak, Peak]:
     """The main peak, which is enhanced, and the secondary one.
 
-    Heights are in m and periods in s, because the coefficients are.
+    Heights are in m and periods in s: the coefficients depend on these units.
     """
     height, period = sea.significant_height, sea.peak_period
     developed = 6.6 * height ** (1.0 / 3.0)
@@ -47,5 +48,5 @@ def wind_sea_and_swell(sea: Torsethaugen) -> tuple[Peak, Peak]:
 
 
 def _enhancement(height: float, period: float, gravity: float) -> float:
-    """Peak enhancement by the steepness of a sea."""
+    """Peak enhancement from the steepness of a sea."""
     return 35.0 * (2.0 * np.pi * height / (gravity * period**2)) ** 0.857 if period else 1.0
