@@ -1,4 +1,4 @@
-"""From fits and coefficients to the arrays that the kernels in `memory` read."""
+"""Arrays for the kernels in `memory`, made from fits and coefficients."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def _joined(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
 
 
 def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
-    """``rows`` and one more, the last again or zeros, if that makes whole parcels of `AT_ONCE`."""
+    """``rows`` plus one more, the last again or zeros, if that completes a multiple of
+    `AT_ONCE`."""
     more = 1 if len(rows) % AT_ONCE == AT_ONCE - 1 else 0
     return np.pad(rows, [(0, more)] + [(0, 0)] * (rows.ndim - 1), mode)
 
@@ -30,7 +31,8 @@ def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarra
 def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
     """All groups of all bodies as one set of arrays; their ``dofs`` index the scene's DOFs.
 
-    The states of the model follow each other in the order of ``groups``. No groups, no cost.
+    The states of the model follow each other in the order of ``groups``. An empty list costs
+    nothing in a run.
     """
     pairs = [group.decay.size - group.real for group in groups]
     dofs = [_filled_up(group.dofs, "edge") for group in groups]
@@ -54,7 +56,8 @@ def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
 
 
 def input_rates(states: RadiationStates) -> np.ndarray:
-    """B summed over the DOFs, (states,): what a unit velocity of them all does to every state."""
+    """B summed over the DOFs, (states,): the rate of every state if all DOFs have a unit
+    velocity."""
     sizes = zip(states.matrix, np.diff(states.member), np.diff(states.state), strict=True)
     return _joined([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
 

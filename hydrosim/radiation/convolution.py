@@ -1,17 +1,18 @@
 """The memory force as the integral itself, F(t) = -int_0^t K(t - s) v(s) ds (Cummins 1962).
 
-K is linear between the entries of its table, at the lags k H, so its second derivative is a comb:
-integrated by parts twice, with X = int v and Y = int X,
+K is linear between the entries of its table, at the lags k H, so its second derivative is a comb.
+With X = int v and Y = int X, integration by parts twice gives
 
     int K(t - s) v(s) ds = K_0 X(t) - K_n X(t - n H) + sum_k=0^n b_k Y(t - k H),
 
-where b_k are the bends (K_k+1 - 2 K_k + K_k-1) / H, with no K beyond either end of the slopes. The
-past (`history`) is known on a grid of the same interval H, on which Y is the polynomial of degree 5
-with the right Y, X and v at the ends. So the sum is made of sums of b_k times Y, X and v at points
-of the grid, which are the same for all times within an interval of it: they are taken once, for
-steps of any length. From the newest node to t the velocity is a parabola that ends in that at t: a
-stage of a step, which need not be the state that is accepted there. The error is of order 4 in the
-steps.
+where b_k are the bends (K_k+1 - 2 K_k + K_k-1) / H; the slopes beyond both ends are zero. The past
+(`history`) is known on a grid of the same interval H. On it Y is the polynomial of degree 5 with
+the right Y, X and v at the ends.
+
+So the integral consists of sums of b_k times Y, X and v at points of the grid. These sums are the
+same for all times within an interval, and are computed once, for steps of any length. From the
+newest node to t the velocity is a parabola that ends in the velocity at t, which may belong to a
+stage that is not accepted. The error is of order 4 in the steps.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from hydrosim.radiation.state_space import coupled_groups
 
 
 class ConvolutionKernel(NamedTuple):
-    """Retardation functions on a uniform grid of lags, only the entries that are not zero.
+    """Retardation functions on a uniform grid of lags, with the non-zero entries only.
 
     ``K[k, e]`` is the force on DOF ``row[e]`` per velocity of DOF ``column[e]`` at lag k * step.
     """
@@ -57,7 +58,7 @@ def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel
     """Table for the direct convolution from K (nt, n, n) at the lags 0, step, 2 step, ...
 
     n are all DOFs of the scene, six per body. The entries kept are those that a state-space model
-    fits too, see `coupled_groups`; K = 0 throughout gives an empty table, which costs nothing.
+    would fit, see `coupled_groups`. K = 0 throughout gives an empty table, which costs nothing.
     """
     kept = np.zeros(retardation.shape[1:], dtype=bool)
     for dofs in coupled_groups(retardation):
@@ -75,20 +76,19 @@ def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel
 
 
 def history_for(kernel: ConvolutionKernel, dofs: int, longest: float) -> VelocityHistory:
-    """An empty history of ``dofs`` velocities for steps of ``longest`` [s] at most; of none for an
-    empty kernel."""
+    """An empty history of ``dofs`` velocities for steps of ``longest`` [s] at most. It has no room
+    if the kernel is empty."""
     entries, points = kernel.row.size, len(kernel.K) + 1
     return velocity_history(dofs if entries else 0, kernel.step, points, longest, entries)
 
 
 @root
 def radiation_memory(t, v, history, p, force):
-    """Subtract int K(t - s) v(s) ds from ``force``, for the velocities that are known before ``t``
-    and ``v`` at t.
+    """Subtract int K(t - s) v(s) ds from ``force``, for the velocities known before ``t`` and ``v``
+    at t.
 
-    The integral runs from the first node (v = 0 before it) or from the end of the table of K to
-    the current point, which may be a stage between steps; the newest node is ignored if it is at t
-    or after it.
+    The integral runs to t from the first node (v = 0 before it), or from the end of the table of K.
+    t may be a stage between steps. The newest node is ignored if it is at or after t.
 
     v, force: all DOFs of the scene; history: `VelocityHistory`; p: `ConvolutionKernel`.
     """
@@ -101,7 +101,7 @@ def radiation_memory(t, v, history, p, force):
     part = min(max(since - (upper - 1), 0.0), 1.0)
     if 1.0 - part < EVEN:
         part = 1.0
-    near = min(upper - known - 1, p.bend.shape[1] - 1)  # lags up to this are after the grid
+    near = min(upper - known - 1, p.bend.shape[1] - 1)  # lags up to this one lie after the grid
     for k in range(near + 1):
         _add_lag(k, t, v, base, known, history, p, force)
     _add_grid(upper, known, part, history, p, force)
@@ -141,7 +141,7 @@ def _along_parabola(lag, t, v, node, begin, motion):
 
 @kernel
 def _along_gap(time, base, known, history, motion):
-    """Y and X at a ``time`` between the point ``known`` of the grid and a node after it."""
+    """Y and X at a ``time`` between the grid's point ``known`` and a later node."""
     grid, node = history.grid, history.node[base]
     column = history.place[0] + history.place[1] - known
     begin = point_time(known, history)
@@ -159,7 +159,9 @@ def _along_gap(time, base, known, history, motion):
 def _add_grid(upper, known, part, history, p, force):
     """Subtract b_k Y(t - k H) for all lags within the grid, and K_n X(t - n H).
 
-    t - k H is at the ``part`` of the interval from the point ``upper`` - k - 1 to the next one."""
+    t - k H is at the fraction ``part`` of the interval from the point ``upper`` - k - 1 to the next
+    one.
+    """
     near, last = upper - known - 1, p.bend.shape[1] - 1
     if near >= last:
         return
@@ -174,7 +176,7 @@ def _add_grid(upper, known, part, history, p, force):
         j = p.column[e]
         total = y1 * high[TWICE, e] + x1 * high[ONCE, e] + v1 * high[BEFORE, e]
         total += y0 * low[TWICE, e] + x0 * low[ONCE, e] + v0 * low[AFTER, e]
-        if near > 0:  # which is in the lower sums, and not in the interval
+        if near > 0:  # this one is in the lower sums, and not in the interval
             Y, X, V = grid[TWICE, j, newest], grid[ONCE, j, newest], grid[AFTER, j, newest]
             total -= p.bend[e, near] * (y0 * Y + x0 * X + v0 * V)
         if p.K[last, e] != 0.0:
@@ -187,8 +189,8 @@ def _add_grid(upper, known, part, history, p, force):
 
 @kernel
 def _sums(point, known, history, p):
-    """Place in the memo of the sums of b_k times each row of the grid at ``point`` - k, over the
-    lags k > 0 for which that is one of the points up to ``known``."""
+    """Index in the memo of the sums of b_k times each row of the grid at ``point`` - k. The sums
+    run over the lags k > 0 for which that is a grid point up to ``known``."""
     memo = history.memo
     known = min(known, point - 1)
     place = point % memo.key.shape[0]
@@ -207,7 +209,7 @@ def _sums(point, known, history, p):
 
 @kernel
 def quintic(x, h):
-    """Of the polynomial of degree 5 at the part x of an interval h: weights of value, slope and
+    """Polynomial of degree 5 at the fraction x of an interval h: weights of value, slope and
     curvature at its start, and at its end."""
     y = 1.0 - x
     end = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)

@@ -1,9 +1,11 @@
-"""What a frequency counts in a fit: low ones more, because slow motions feel small forces.
+"""Weight of each frequency in a fit: low frequencies count more, because small forces matter to
+slow motions.
 
-A relative change of motion is a change of K^ over the impedance, which is about i w (M + A): the
-same error of K^ matters the more, the slower the motion is. So errors of K^ count times |W(i w)|,
-W(s) = (s + b) / (s + a), 1 above b and `RATIO` below a. That W is a filter keeps balanced
-truncation to matrix equations: frequency-weighted Gramians (Enns 1984).
+The relative change of a motion is the change of K^ over the impedance, which is about i w (M + A).
+So the same error of K^ has the more effect, the slower the motion. Errors of K^ are therefore
+multiplied by |W(i w)|, W(s) = (s + b) / (s + a), which is 1 above b and `RATIO` below a. Since W is
+a filter, balanced truncation still needs only matrix equations: frequency-weighted Gramians (Enns
+1984).
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ RATIO = 10.0  # b / a
 
 
 class Weight(Protocol):
-    """What errors of K^ count at each frequency."""
+    """Weight of errors of K^ at each frequency."""
 
     def at(self, w: np.ndarray) -> np.ndarray:
         """|W(i w)| at the frequencies w (nw,) [rad/s]."""
@@ -44,8 +46,8 @@ class Emphasis(NamedTuple):
         return np.abs((1j * w + self.corner) / (1j * w + self.low))
 
     def gramian(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
-        """P = 1 / 2 pi int |W|^2 (i w - A)^-1 B B^T (i w - A)^-H dw: that of the states of A in
-        W (s - A)^-1 B, which has a state more for each column of B."""
+        """P = 1 / 2 pi int |W|^2 (i w - A)^-1 B B^T (i w - A)^-H dw: the Gramian of the states of A
+        in W (s - A)^-1 B, which has one more state for each column of B."""
         n, m = B.shape
         joined = np.block([[A, (self.corner - self.low) * B], [np.zeros((m, n)), np.zeros((m, m))]])
         joined[n:, n:] -= self.low * np.eye(m)
@@ -54,6 +56,6 @@ class Emphasis(NamedTuple):
 
 
 def emphasis_of(w: np.ndarray, target: np.ndarray) -> Emphasis:
-    """With its corner where the ``target`` (nw, m, m) is largest, at ``w`` (nw,) that rise from 0,
-    which does not count: nothing radiates there."""
+    """Emphasis whose corner is the frequency of the largest ``target`` (nw, m, m). ``w`` (nw,)
+    rises from 0; w = 0 does not count, because nothing radiates there."""
     return Emphasis(float(w[1 + np.abs(target[1:]).max(axis=(1, 2)).argmax()]))

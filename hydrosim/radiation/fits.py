@@ -1,4 +1,4 @@
-"""State-space models of a database, kept on disk so that each is fitted once."""
+"""State-space models of a database, stored on disk so that each is fitted once."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 
 
-TOLERABLE = 10.0  # times the tolerance: what errors of passive fits may be
+TOLERABLE = 10.0  # times the tolerance: largest error of an accepted passive fit
 
 
 def fit(
@@ -37,10 +37,10 @@ def fit(
     free: np.ndarray,
     tolerance: float = TOLERANCE,
 ) -> tuple[StateSpace, ...]:
-    """State-space models of all groups of DOFs of a database that drive each other, among those
-    that are ``free`` (m,), see `fit_group`; whether they hold the tolerance, their reports say.
+    """State-space models of all groups of coupled DOFs of a database, among its ``free`` DOFs (m,),
+    see `fit_group`. Their reports say whether they are within the tolerance.
 
-    Each is kept in the cache folder by the database's ``checksum``, the table of K, the band of
+    Each is stored in the cache folder by the database's ``checksum``, the table of K, the band of
     ``frequency`` [rad/s], the tolerance and its DOFs, see `kept`.
     """
     band = float(frequency[-1])
@@ -64,10 +64,11 @@ def reduce(
     frequency: np.ndarray,
     floating: Floating,
 ) -> tuple[StateSpace, ...]:
-    """Those ``models`` of `fit` that hold their tolerance with fewer states, see `reduced`; the
-    others as they are.
+    """The ``models`` of `fit`, with fewer states where a model is within its tolerance, see
+    `reduced`; other models are unchanged.
 
-    Each is kept as those of `fit`, by the inertia and stiffness of the ``floating`` bodies, too.
+    Each is stored like a model of `fit`; its key also contains the inertia and stiffness of the
+    ``floating`` bodies.
     """
     band = float(frequency[-1])
 
@@ -91,14 +92,16 @@ def reduce(
 def free_groups(
     memory: Retardation, free: np.ndarray, tolerance: float = TOLERANCE
 ) -> list[np.ndarray]:
-    """The groups of `coupled_groups` of the ``free`` DOFs (m,): the others do not move."""
+    """The groups of `coupled_groups`, restricted to the ``free`` DOFs (m,): the other DOFs do not
+    move."""
     block = memory.kernel[:, free[:, None], free]
     return [free[group] for group in coupled_groups(block, tolerance)]
 
 
 def check(models: Sequence[StateSpace], source: str) -> None:
-    """Raises InputError, which names the database's ``source`` and all groups that fail, where no
-    passive fit has an error below ten times the tolerance, and a convolution cannot be."""
+    """Raises InputError if a group has no passive fit with an error below ten times the tolerance,
+    and convolution is not allowed. The message names the database's ``source`` and all groups that
+    fail."""
     failed = [model for model in models if not is_tolerable(model)]
     if not failed:
         return
@@ -116,12 +119,12 @@ def check(models: Sequence[StateSpace], source: str) -> None:
 
 
 def is_within_tolerance(model: StateSpace) -> bool:
-    """Whether a fit is passive and within its tolerance."""
+    """True if a fit is passive and within its tolerance."""
     return model.report.holds
 
 
 def is_tolerable(model: StateSpace) -> bool:
-    """Whether a fit is passive and within ten times its tolerance."""
+    """True if a fit is passive and within ten times its tolerance."""
     report = model.report
     return report.passive and report.error <= TOLERABLE * report.tolerance
 
@@ -141,7 +144,7 @@ def _nearest(model: StateSpace) -> str:
 
 
 def _rounded_up(error: float) -> float:
-    """A tolerance of one digit that this error is within."""
+    """The smallest tolerance with one digit that is not below this error."""
     size = 10.0 ** np.floor(np.log10(error))
     return float(np.ceil(error / size) * size)
 

@@ -1,12 +1,12 @@
 """The velocities v that a convolution remembers: v and its integrals X = int v and Y = int X, at
-the points of a grid of times, which is that of the table of K and not that of the steps.
+the points of a grid of times. The grid is that of the table of K, not of the steps.
 
-In an interval of the grid v counts as the cubic with the right v at both ends and the right X and
-Y. Where steps are those of the grid or longer, that is the cubic through the velocities and
-accelerations of the steps; where they are shorter, or cut at events, it has the displacement and
-the first moment of all of them, and what is lost is of order 4 in the interval.
+Within an interval of the grid v is the cubic with the right v at both ends and the right X and Y.
+If steps equal the grid or are longer, this is the cubic through the velocities and accelerations of
+the steps. If they are shorter, or cut at events, the cubic has their total displacement and first
+moment. The error is of order 4 in the interval.
 
-X and Y are counted from a time that moves along: what only depends on v is the same for any.
+X and Y count from a time that moves along. Results that depend on v only do not depend on it.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel, root
 
-EVEN = 1e-9  # of an interval: times this near to a point of the grid are at it
+EVEN = 1e-9  # of an interval: times this close to a point of the grid are at it
 TWICE, ONCE, BEFORE, AFTER = range(4)
-"""Rows of the grid: Y, X and v, which may jump there."""
+"""Rows of the grid: Y, X, and v before and after a jump."""
 VELOCITY, ACCELERATION = 2, 3  # rows of a node, after Y and X
-NOW, THEN = range(2)  # the newest node, and the newest before that at an earlier time
+NOW, THEN = range(2)  # the newest node, and the newest node at an earlier time
 
 
 class VelocityHistory(NamedTuple):
-    """What is known of velocities at the points of a grid, the newest first, and at two nodes.
+    """Velocities at the points of a grid, the newest first, and at two nodes.
 
-    Point n of the grid is at ``begin[0] + n * step`` and in the column ``place[0]`` if n is the
-    newest, ``place[1]``; older ones follow, and motion before the first is none. ``place[2]`` is
-    the newest at the node THEN, ``place[3]`` that where Y and X are zero.
+    Point n of the grid is at ``begin[0] + n * step``. The newest is n = ``place[1]``, in the column
+    ``place[0]``; older ones follow, and motion before the first is zero. ``place[2]`` is the newest
+    point at the node THEN; at the point ``place[3]`` Y and X are zero.
     """
 
     step: float  # [s]
@@ -43,9 +43,9 @@ class VelocityHistory(NamedTuple):
 
 
 class Memo(NamedTuple):
-    """Sums over the grid that were asked for last; see `convolution`. They save time only."""
+    """Sums over the grid that were computed last, see `convolution`. They only save time."""
 
-    key: np.ndarray  # (places, 2) int64: the point, and the newest that was known
+    key: np.ndarray  # (places, 2) int64: the point, and the newest point known then
     sums: np.ndarray  # (places, 4, entries)
     motion: np.ndarray  # (2, dofs), scratch
 
@@ -53,8 +53,8 @@ class Memo(NamedTuple):
 def velocity_history(
     dofs: int, step: float, points: int, longest: float, entries: int
 ) -> VelocityHistory:
-    """An empty history of ``dofs`` velocities, ``points`` of a grid one ``step`` [s] apart, pushed
-    in steps of ``longest`` [s] at most, for sums over so many ``entries``."""
+    """An empty history of ``dofs`` velocities: ``points`` of a grid, one ``step`` [s] apart, filled
+    in steps of ``longest`` [s] at most, for sums over ``entries`` entries."""
     ahead = ceil(longest / step) + 2 if dofs else 0
     kept = points + ahead
     return VelocityHistory(
@@ -74,8 +74,8 @@ def velocity_history(
 
 @root
 def push(history, t, v, a):
-    """Append the accepted node (t, v, a). At the time of the newest it takes its place, as the
-    other side of a jump."""
+    """Append the accepted node (t, v, a). At the time of the newest node it replaces that node, as
+    the other side of a jump."""
     time, node, place = history.time, history.node, history.place
     if time[NOW] == np.inf:
         history.begin[0] = t
@@ -120,7 +120,8 @@ def _add_points(t, v, a, history):
 
 @kernel
 def along_cubic(x, h, Y, X, v0, a0, v1, a1):
-    """Y, X and v at the part ``x`` of an interval h with the cubic from (v0, a0) to (v1, a1)."""
+    """Y, X and v at the fraction ``x`` of an interval h, for the cubic from (v0, a0) to (v1,
+    a1)."""
     s = x * h
     rise, sag = (v1 - v0) / h, (a0 + a1) / h
     b, c = (3.0 * rise - 2.0 * a0 - a1) / h, (sag - 2.0 * rise / h) / h
@@ -132,7 +133,7 @@ def along_cubic(x, h, Y, X, v0, a0, v1, a1):
 
 @kernel
 def _next_column(history):
-    """Make room for one more point, the newest; returns its column."""
+    """Make room for a new point; returns its column."""
     grid, place = history.grid, history.place
     if place[0] == 0:
         kept = grid.shape[2] // 2
@@ -149,7 +150,7 @@ def _next_column(history):
 
 @kernel
 def count_anew(history):
-    """Count X and Y from the newest point of the grid on, now and then: numbers that grow lose
+    """Restart X and Y at the newest point of the grid from time to time: growing numbers would lose
     digits."""
     grid, place = history.grid, history.place
     if place[1] - place[3] < grid.shape[2] // 4 or grid.shape[1] == 0:
@@ -169,7 +170,7 @@ def count_anew(history):
 
 @kernel
 def forget(history):
-    """The sums that were taken are of another past."""
+    """Discard the computed sums, which belong to another past."""
     key = history.memo.key
     for place in range(key.shape[0]):
         key[place, 0] = -1
@@ -177,7 +178,7 @@ def forget(history):
 
 @kernel
 def drop(t, history):
-    """Take away the newest node if it is at ``t``: says whether it was."""
+    """Remove the newest node if it is at ``t``; returns true if it was."""
     time, node, place = history.time, history.node, history.place
     if time[NOW] != t or time[THEN] == np.inf:
         return False

@@ -1,6 +1,6 @@
-"""Arrays kept on disk, so that what takes long to compute is computed once.
+"""Arrays stored on disk, so that slow computations run once.
 
-A file that is damaged is made again, see `hydrosim.cache`.
+A damaged file is made again, see `hydrosim.cache`.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ def kept(
     to_arrays: Callable[[T], Arrays],
     of_arrays: Callable[[Arrays], T],
 ) -> T:
-    """What ``make`` makes of the ``settings``, or the same from the folder ``kind`` of the cache.
+    """The result of ``make`` for the ``settings``, or the stored one from the folder ``kind`` of
+    the cache.
 
-    The settings, and this package's sources, are the file's name: they must say all that the
-    content depends on.
+    The file's name is a hash of the settings and of this package's sources. So the settings must
+    include everything that the content depends on.
     """
     key = hashlib.sha256(repr((*settings, _version())).encode()).hexdigest()[:24]
     name = f"{kind}/{key}.npz"
@@ -45,5 +46,5 @@ def kept(
 
 
 def _version() -> str:
-    """Hash of this package's sources: another way of computing is another file."""
+    """Hash of this package's sources: a change of the computation changes the file."""
     return digest_of_sources(PACKAGE, "radiation")

@@ -1,7 +1,7 @@
 """The force of the radiated waves by extra states, or by constant coefficients.
 
-`radiation_states` integrates a rational fit of the retardation functions, so that its force is the
-memory integral -int_0^t K(t - s) v(s) ds (Cummins 1962), which `convolution` evaluates itself.
+`radiation_states` integrates a rational fit of the retardation functions. Its force is the memory
+integral -int_0^t K(t - s) v(s) ds (Cummins 1962). `convolution` evaluates that integral directly.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from hydrosim.jit.kernels import kernel, summing
 from hydrosim.radiation.dots import dot, dot_three
 
 AT_ONCE = 3
-"""DOFs of a group that are read together, in one pass along its states."""
+"""Number of DOFs of a group that are read together, in one pass along its states."""
 
 
 class RadiationStates(NamedTuple):
     """State-space models of all groups of coupled DOFs, flattened; see `state_space_model`.
 
-    Group g owns the states ``state[g]:state[g+1]``, in the order of `StateSpace`: ``real[g]``
-    real poles, then the first states of all pairs, then their second states. It couples the DOFs
-    ``dof[member[g]:member[g+1]]``; its B and C are (m, states) and row-major from ``matrix[g]``.
-    Where one DOF more makes a multiple of `AT_ONCE`, the last is repeated, with zeros in B and C.
+    Group g owns the states ``state[g]:state[g+1]``, in the order of `StateSpace`: ``real[g]`` real
+    poles, then the first states of all pairs, then their second states. It couples the DOFs
+    ``dof[member[g]:member[g+1]]``. Its B and C are (m, states) and row-major from ``matrix[g]``. If
+    one more DOF completes a multiple of `AT_ONCE`, the last is repeated, with zeros in B and C.
     """
 
     state: np.ndarray  # (groups + 1,) int64
@@ -38,8 +38,8 @@ class RadiationStates(NamedTuple):
 
 
 class ConstantDamping(NamedTuple):
-    """Radiation damping at one frequency, only the entries that are not zero: ``B[e]`` is the
-    force on DOF ``row[e]`` per velocity of DOF ``column[e]``."""
+    """Radiation damping at one frequency, with the non-zero entries only: ``B[e]`` is the force on
+    DOF ``row[e]`` per velocity of DOF ``column[e]``."""
 
     B: np.ndarray  # (entries,) [N s/m, N s, N m s]
     row: np.ndarray  # (entries,) int64
@@ -93,7 +93,7 @@ def _drive(b, u, dx):
 
 @summing
 def _drive_by_three(B, u, dx):
-    """dx += u B for the three rows of B, which follow each other."""
+    """dx += u B for the three rows of B, which follow each other in memory."""
     n = dx.size
     for k in range(n):
         dx[k] += B[k] * u[0] + B[n + k] * u[1] + B[2 * n + k] * u[2]

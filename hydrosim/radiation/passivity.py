@@ -1,13 +1,15 @@
-"""Passivity of a state-space model: no motion may gain energy from the waves it makes.
+"""Passivity of a state-space model: no motion may gain energy from the waves that it radiates.
 
-That is Re K^(i w) >= 0, as a matrix, at all frequencies. Radiation is reciprocal, K^ = K^^T, so a
-model in modal form is K^(s) = B^T S (s - Lambda)^-1 B with S = diag(+-1), and a change of B leaves
-it reciprocal and its poles where they are. Where an eigenvalue of Re K^ is negative, the smallest
-change of B is found that lifts it, to first order, and all other small eigenvalues are held above
-zero; so on until all are (Gustavsen 2008, fast residue perturbation, in other variables).
+The condition is Re K^(i w) >= 0, as a matrix, at all frequencies. Radiation is reciprocal, K^ =
+K^^T. So a model in modal form is K^(s) = B^T S (s - Lambda)^-1 B with S = diag(+-1), and a change
+of B keeps it reciprocal and keeps its poles.
 
-Eigenvalues are looked at times 1 + (w / w_0)^2, so that the limit w -> infinity, where Re K^ falls
-with w^-2, counts as any other frequency.
+If an eigenvalue of Re K^ is negative, the smallest change of B is found that lifts it to first
+order. All other small eigenvalues are held above zero. This is repeated until all are positive
+(Gustavsen 2008, fast residue perturbation, in other variables).
+
+Eigenvalues are multiplied by 1 + (w / w_0)^2, so that the limit w -> infinity, where Re K^ falls as
+w^-2, counts like any other frequency.
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ import scipy.linalg
 if TYPE_CHECKING:
     from hydrosim.radiation.emphasis import Weight
 
-GRID = 400  # frequencies, on top of those about each pole
-ZOOMS, FINER = 5, 9  # a minimum is sought between its neighbours: so often, among so many points
-ABOUT_POLES = np.linspace(-4.0, 4.0, 9)  # their distances from it, in units of its real part
-ROUNDING = 1e-7  # of the largest eigenvalue: as good as zero, where motions do not make waves
-AIM = 1e-6  # of it: what is below zero is lifted to this
-HELD = 0.05  # of it: what is below this is held above zero
+GRID = 400  # frequencies, in addition to those about each pole
+# a minimum is sought between its neighbours: number of rounds, and of points in each
+ZOOMS, FINER = 5, 9
+# distances of frequencies from a pole, in units of its real part
+ABOUT_POLES = np.linspace(-4.0, 4.0, 9)
+ROUNDING = 1e-7  # of the largest eigenvalue: treated as zero, where motions do not make waves
+AIM = 1e-6  # of the largest: negative eigenvalues are lifted to this
+HELD = 0.05  # of the largest: eigenvalues below this are held above zero
 PASSES = 15
 
 
@@ -71,9 +75,11 @@ class Reciprocal:
 
 
 def passive(model: Reciprocal, band: float, emphasis: Weight) -> tuple[Reciprocal, float, float]:
-    """The passive model nearest to ``model``, errors counted as the ``emphasis`` has it, and the
-    smallest over largest eigenvalue of (1 + (w / band)^2) Re K^(i w) at all w, before and after:
-    below -`ROUNDING` if there is none."""
+    """The passive model nearest to ``model``, with errors weighted by the ``emphasis``.
+
+    Also returns the smallest over the largest eigenvalue of (1 + (w / band)^2) Re K^(i w) over all
+    w, before and after. A value below -`ROUNDING` means that no passive model was found.
+    """
     place, value = _smallest(model, band)
     first = last = value.min()
     for _ in range(PASSES):
@@ -97,15 +103,15 @@ def _damping(model: Reciprocal, w: np.ndarray, band: float) -> tuple[np.ndarray,
 
 
 def _smallest(model: Reciprocal, band: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where eigenvalues of the damping are small, their minima among them, as angles atan(w /
-    band), and what they are there, relative to the largest: (k,) and (k, m), from the least up."""
+    """Frequencies with small eigenvalues of the damping, including minima, as angles atan(w / band)
+    (k,), and these eigenvalues relative to the largest (k, m), ascending."""
 
     def eigenvalues(angle: np.ndarray) -> np.ndarray:
         return np.linalg.eigvalsh(_damping(model, _frequency(angle, band), band)[1])
 
     angles = _grid(model, band)
     value = eigenvalues(angles)
-    weight = np.cos(angles) ** 2  # takes 1 + (w / band)^2 off again
+    weight = np.cos(angles) ** 2  # removes the factor 1 + (w / band)^2
     largest = max(np.abs(value * weight[:, None]).max(), np.finfo(float).tiny)
     inner = np.pad(value, ((1, 1), (0, 0)), mode="edge")
     small = value < HELD * largest
@@ -127,7 +133,7 @@ def _frequency(angle: np.ndarray, band: float) -> np.ndarray:
 
 
 def _grid(model: Reciprocal, band: float) -> np.ndarray:
-    """Angles atan(w / band) from 0 to pi / 2, closer about the poles."""
+    """Angles atan(w / band) from 0 to pi / 2, denser about the poles."""
     pairs = model.rotation.size
     decay = -model.decay[model.decay.size - pairs :] if pairs else np.empty(0)
     about = model.rotation[:, None] + decay[:, None] * ABOUT_POLES
@@ -138,8 +144,8 @@ def _grid(model: Reciprocal, band: float) -> np.ndarray:
 def _lifted(
     model: Reciprocal, band: float, emphasis: Weight, place: np.ndarray, value: np.ndarray
 ) -> Reciprocal:
-    """The model with the smallest change of B, in the mean square of W K^ over frequencies, that
-    brings what is negative to `AIM`, to first order, and nothing else below it."""
+    """The model with the smallest change of B, in the mean square of W K^ over frequencies. To
+    first order it lifts negative eigenvalues to `AIM` and lowers no other below it."""
     resolved, damping = _damping(model, _frequency(place, band), band)
     eigenvalues, vectors = np.linalg.eigh(damping)
     i = np.unravel_index(np.abs(value).argmax(), value.shape)

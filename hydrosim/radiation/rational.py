@@ -1,11 +1,11 @@
 """Rational approximation of a matrix of transfer functions, with shared stable poles.
 
-Vector fitting finds poles and residues (Gustavsen and Semlyen 1999, relaxed as in Gustavsen 2006):
-linear least squares only, without a starting guess of any quality. Balanced truncation then drops
-the states that matter least (Moore 1981; Enns 1984 with weights).
+Vector fitting finds poles and residues (Gustavsen and Semlyen 1999, relaxed as in Gustavsen 2006).
+It needs only linear least squares and no good starting guess. Balanced truncation then drops the
+states that matter least (Moore 1981; Enns 1984 with weights).
 
-Poles are given as (np,) complex: real ones first, then of each pair the one with positive
-imaginary part. ``s`` (ns,) are points i w.
+Poles are given as (np,) complex: real ones first, then of each pair the one with positive imaginary
+part. ``s`` (ns,) are points i w.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ import scipy.linalg
 if TYPE_CHECKING:
     from hydrosim.radiation.emphasis import Weight
 
-ITERATIONS = 8  # relocations of the poles; they settle in 4 to 6
-DAMPED = 0.5  # of critical damping, at least, of poles that are held back
-RINGING = 0.03  # and of those beyond the band, where what rings does so between the points of a fit
+ITERATIONS = 8  # relocations of the poles; they converge in 4 to 6
+DAMPED = 0.5  # smallest damping ratio of poles that are moved back to the fastest allowed
+# smallest damping ratio of poles beyond the band, where a weakly damped one would ring between the
+# points of a fit
+RINGING = 0.03
 NEGLIGIBLE = 1e-10  # Hankel singular values below this part of the largest are rounding
 
 
 class Modes(NamedTuple):
-    """A linear system in modal form, every pole of a pair written out: K^(s) = c (s - p)^-1 b."""
+    """A linear system in modal form, with both poles of every pair: K^(s) = c (s - p)^-1 b."""
 
     poles: np.ndarray  # (k,)
     c: np.ndarray  # (m, k)
@@ -50,8 +52,8 @@ def vector_fit(
     band: float = np.inf,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poles, ``order`` of them counting pairs twice (even), and residues of ``values`` (ns, ne),
-    whose errors count times ``weight`` (ns,); no pole is farther from zero than ``fastest``, and
-    beyond the ``band`` there is nothing that rings.
+    whose errors are multiplied by ``weight`` (ns,). No pole is farther from zero than ``fastest``.
+    No pole beyond the ``band`` is weakly damped.
 
     The residues (order, ne) belong to the functions of `partial_fractions`.
     """
@@ -65,8 +67,8 @@ def vector_fit(
 
 
 def _within(fastest: float, band: float, poles: np.ndarray) -> np.ndarray:
-    """The poles, those beyond ``fastest`` brought there, with `DAMPED` of critical damping, and
-    those beyond the ``band`` with `RINGING` at least."""
+    """The poles within limits. Poles beyond ``fastest`` are moved to it, with a damping ratio of
+    `DAMPED` at least; poles beyond the ``band`` get `RINGING` at least."""
     size = np.abs(poles)
     part = np.maximum(-poles.real / size, np.where(size > fastest, DAMPED, RINGING))
     damped = np.where(poles.imag == 0.0, -1.0, -part + 1j * np.sqrt(1.0 - part**2))
@@ -92,14 +94,14 @@ def partial_fractions(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
 def _relocated(
     s: np.ndarray, values: np.ndarray, poles: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
-    """Zeros of the factor sigma(s) with which sigma * values has the given poles: better poles.
+    """Better poles: the zeros of the factor sigma(s) for which sigma * values has the given poles.
 
     sigma = d + sum c_k phi_k; the mean of its real part over s is held at 1 (the relaxation).
     """
     fractions = partial_fractions(s, poles)
     sigma = np.column_stack([fractions, np.ones_like(s)])
     own = np.linalg.qr(_stacked(rows * fractions))[0]
-    # what no residues can take up, for all entries: (2 ns, ne, order + 1)
+    # the part that no residues can fit, for all entries: (2 ns, ne, order + 1)
     rest = _stacked((rows * values)[:, :, None] * sigma[:, None, :])
     rest -= np.tensordot(own, np.tensordot(own, rest, (0, 0)), 1)
     size = np.linalg.norm(rows * values)
@@ -123,7 +125,7 @@ def _stacked(values: np.ndarray) -> np.ndarray:
 
 
 def pole_blocks(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A (order, order) and b (order,), real, with (s - A)^-1 b the `partial_fractions`."""
+    """A (order, order) and b (order,), real; (s - A)^-1 b are the `partial_fractions`."""
     blocks, b = [], []
     for p in poles:
         if p.imag == 0.0:
@@ -139,13 +141,13 @@ def balanced(
     poles: np.ndarray, residues: np.ndarray, emphasis: Weight
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A, B and C of the fit of a reciprocal (m, m) matrix from its symmetric residues (order, m,
-    m), in coordinates in which its states are equally controllable and observable, most important
-    first: the first k states are the balanced truncation to order k.
+    m), in balanced coordinates: states are equally controllable and observable, most important
+    first. The first k states are the balanced truncation to order k.
 
     The m states per pole have C^T = T B and A^T T = T A with a symmetric T of the residues. So the
-    observability Gramian is T P T with P the controllability Gramian, which is that of the poles
-    for each column; and L^T T L, L L^T = P, has the Hankel singular values as the sizes of its
-    eigenvalues, and their signs as those of a model in reciprocal form.
+    observability Gramian is T P T, with P the controllability Gramian, which is that of the poles
+    for each column. With L L^T = P, the eigenvalues of L^T T L have the Hankel singular values as
+    magnitudes, and the signs of a model in reciprocal form.
     """
     m = residues.shape[1]
     A, b = pole_blocks(poles)
@@ -162,7 +164,7 @@ def balanced(
 
 
 def _symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
-    """The symmetric T of `balanced`: R of a real pole; [[R1, R2], [R2, -R1]] / 2 of a pair."""
+    """The symmetric T of `balanced`: R for a real pole; [[R1, R2], [R2, -R1]] / 2 for a pair."""
     blocks, k = [], 0
     for p in poles:
         if p.imag == 0.0:
@@ -176,7 +178,7 @@ def _symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
 
 
 def modes(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Modes:
-    """Modal form of a system, rows of b and columns of c scaled to the same norm."""
+    """Modal form of a system; rows of b and columns of c are scaled to the same norm."""
     poles, vectors = np.linalg.eig(A)
     b, c = np.linalg.solve(vectors, B), C @ vectors
     ratio = np.sqrt(np.linalg.norm(c, axis=0) / np.linalg.norm(b, axis=1))
@@ -184,6 +186,6 @@ def modes(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Modes:
 
 
 def _factor(gramian: np.ndarray) -> np.ndarray:
-    """L with L L^T the symmetric positive semi-definite matrix, up to rounding."""
+    """L with L L^T equal to the symmetric positive semi-definite matrix, up to rounding."""
     eigenvalues, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return vectors * np.sqrt(np.maximum(eigenvalues, 0.0))

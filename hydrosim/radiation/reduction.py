@@ -1,10 +1,12 @@
-"""Fits with fewer states, as exact as the motions of the free bodies feel.
+"""Fits with fewer states, as exact as the motions of the free bodies require.
 
-A force dK^ v more changes harmonic motions v by -Y dK^ v. Y = (s (M + A_inf) + C / s + K^)^-1 is
-the admittance of bodies that float freely. Large inertia hides errors of K^ that are large beside
-K^ itself. So a fit is made anew with errors counted by |Y|, and its error is the largest spectral
-norm of Y dK^ in the band, coordinates scaled by the roots of their inertias. Lines and contacts
-are not in Y: what a fit does in the whole scene is measured later (`compiling.memory_errors`).
+An additional force dK^ v changes harmonic motions v by -Y dK^ v. Y = (s (M + A_inf) + C / s +
+K^)^-1 is the admittance of bodies that float freely. A large inertia makes motions insensitive to
+errors of K^ that are large compared with K^ itself.
+
+So a fit is repeated with errors weighted by |Y|. Its error is the largest spectral norm of Y dK^ in
+the band, with coordinates scaled by the roots of their inertias. Y does not contain lines and
+contacts. The effect of a fit on the whole scene is measured later (`compiling.memory_errors`).
 """
 
 from __future__ import annotations
@@ -26,8 +28,8 @@ from hydrosim.radiation.state_space import (
 )
 from hydrosim.radiation.threads import one_thread
 
-PART = 0.5  # of the tolerance: what a reduced model may change motions by
-BETWEEN = 8  # points of an integral for each frequency: poles are narrower than these
+PART = 0.5  # of the tolerance: largest change of motions by a reduced model
+BETWEEN = 8  # points of an integral for each frequency: poles are narrower than the spacing
 
 
 class Floating(NamedTuple):
@@ -38,19 +40,19 @@ class Floating(NamedTuple):
     stiffness: np.ndarray
 
     def among(self, dofs: np.ndarray) -> Floating:
-        """The same where all but the ``dofs`` (m,) are held."""
+        """The bodies with all DOFs held except ``dofs`` (m,)."""
         block = dofs[:, None], dofs
         return Floating(self.inertia[block], self.stiffness[block])
 
 
 class Felt(NamedTuple):
-    """The weight |W| = ``size`` (nw,) at the frequencies ``w`` (nw,), and none beyond them."""
+    """The weight |W| = ``size`` (nw,) at the frequencies ``w`` (nw,), zero beyond them."""
 
     w: np.ndarray
     size: np.ndarray
 
     def at(self, w: np.ndarray) -> np.ndarray:
-        """|W| at the frequencies w [rad/s], linear between those that are known."""
+        """|W| at the frequencies w [rad/s], linear between the known ones."""
         return np.interp(w, self.w, self.size)
 
     def gramian(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -75,7 +77,7 @@ class FeltTarget(Target):
     admittance: np.ndarray
 
     def error(self, found: np.ndarray) -> float:
-        """Largest change of motion in the band if K^ is ``found`` (nw, m, m)."""
+        """Largest change of motion in the band if K^ is replaced by ``found`` (nw, m, m)."""
         change = self.admittance @ (found - self.values)
         return float(np.linalg.norm(change, 2, axis=(1, 2))[: self.inside].max())
 
@@ -83,9 +85,10 @@ class FeltTarget(Target):
 @one_thread
 def reduced(full: StateSpace, memory: Retardation, band: float, floating: Floating) -> StateSpace:
     """A passive model with fewer states than the fit ``full``, which changes the motions of
-    ``floating`` bodies by at most `PART` of its tolerance; the fit itself if none was found.
+    ``floating`` bodies by at most `PART` of its tolerance. Returns ``full`` itself if none was
+    found.
 
-    ``memory`` and ``band`` [rad/s] are those that it was fitted to.
+    ``memory`` and ``band`` [rad/s] are those of the fit.
     """
     target = felt_target(memory, full.dofs, band, floating)
     tolerance = full.report.tolerance
@@ -103,7 +106,8 @@ def reduced(full: StateSpace, memory: Retardation, band: float, floating: Floati
 def felt_target(
     memory: Retardation, dofs: np.ndarray, band: float, floating: Floating
 ) -> FeltTarget:
-    """K^ between the ``dofs`` (m,) as `target_of` has it, and what `floating` bodies feel of it."""
+    """K^ between the ``dofs`` (m,) as in `target_of`, with the admittance of the `floating`
+    bodies."""
     plain = target_of(memory, dofs, band)
     inertia, stiffness = floating.among(dofs)
     inertia = inertia + memory.added_mass_infinite[dofs[:, None], dofs]
@@ -123,6 +127,6 @@ def felt_target(
         scale=scale,
         emphasis=Felt(plain.w, felt),
         weight=held_down * felt,
-        gain=0.0,  # one attempt is made, whatever passive models can reach
+        gain=0.0,  # one attempt is made, without regard to the limit of passive models
         admittance=admittance,
     )

@@ -1,8 +1,8 @@
 """Retardation functions K(t) from radiation damping, and added mass at infinite frequency.
 
-K(t) = 2/pi int_0^inf B(w) cos(w t) dw. With K^(w) = int_0^inf K(t) exp(-i w t) dt,
-K^(w) = B(w) + i w (A(w) - A_inf) (Cummins 1962; Ogilvie 1964). Matrices are (n, n), the row is the
-DOF of the force; SI, rad/s, s.
+K(t) = 2/pi int_0^inf B(w) cos(w t) dw. With K^(w) = int_0^inf K(t) exp(-i w t) dt, K^(w) = B(w) + i
+w (A(w) - A_inf) (Cummins 1962; Ogilvie 1964). Matrices are (n, n), the row is the DOF of the force;
+SI, rad/s, s.
 """
 
 from __future__ import annotations
@@ -26,16 +26,17 @@ OGILVIE_BAND = 0.75  # part of the band, from its start, over which A_inf is ave
 
 @dataclass(frozen=True, eq=False)
 class KernelReport:
-    """How much of the memory the data, the frequency band and the length leave out.
+    """Parts of the memory that the data, the frequency band and the length leave out.
 
     The ratios are the largest over the entries ij, each divided by the geometric mean of the
-    largest |.| of the diagonal entries ii and jj, so that forces and moments compare.
+    largest |.| of the diagonal entries ii and jj. So forces and moments compare.
     """
 
     end_ratio: float  # |K| at the end of the table
-    band_ratio: float  # |B| at the highest frequency: what is left to the tail
+    band_ratio: float  # |B| at the highest frequency: size of the extrapolated tail
     ogilvie_residual: float  # |A(w) - A_inf + 1/w int K sin(w t) dt|, over the band
-    smallest_eigenvalue: float  # of B(w), see `smallest_eigenvalue`; negative feeds energy in
+    # of B(w), see `smallest_eigenvalue`; a negative value would create energy
+    smallest_eigenvalue: float
     tail_exponent: np.ndarray  # (n, n), q of the tail
 
     def __str__(self) -> str:
@@ -68,14 +69,14 @@ def retardation(
 ) -> Retardation:
     """K up to ``length`` [s] and A_inf, from added mass and damping (nw, n, n) at ``frequency``.
 
-    Without a length it is that of `memory_length`. A longer one is taken as it is given: K then has
-    echoes of the steps between the frequencies.
+    The default length is `memory_length`. A longer one is used as given; K then has echoes from the
+    spacing of the frequencies.
 
-    Radiation is reciprocal, so only the symmetric parts are used; what else there is are errors of
-    the panels, which a database's checks report.
+    Radiation is reciprocal, so only the symmetric parts are used. The antisymmetric parts are panel
+    errors, which a database's checks report.
 
-    With the ``checksum`` of a database that has these coefficients, all is kept in the cache
-    folder.
+    With the ``checksum`` of a database that has these coefficients, the result is stored in the
+    cache folder.
 
     Raises `InputError` for data that cannot be transformed, see `retardation_function`.
     """
@@ -93,7 +94,7 @@ def retardation(
 
 
 def memory_length(frequency: np.ndarray, length: float | None, step: float) -> float:
-    """Length [s] of a table of K: what is asked for, or `LENGTH`, but no more whole steps than the
+    """Length [s] of a table of K: the requested one, or `LENGTH`, but not more whole steps than the
     ``frequency`` (nw,) resolves, see `resolved_length`."""
     asked = LENGTH if length is None else length
     known = resolved_length(frequency)
@@ -104,11 +105,11 @@ def memory_length(frequency: np.ndarray, length: float | None, step: float) -> f
 
 
 def resolved_length(frequency: np.ndarray) -> float:
-    """Lag pi / dw [s] up to which values of B at ``frequency`` (nw,) tell K.
+    """Lag pi / dw [s] up to which values of B at ``frequency`` (nw,) determine K.
 
-    From values that are dw apart K is periodic: after pi / dw comes the mirror image of what was
-    before, and a memory that has some of it need not be passive. Where steps differ there is no
-    period, and dw is the smallest: close frequencies are where the memory is long.
+    Values dw apart make K periodic: after pi / dw the mirror image of the earlier part follows. A
+    memory that includes some of it need not be passive. If the spacing varies there is no period,
+    and dw is the smallest: frequencies are close where the memory is long.
     """
     steps = np.diff(frequency)
     return float(np.pi / steps.min()) if steps.size else np.inf
@@ -151,12 +152,14 @@ def _of_arrays(time: np.ndarray, arrays: Arrays) -> Retardation:
 
 
 def tabulated(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Entries (nt, n, n) at the equally spaced ``time`` (nt,) with which the lines between them do
-    to smooth motions what K does, to order 4 in the spacing, or 3 where K has a kink at t = 0.
+    """Entries (nt, n, n) at the equally spaced ``time`` (nt,), such that linear interpolation
+    between them acts on smooth motions like K. The error is of order 4 in the spacing, or 3 if K
+    has a kink at t = 0.
 
-    They are (1 - d^2 / 6) of the means of K over hat functions, d^2 being second differences, which
-    keeps the area under K: slow motions feel that, and it is zero but for the cut. Values of K, of
-    order 2, would miss most of it near t = 0, where a K of B ~ w^-q has a cusp |t|^(q - 1).
+    They are (1 - d^2 / 6) of the means of K over hat functions, d^2 being second differences. This
+    conserves the area under K, which slow motions depend on, and which is zero but for the cut.
+    Values of K themselves would be of order 2. They would miss most of the area near t = 0, where a
+    K of B ~ w^-q has a cusp |t|^(q - 1).
     """
     fine = time[1] / FINER * np.arange(FINER * (time.size + 1) + 1)
     K = retardation_function(frequency, damping, fine)
@@ -176,13 +179,13 @@ def retardation_function(
 ) -> np.ndarray:
     """K (nt, n, n) at ``time`` (nt,) from B (nw, n, n) at ``frequency`` (nw,).
 
-    B is taken as linear between the frequencies, from B = 0 at w = 0, and as B(w_max)
-    (w / w_max)^-q beyond them, with q by `tail_exponent`. Both parts are integrated exactly (the
-    tail to 1e-9 of its value at t = 0), so what errs is the spacing of the database and the shape
-    of the tail.
+    B is taken as linear between the frequencies, from B = 0 at w = 0, and as B(w_max) (w /
+    w_max)^-q beyond them, with q by `tail_exponent`. Both parts are integrated exactly (the tail to
+    1e-9 of its value at t = 0). The remaining errors come from the spacing of the database and the
+    shape of the tail.
 
-    Raises `InputError` if the shapes do not agree, the frequencies are not finite, non-negative
-    and increasing, or B has a value that is not finite.
+    Raises `InputError` if the shapes do not agree, if the frequencies are not finite, non-negative
+    and increasing, or if B has a value that is not finite.
     """
     _check(frequency, damping)
     tail = _power_integral(frequency[-1] * time, tail_exponent(frequency, damping))
@@ -198,11 +201,11 @@ def retardation_function(
 def tail_exponent(frequency: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """(n, n) exponents q of B ~ w^-q, by least squares of log|B| on the last 15 % of the band.
 
-    An entry that changes sign there, or falls slower than w^-1.2 (K(0) would be the guess alone),
-    has no tail that the data speak for. It gets the steepest, w^-12, which closes the step at the
-    band's end without adding much; steeper fits are held at 12 as well. Off the diagonal q is at
-    least the mean of the two diagonal exponents: a coupling that outlives the damping of the modes
-    it couples would feed energy in.
+    An entry that changes sign there, or falls slower than w^-1.2 (K(0) would depend on the guess
+    alone), has no tail that the data support. It gets the steepest, w^-12, which closes the step at
+    the band's end without adding much. Steeper fits are limited to 12 as well. Off the diagonal q
+    is at least the mean of the two diagonal exponents. Otherwise a coupling would outlast the
+    damping of the modes that it couples, and create energy.
     """
     end = frequency >= (1.0 - TAIL_BAND) * frequency[-1]
     B = damping[end]
@@ -222,9 +225,9 @@ def infinite_added_mass(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A_inf (n, n) = mean over w of A(w) + 1/w int K sin(w t) dt (Ogilvie 1964), K linear in time.
 
-    The mean is over the lower three quarters of the band, where the guessed tail of B weighs
-    little. The second result (nw, n, n) is what the relation leaves at each frequency of the whole
-    band, zero for exact data; w = 0 says nothing and is left out (zero).
+    The mean is over the lower three quarters of the band, where the guessed tail of B has little
+    weight. The second result (nw, n, n) is the residual of the relation at each frequency of the
+    whole band, zero for exact data. w = 0 gives no information; its residual is zero.
     """
     positive = frequency > 0.0
     w = frequency[positive]
@@ -243,8 +246,8 @@ def transfer_function(time: np.ndarray, kernel: np.ndarray, frequency: np.ndarra
 def smallest_eigenvalue(damping: np.ndarray) -> float:
     """Smallest over largest eigenvalue of the symmetric part of B(w), over all w.
 
-    The matrices are scaled first, so that the largest |B_ii| is 1 for every DOF. Negative where
-    motion at some frequency would gain energy from the waves it makes.
+    The matrices are scaled first, so that the largest |B_ii| is 1 for every DOF. A negative value
+    means that motion at some frequency would gain energy from the waves that it radiates.
     """
     scale = diagonal_scale(damping)
     scaled = damping / (scale[:, None] * scale)
@@ -257,7 +260,7 @@ def fourier_integral(x: np.ndarray, f: np.ndarray, y: np.ndarray) -> np.ndarray:
     """int f(x) exp(i x y) dx for f (nx, ...) linear between the x (nx,): (ny, ...), exact.
 
     On a piece of width h about x_m this is h exp(i x_m y) (f_m j0(z) + i df/2 j1(z)), z = h y / 2,
-    with spherical Bessel functions: without cancellation at small z (Filon 1928 in other words).
+    with spherical Bessel functions. There is no cancellation at small z (equivalent to Filon 1928).
     """
     from scipy.special import spherical_jn  # slow to load, and dry scenes radiate nothing
 
@@ -286,8 +289,8 @@ def _power_integral(x: np.ndarray, q: np.ndarray) -> np.ndarray:
 def radiating(matrices: np.ndarray) -> np.ndarray:
     """The DOFs with radiation, ascending, from B or K (..., n, n), n = 6 per body.
 
-    DOFs whose largest |M_ii| is below 1e-9 of the largest of their kind (translations or rotations
-    of one body) have none but rounding errors, as yaw of a body of revolution.
+    A DOF whose largest |M_ii| is below 1e-9 of the largest of its kind (translations or rotations
+    of one body) has rounding errors only, such as yaw of a body of revolution.
     """
     largest = np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)).max(axis=0)
     triples = np.arange(0, largest.size, 3)

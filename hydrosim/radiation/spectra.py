@@ -1,8 +1,8 @@
-"""What radiation is at each frequency, cut at the end of its memory and cut later: from these, what
-a fit and the cut do to motions is estimated without a run.
+"""Spectra of radiation with the memory cut at its end, and cut later. They give estimates of the
+effect of a fit and of the cut on motions, without a run.
 
-A run of T s does not tell frequencies apart that are closer than 1/T, and knows nothing of what
-happens later: its motions are looked at through exp(-t/T), with spectra at s = 1/T + i w.
+A run of T s does not distinguish frequencies closer than 1/T, and does not depend on later times.
+So its motions are multiplied by exp(-t/T), with spectra at s = 1/T + i w.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from hydrosim.radiation.kept import Arrays, kept
 from hydrosim.radiation.retardation import Retardation, retardation, transfer_function
 from hydrosim.radiation.threads import one_thread
 
-LONGER = 1.5  # times the memory: what it changes is as large as the cut, if K decays
+LONGER = 1.5  # times the memory: the change by this extension is as large as the cut, if K decays
 SLOWEST, COUNT = 0.01, 400  # rad/s, number of frequencies
 
 
 class Spectra(NamedTuple):
-    """``K`` (nw, n, n), K^(s) of a memory at s = 1/T + i ``w`` (nw,), and what a memory `LONGER`
-    times as long adds to K^ + s A_inf, ``cut`` (nw, n, n)."""
+    """``K`` (nw, n, n), K^(s) of a memory at s = 1/T + i ``w`` (nw,). ``cut`` (nw, n, n) is the
+    change of K^ + s A_inf by a memory `LONGER` times as long."""
 
     w: np.ndarray
     K: np.ndarray
@@ -37,9 +37,9 @@ def spectra(
     checksum: str,
     duration: float,
 ) -> Spectra:
-    """Those of ``memory`` for runs of a ``duration`` T [s], up to the highest of the database's
-    ``frequency`` (nw,); for the coefficients see `retardation`. Kept in the cache folder by the
-    ``checksum``, the memory and the duration."""
+    """Spectra of ``memory`` for runs of a ``duration`` T [s], up to the highest of the database's
+    ``frequency`` (nw,). For the coefficients see `retardation`. The result is stored in the cache
+    folder by the ``checksum``, the memory and the duration."""
     settings = (checksum, memory.time.size, float(memory.time[-1]), duration)
     make = partial(_spectra, memory, frequency, added_mass, damping, 1.0 / duration)
     return kept("spectra", settings, make, Spectra._asdict, _of_arrays)

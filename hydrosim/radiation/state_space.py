@@ -1,7 +1,7 @@
 """Retardation functions as the impulse response of a linear system: K(t) = C exp(Lambda t) B.
 
 The fit is made in the frequency domain, on K^(i w) = B(w) + i w (A(w) - A_inf), by `rational`. It
-is stable and reciprocal by construction, and then made passive, see `passivity`.
+is stable and reciprocal by construction, and is then made passive, see `passivity`.
 """
 
 from __future__ import annotations
@@ -24,52 +24,55 @@ from hydrosim.radiation.retardation import (
 from hydrosim.radiation.threads import one_thread
 
 TOLERANCE = 3e-4
-ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # poles in vector fitting
-FEWEST = 160  # intervals of the band: with fewer, fits of many poles have peaks in between
-BEYOND = 3.0  # the fit is made up to this multiple of the band
-HELD_DOWN = 10.0  # what errors count beyond the band, so that damping is not negative there
-# of the gain of what is not passive: how near it is fitted, and is good
+ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # most poles in vector fitting
+FEWEST = 160  # fewest intervals of the band: with fewer, fits of many poles have peaks in between
+BEYOND = 3.0  # the fit covers this multiple of the band
+HELD_DOWN = 10.0  # weight of errors beyond the band, so that damping is not negative there
+# of the gain of a non-passive target: how close a fit to it is attempted, and is accepted
 PART = 0.2
 NEARLY = 1.5
 ATTEMPTS = ((4.0, 1.0), (np.inf, 1.0), (4.0, 2.0), (4.0, 4.0))
-"""Fastest poles, in bands, and what is aimed at, in tolerances: fast poles ask for small steps."""
-MOST = 150  # states of a group: where more would be needed, an integral is as good
-MORE = (0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 52)  # states than the fewest, tried if not passive
+"""Fastest poles, in bands, and target errors, in tolerances. Fast poles need small steps, so they
+are limited first."""
+MOST = 150  # most states of a group: an integral costs less than more states
+# additional states that are tried if the smallest model is not passive
+MORE = (0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 52)
 
 
 @dataclass(frozen=True)
 class FitReport:
-    """How far a state-space model is from its retardation functions.
+    """Deviation of a state-space model from its retardation functions.
 
     Errors are the largest over the entries ij, each divided by the geometric mean of the largest
     |.| of the diagonal entries ii and jj.
     """
 
-    tolerance: float  # asked of `frequency_error`
+    tolerance: float  # tolerance of `frequency_error`
     frequency_error: float  # of K^(i w) over the database's band, times W of `emphasis`
     time_error: float  # of K(t) over its table
     passivity_before: float  # see `passivity.passive`: negative for a fit that had to be changed
-    passivity_margin: float  # the same of the model
+    passivity_margin: float  # the same of the final model
     motion_error: float = np.inf  # of the motions of free bodies, see `reduction`
 
     @property
     def passive(self) -> bool:
-        """Whether no motion gains energy from the model."""
+        """True if no motion gains energy from the model."""
         return self.passivity_margin >= -ROUNDING
 
     @property
     def error(self) -> float:
-        """What its tolerance is for: the error in frequency or, if that is less, of motions."""
+        """The error that the tolerance limits: the error in frequency or, if smaller, the error of
+        motions."""
         return min(self.frequency_error, self.motion_error)
 
     @property
     def holds(self) -> bool:
-        """Whether the model is passive and within its tolerance."""
+        """True if the model is passive and within its tolerance."""
         return self.passive and self.error <= self.tolerance
 
     @property
     def refusal(self) -> str:
-        """Why the model is not taken where it must hold its tolerance."""
+        """Reason why the model is refused where it must be within its tolerance."""
         return (
             f"no passive state-space model within {self.tolerance:g} was found, the nearest is"
             f" {self.frequency_error:.1e} off"
@@ -88,8 +91,8 @@ class StateSpace:
     """x' = Lambda x + B v, F = -C x for one group of coupled DOFs, in real modal form.
 
     The states are: one per real pole, then the first states of all pairs of complex poles, then
-    their second states. Real pole: x' = a x + B v. Pair a +- i w: x1' = a x1 + w x2 + B1 v and
-    x2' = a x2 - w x1 + B2 v. Rows of B and columns of C of one pole have the same norm.
+    their second states. Real pole: x' = a x + B v. Pair a +- i w: x1' = a x1 + w x2 + B1 v and x2'
+    = a x2 - w x1 + B2 v. For each pole, rows of B and columns of C have the same norm.
     """
 
     dofs: np.ndarray  # (m,) int64, the group's DOFs
@@ -120,12 +123,12 @@ class StateSpace:
         return result
 
     def on_dofs(self, dofs: np.ndarray) -> StateSpace:
-        """The same model acting on other DOFs (m,), as on those of a body in a scene."""
+        """The model for other DOFs (m,), such as those of a body in a scene."""
         return replace(self, dofs=np.asarray(dofs, dtype=np.int64))
 
     @property
     def modes(self) -> Modes:
-        """The system with each pole of a pair written out; has the transfer function."""
+        """The system with both poles of each pair; it has the transfer function."""
         n = self.real
         half = self.decay.size
         upper = self.decay[n:] + 1j * self.frequency[n:]
@@ -139,11 +142,11 @@ class StateSpace:
 
 
 def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.ndarray]:
-    """Groups of DOFs that drive each other, from K (nt, n, n) or B (nw, n, n), n = 6 per body.
+    """Groups of coupled DOFs, from K (nt, n, n) or B (nw, n, n), n = 6 per body.
 
-    i and j are coupled where max |K_ij| or max |K_ji| exceeds ``tolerance`` times the geometric
-    mean of max |K_ii| and max |K_jj|; smaller couplings are taken for rounding. DOFs that do not
-    radiate are in no group, see `radiating`.
+    i and j are coupled if max |K_ij| or max |K_ji| exceeds ``tolerance`` times the geometric mean
+    of max |K_ii| and max |K_jj|. Smaller couplings count as rounding. DOFs that do not radiate are
+    in no group, see `radiating`.
     """
     active = radiating(kernel)
     block = kernel[:, active[:, None], active]
@@ -151,19 +154,20 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
     coupled = np.abs(block).max(axis=0) > tolerance * scale[:, None] * scale
     together = coupled | coupled.T | np.eye(active.size, dtype=bool)
     for _ in range(active.size):
-        together = together @ together  # and those that are coupled to these
+        together = together @ together  # with all DOFs coupled to these
     first = together.argmax(axis=1) if active.size else active
     return [active[first == i] for i in np.unique(first)]
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What a fit is made of: K^ (nw, m, m) at ``w`` (nw,), the first ``inside`` of which are in the
-    ``band``, divided by ``scale`` (m,) of its rows and columns.
+    """Data of a fit: K^ (nw, m, m) at ``w`` (nw,), divided by ``scale`` (m,) of its rows and
+    columns. The first ``inside`` frequencies are in the ``band``.
 
-    The ``emphasis`` says what frequencies count, ``weight`` (nw,) what errors count in vector
-    fitting. ``gain`` is the most energy that K^ gains, as the emphasis counts it: a passive model
-    is farther from it than that divided by m, and hardly nearer than that."""
+    ``emphasis`` is the weight of frequencies; ``weight`` (nw,) that of errors in vector fitting.
+    ``gain`` is the largest energy gain of K^, weighted by the emphasis. The distance of any passive
+    model from K^ is at least the gain divided by m, and hardly less than the gain.
+    """
 
     dofs: np.ndarray
     w: np.ndarray
@@ -176,7 +180,7 @@ class Target:
     gain: float
 
     def error(self, found: np.ndarray) -> float:
-        """Largest of ``found`` (nw, m, m) in the band, as the emphasis counts it."""
+        """Largest weighted error of ``found`` (nw, m, m) in the band."""
         off = np.abs(found - self.values).max(axis=(1, 2))
         return float((self.emphasis.at(self.w) * off)[: self.inside].max())
 
@@ -203,12 +207,13 @@ def fit_group(
 ) -> StateSpace:
     """State-space model of K between the ``dofs`` (m,), with few states.
 
-    Poles are added until vector fitting is within half the tolerance; then the smallest balanced
-    truncation is taken that can be made passive and whose `FitReport.frequency_error` is then
-    within ``tolerance``. ``band`` [rad/s] is the database's highest frequency. All poles are stable
-    by construction. Where the tolerance cannot be reached, the model nearest to it is returned, of
-    as many states as it is worth: compare the report's error with its tolerance, and its passivity
-    margin with zero.
+    Poles are added until vector fitting is within half the tolerance. Then the smallest balanced
+    truncation is used that can be made passive with a `FitReport.frequency_error` within
+    ``tolerance``. ``band`` [rad/s] is the database's highest frequency. All poles are stable by
+    construction.
+
+    If the tolerance cannot be reached, the nearest model with a reasonable number of states is
+    returned. Compare the report's error with its tolerance, and its passivity margin with zero.
     """
     target = target_of(memory, dofs, band)
     return state_space_of(*_within(target, tolerance), target, memory)
@@ -217,7 +222,7 @@ def fit_group(
 def state_space_of(
     model: Reciprocal, report: FitReport, target: Target, memory: Retardation
 ) -> StateSpace:
-    """The ``model`` of a ``target`` in its own units, with its error in time in the report."""
+    """The ``model`` of a ``target`` in SI units, with its error in time in the report."""
     dofs = target.dofs
     result = StateSpace(
         dofs=np.asarray(dofs, dtype=np.int64),
@@ -233,8 +238,9 @@ def state_space_of(
 
 
 def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
-    """Where a fit is made [rad/s], and how many of these are in the band: twice as dense as a
-    memory of this length needs (pi / T), coarse above it. Short memories have `FEWEST`."""
+    """Frequencies of a fit [rad/s], and the number of these in the band. They are twice as dense as
+    a memory of this length needs (pi / T), and coarse above the band. Short memories have
+    `FEWEST`."""
     inside = max(int(np.ceil(2.0 * band * length / np.pi)), FEWEST) + 1
     above = np.geomspace(band, BEYOND * band, inside // 3 + 2)[1:]
     return np.append(np.linspace(0.0, band, inside), above), inside
@@ -242,7 +248,7 @@ def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
 
 def _vector_fit(target: Target, tolerance: float, fastest: float) -> tuple[np.ndarray, np.ndarray]:
     """Poles, up to ``fastest`` [rad/s], and residues (order, m, m) of the first fit within the
-    tolerance, or of the best."""
+    tolerance, or else of the best fit."""
     s = 1j * target.w
     m = target.scale.size
     upper = np.triu_indices(m)
@@ -264,8 +270,8 @@ System = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
-    """A passive model within the tolerance, with few states; where it cannot be reached, one that
-    is as near as passive models are, or the best of those for wider aims."""
+    """A passive model within the tolerance, with few states. If the tolerance cannot be reached, a
+    model as close as passive models can be, or the best one for wider targets."""
     found: list[tuple[Reciprocal, FitReport]] = []
     least = max(tolerance, PART * target.gain)
     for fastest, times in ATTEMPTS:
@@ -279,15 +285,15 @@ def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
 
 
 def _balanced_fit(target: Target, aim: float, fastest: float) -> System:
-    """The first states of a fit within half the ``aim``, most important first."""
+    """The balanced states of a fit within half the ``aim``, most important first."""
     fit = _vector_fit(target, 0.5 * aim, fastest)
     A, B, C = balanced(*fit, target.emphasis)
     return A[:MOST, :MOST], B[:MOST], C[:, :MOST]
 
 
 def fit_once(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
-    """A passive model within the tolerance, with few states, at the first attempt; where there is
-    none, the best that was tried."""
+    """A passive model within the tolerance, with few states, from one attempt; or else the best
+    that was tried."""
     system = _balanced_fit(target, tolerance, ATTEMPTS[0][0] * target.band)
     return _smallest(system, target, tolerance, tolerance, tolerance)
 
@@ -303,8 +309,8 @@ def _badness(one: tuple[Reciprocal, FitReport]) -> tuple[bool, float]:
 def _smallest(
     system: System, target: Target, tolerance: float, aim: float, good: float
 ) -> tuple[Reciprocal, FitReport]:
-    """The first balanced truncation that is within the ``aim``, and ``good`` once it is passive;
-    else the best of some."""
+    """The first balanced truncation that is within the ``aim``, and within ``good`` after it is
+    made passive; else the best of several."""
     found: list[tuple[Reciprocal, FitReport]] = []
     fewest = _fewest(system, target, aim)
     tried = [fewest + more for more in MORE]
@@ -320,8 +326,8 @@ def _smallest(
 
 
 def _fewest(system: System, target: Target, aim: float) -> int:
-    """States of the smallest truncation within the ``aim``, by halves: errors fall, but for a
-    little, with the number; all of them if none is."""
+    """Number of states of the smallest truncation within the ``aim``, by bisection; all of them if
+    none is. Errors fall almost monotonically with the number."""
     low = 0
     high = len(system[0])
     while high - low > 1:
@@ -335,7 +341,8 @@ def _fewest(system: System, target: Target, aim: float) -> int:
 
 
 def truncation(system: System, states: int) -> Reciprocal | None:
-    """A balanced truncation in reciprocal form, if it has so many states and is stable."""
+    """A balanced truncation in reciprocal form; None if it has a different number of states or is
+    unstable."""
     A, B, C = system
     if states > len(A):
         return None
@@ -344,8 +351,9 @@ def truncation(system: System, states: int) -> Reciprocal | None:
 
 
 def reciprocal(modes: Modes) -> Reciprocal:
-    """The modes with every residue c b as +-b^T b: b and c of a reciprocal system are parallel, so
-    that only their lengths and phases are free. A part that is not reciprocal is left out."""
+    """The modes with every residue c b replaced by +-b^T b. In a reciprocal system b and c are
+    parallel, so that only their lengths and phases are free. A part that is not reciprocal is left
+    out."""
     real = modes.poles.imag == 0.0
     upper = modes.poles.imag > 0.0
     size = np.einsum("km,km->k", modes.b.conj(), modes.b).real

@@ -1,4 +1,5 @@
-"""One thread of BLAS: sums in another order round differently, and a fit makes more of that."""
+"""One thread of BLAS. More threads change the order of sums and so their rounding, which a fit
+amplifies."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ R = TypeVar("R")
 
 
 def one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """The function with the same result, to the bit, whatever the number of threads of BLAS; its
-    matrices are so small that more than one take longer too."""
+    """The function with a result that is identical to the bit for any number of BLAS threads. Its
+    matrices are small, so more than one thread would also be slower."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
