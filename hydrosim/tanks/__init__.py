@@ -1,1 +1,1 @@
-"""Tanks, what flows between them and the sea, and what that does to the body that has them."""
+"""Tanks, flows between tanks and the sea, and their effect on the body that has them."""

@@ -1,12 +1,12 @@
 """Tanks whose contents change: mass, centre of gravity and inertia of their bodies over time.
 
-The states are the volumes of fluid V. With S, P, J of `pieces`, density d, and what else the body
-is,
+The states are the volumes of fluid V. With S, P, J of `pieces`, density d, and index 0 for the body
+without these contents,
 
     m = m_0 + sum d V,   m c = (m c)_0 + sum d S,   I = I_0 + sum d (tr P - P),   J = J_0 + sum d J
 
-I about the body's origin. Neglected: the flow inside a tank, sloshing, and what the slope of a free
-surface does to inertia. Tanks that nothing changes are parts of their bodies.
+I about the body's origin. Neglected: the flow inside a tank, sloshing, and the effect of the slope
+of a free surface on inertia. Tanks with constant contents are parts of their bodies.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hydrosim.scene import Body, Scene, Tank
 from hydrosim.tanks.pieces import FIRST, LEVEL, PIECE, SECOND, SURFACE, value, values_at
 from hydrosim.tanks.pumping import FLOW, RATE
 
-CLOSE = 1e-9  # of a capacity: volumes as close are the same
+CLOSE = 1e-9  # of a capacity: volumes this close are equal
 TANK = np.dtype(
     [
         *(("body", int), ("density", float), ("capacity", float), ("first_volume", float)),
@@ -30,21 +30,23 @@ TANK = np.dtype(
         ("liquid", int),
     ]
 )
-"""``image`` is the tank that is its mirror image, itself if none is; ``liquid`` is that among those
-whose surface is level (`hydrosim.tanks.surface`), -1 where it is not."""
+"""Constants of a tank. ``image`` is the index of its mirror image, or its own index if it has none.
+``liquid`` is the index among tanks with a level surface (`hydrosim.tanks.surface`), -1 if its
+surface is not level."""
 REST = np.dtype(
     [
         *(("body", int), ("mass", float), ("moment", float, 3), ("inertia", float, (3, 3))),
         *(("surface", float, 3), ("inertial", bool)),
     ]
 )
-"""Of a body with such tanks: what it is without what is in them; whether inertia follows them."""
+"""Constants of a body with such tanks, without their contents, and whether inertia follows the
+contents."""
 
 
 class Tanks(NamedTuple):
     """Constants: ``each`` (nt,) of `TANK` with the ``pieces`` of their shapes, ``rests`` of their
-    bodies; ``flows`` (nf,) and their ``rates``; ``row`` and ``weight`` are those of forces, of flow
-    and of weight."""
+    bodies; ``flows`` (nf,) and their ``rates``. ``row`` and ``weight`` are the rows of forces of
+    flow and of weight."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -60,7 +62,7 @@ class Tanks(NamedTuple):
 
 
 def no_tanks() -> Tanks:
-    """None at all."""
+    """Constants of a scene without such tanks."""
     each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE, REST))
     flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, RATE))
     return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, (0.0, 0.0))
@@ -108,7 +110,7 @@ def level(k, y, p):
 
 @root
 def fill(y, p, contents):
-    """What is in the tanks into ``contents``."""
+    """Fill ``contents`` with the contents of the tanks."""
     for rest in p.rests:
         b = rest.body
         contents.mass[b] = rest.mass
@@ -130,7 +132,7 @@ def fill(y, p, contents):
 
 @kernel
 def _fill(volume, tank, p, contents):
-    """Add what is in one tank."""
+    """Add the contents of one tank."""
     b = tank.body
     d = tank.density
     piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
@@ -170,13 +172,13 @@ def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
 
 
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
-    """One of the quantities of `pieces` of tank ``k`` at volumes (n,)."""
+    """Values of one quantity of `pieces` of tank ``k`` at volumes (n,)."""
     mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
     return values_at(mine, volume, which)
 
 
 def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:
-    """One of the quantities of `pieces` (nt, tanks) of all tanks at volumes (nt, tanks)."""
+    """Values of one quantity of `pieces` (nt, tanks) of all tanks at volumes (nt, tanks)."""
     each = [quantity(p, k, volume[:, k], which) for k in range(p.each.size)]
     return np.stack(each, axis=1)
 
@@ -199,7 +201,7 @@ def mass_and_centre(
 
 
 def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
-    """Whether what is in them, and what flows, is its own mirror image in y = 0."""
+    """True if the contents and the flows are mirror symmetric about y = 0."""
     volume = y[p.state : p.state + p.each.size]
     image = p.each["image"]
     own = modes[p.mode : p.mode + p.flows.size]

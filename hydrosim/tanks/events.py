@@ -1,4 +1,4 @@
-"""Pumps that begin or end by events, which nothing foretells but the run itself."""
+"""Pumps that begin or end by events, whose times are known only during the run."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class TriggeredPump(NamedTuple):
 
 
 def unforeseen_tanks(body: Body) -> set[str | None]:
-    """Names of the tanks that pumps by events fill or empty."""
+    """Names of the tanks that pumps with events fill or empty."""
     pumps = [pump for pump in body.pumps if is_triggered(pump)]
     return {end for pump in pumps for end in (pump.source, pump.target)} - {None}
 
 
 def is_triggered(pump: Pump) -> bool:
-    """Whether a pump begins or ends by an event."""
+    """True if a pump begins or ends by an event."""
     return isinstance(pump.start, When) or isinstance(pump.stop, When)
 
 
@@ -41,7 +41,7 @@ def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
 
 
 def _event(when: float | LevelReached | When | None, body: Body) -> When | None:
-    """A time or a level as what a trigger waits for."""
+    """The condition of a trigger for a time or a level."""
     if isinstance(when, LevelReached):
         side = {"above" if when.above else "below": when.level}
         return When(channel=f"tank_level.{when.tank} of {body.name}", **side)

@@ -1,13 +1,15 @@
 """Flow between tanks and the sea, and its force on the body.
 
-With v, w the velocities of body and axes, M the 6 x 6 matrix of the body and what it holds, about
-its origin, and M'_in, M'_out, M'_between what sea and tanks change of it, momentum of all that a
-surface around the body encloses changes by the forces on it and by what passes the surface,
+v, w: velocities of body and axes; M: the 6 x 6 matrix of the body with its contents, about its
+origin; M'_in, M'_out, M'_between: its rates of change by inflow from the sea, outflow to the sea
+and flow between tanks. The momentum inside a surface around the body changes by the forces and by
+the flow through the surface,
 
     d/dt (M v + p) = F + M'_out v + M'_in u,   M' = M'_in + M'_out + M'_between.
 
-What leaves has the velocity of the body where it leaves: no force. What comes in has that of the
-sea, u: the current. Between tanks the fluid goes straight, with the momentum relative to the body
+Outflow has the velocity of the body at its outlet and gives no force. Inflow has the velocity of
+the sea, u: the current. Between tanks the fluid flows along a straight line, with the momentum
+relative to the body
 
     p = q (r_2 - r_1),   l = q r_1 x r_2   (about the origin),
 
@@ -15,12 +17,12 @@ q: mass per time; r: centroids of the surfaces, S'(V) of `pieces`. So the force 
 
     F = -M'_in (v - u) - M'_between v - p' - (0, v x p),
 
-p' in earth axes. Where a flow between tanks begins or ends p jumps, and so does the velocity, by
-the impulse -p: momentum of body and fluid is kept. (Cveticanin 2015, Dynamics of Bodies with
-Time-Variable Mass, chapter 3.)
+p' in earth axes. When a flow between tanks begins or ends, p jumps, and the impulse -p makes the
+velocity jump: the momentum of body and fluid is conserved. (Cveticanin 2015, Dynamics of Bodies
+with Time-Variable Mass, chapter 3.)
 
-Energy: kinetic energy is v M v / 2; what flow does to it, v F + v M' v / 2, and to the weight's
-potential, is booked as work.
+Energy: kinetic energy is v M v / 2. Its change by flow, v F + v M' v / 2, and the change of the
+weight's potential are booked as work.
 """
 
 from __future__ import annotations
@@ -35,8 +37,8 @@ from hydrosim.tanks.pumping import SEA, rate_of
 
 @kernel
 def surface_of(k, y, p):
-    """Centroid r (3,) of the surface of tank ``k``, r's derivative by V, and P' about the origin,
-    in the body frame."""
+    """Centroid r (3,) of the surface of tank ``k``, the derivative of r by V, and P' about the
+    origin, in the body frame."""
     tank = p.each[k]
     piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
     x = y[p.state + k] - piece.start
@@ -60,9 +62,9 @@ def turning(square, mixed, w):
 
 @root
 def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
-    """Rates of the volumes into dy; force of all flows into its row of ``wrench``, and what they do
-    to kinetic and potential energy into those of flow and weight of ``rate``; ``heights`` (nl,) are
-    those of level surfaces above the origins of their bodies."""
+    """Add rates of the volumes to ``dy``, and the force of all flows to its row of ``wrench``.
+    Their effects on kinetic and potential energy go to the entries of flow and weight in ``rate``.
+    ``heights`` (nl,) are the heights of level surfaces above the origins of their bodies."""
     for k in range(p.each.size):
         dy[p.state + k] = 0.0
     for i in range(p.flows.size):
@@ -83,8 +85,8 @@ def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
 
 @kernel
 def _velocities(b, motion, bodies, current):
-    """Of body ``b`` relative to the earth and to the current, and its angular velocity, in its own
-    axes; those at rest in linear kinematics."""
+    """Velocity of body ``b`` relative to the earth and to the current, and its angular velocity, in
+    its own axes; in the axes at rest in linear kinematics."""
     v, w = vector(motion.velocity, 6 * b), vector(motion.velocity, 6 * b + 3)
     u = (v[0] - current[0], v[1] - current[1], v[2])
     if not bodies.exact:
@@ -95,7 +97,7 @@ def _velocities(b, motion, bodies, current):
 
 @kernel
 def _push(i, q, y, motion, bodies, p, wrench, rate, dy):
-    """Force of flow ``i``, and what it does to kinetic energy."""
+    """Force of flow ``i``, and its effect on kinetic energy."""
     flow = p.flows[i]
     v, u, w = _velocities(flow.body, motion, bodies, p.current)
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -144,8 +146,9 @@ def _moved(k, v, w, y, p):
 
 @kernel
 def _lifted(k, y, motion, bodies, p, heights):
-    """dU/dm / g of what tank ``k`` takes in: its height above the still water, and what it changes
-    of the free surface. That is how high a surface is that is level (`hydrosim.tanks.surface`)."""
+    """dU/dm / g for mass that enters tank ``k``: its height above the still water plus the change
+    of the free surface term. For a level surface (`hydrosim.tanks.surface`) it is the height of the
+    surface."""
     tank, b = p.each[k], p.each[k].body
     height = bodies.each[b].origin[2] + motion.coordinates[6 * b + 2]
     if tank.liquid >= 0:

@@ -1,4 +1,5 @@
-"""A body and what is in its tanks, together: mass, centre of gravity, inertia, free surfaces."""
+"""A body and the contents of its tanks together: mass, centre of gravity, inertia, free
+surfaces."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class Loading(NamedTuple):
 
     @property
     def matrix(self) -> np.ndarray:
-        """6 x 6 about the origin of the frame that the centre is in."""
+        """6 x 6 matrix about the origin of the frame in which the centre is given."""
         cross = np.cross(np.eye(3), self.mass * self.centre)
         turning = self.inertia + self.mass * _turned(np.outer(self.centre, self.centre))
         return np.block([[self.mass * np.eye(3), cross.T], [cross, turning]])
@@ -38,8 +39,8 @@ def loaded(
     contents: Iterable[tuple[Tank, float]],
     sign: float = 1.0,
 ) -> Loading:
-    """A body with the ``contents``, tanks and volumes in them [m^3], added (or, ``sign`` -1, taken
-    away); all in one frame."""
+    """A body with the ``contents``, tanks and their volumes [m^3], added (or subtracted if ``sign``
+    is -1); all in one frame."""
     c = np.array([*centre], dtype=float)
     first, second, surface = mass * c, mass * np.outer(c, c), np.zeros(3)
     for tank, volume in contents:
@@ -55,27 +56,27 @@ def loaded(
 
 
 def body_without(body: Body, contents: Iterable[tuple[Tank, float]]) -> Loading:
-    """A body less what is in some of its tanks at the start."""
+    """A body without the contents of some of its tanks at the start."""
     return loaded(body.mass, body.centre_of_gravity, body.inertia, contents, -1.0)
 
 
 def least_moment(body: Body, inertia: np.ndarray) -> float:
-    """The least moment [kg m^2] of an ``inertia`` (3, 3) about axes that the body may turn about;
-    infinite if it may not turn."""
+    """The least moment [kg m^2] of an ``inertia`` (3, 3) about the free axes of rotation; infinite
+    if the body may not turn."""
     turns = [i for i in range(3) if DOFS[3 + i] in body.dofs]
     return float(np.linalg.eigvalsh(inertia[np.ix_(turns, turns)])[0]) if turns else np.inf
 
 
 def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
-    """Tanks with what is in them at the start."""
+    """Tanks with their contents at the start."""
     return [(tank, volume_at(tank.shape, tank.level)) for tank in tanks]
 
 
 def contents_at(
     bodies: Sequence[Body], moved: Iterable[float]
 ) -> Iterator[tuple[int, Tank, float]]:
-    """All tanks by the number of their body, with the volumes in them [m^3], of which those in
-    tanks that change are ``moved``."""
+    """All tanks by the number of their body, with their volumes [m^3]; ``moved`` are the volumes in
+    tanks that change."""
     volumes = iter(moved)
     for b, body in enumerate(bodies):
         every = changing(body)
@@ -84,7 +85,7 @@ def contents_at(
 
 
 def symmetric(six: np.ndarray) -> np.ndarray:
-    """(3, 3) of xx, yy, zz, xy, xz, yz."""
+    """Matrix (3, 3) from xx, yy, zz, xy, xz, yz."""
     full = np.zeros((3, 3))
     for (i, j), value in zip(PAIRS, six, strict=True):
         full[i, j] = full[j, i] = value

@@ -1,11 +1,14 @@
-"""A tank between plane triangles: what is in it up to each height, by slicing it.
+"""A tank between plane triangles: its contents up to each height, from level sections.
 
 Between two heights of corners the area of a level section is a polynomial of the height of degree
-2, its first moments of degree 3, its second ones of degree 4. Five sections fix all of them, and a
-rule of Gauss with these five integrates them exactly. So S, P, level and J, and their slopes over
-V, are exact at the ends of all pieces. Between these go cubics, which are exact for upright walls.
+2, its first moments of degree 3, its second ones of degree 4. Five sections determine all of them,
+and a Gauss rule with these five integrates them exactly. So S, P, level and J, and their slopes
+over V, are exact at the ends of all pieces. Cubics interpolate between the ends; they are exact for
+upright walls.
+
 Where a section vanishes, at an edge or a corner, slopes over V are infinite: pieces there are
-short, and quadratic. A mesh with more than `MOST` heights is cut at as many even ones.
+short, and quadratic. A mesh with more than `MOST` heights is cut at the same number of evenly
+spaced ones.
 """
 
 from __future__ import annotations
@@ -20,19 +23,20 @@ from hydrosim.scene import TankMesh
 from hydrosim.tanks.pieces import ALL, LEVEL, PIECE, SURFACE, hermite
 
 FEWEST, MOST = 64, 256  # pieces
-SAME = 1e-9  # of its height: what is as near is at one height
-POINT = 1e-9  # of the largest section: what is smaller has vanished
-STEEPEST = 3.0  # of a level over V, by its mean: what is steeper could fall in between
+SAME = 1e-9  # of its height: heights this close are equal
+POINT = 1e-9  # of the largest section: smaller ones have vanished
+# of the mean slope of level over V: with a steeper one the cubic could fall in between
+STEEPEST = 3.0
 NODES, WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(5))
 NODES += 0.5
 POWERS = np.linalg.inv(NODES[:, None] ** np.arange(5))
-ENDS = POWERS[0], POWERS.sum(axis=0)  # what a polynomial is at both ends, by its nodes
-RATES = POWERS[1], np.arange(5) @ POWERS  # and its derivatives
+ENDS = POWERS[0], POWERS.sum(axis=0)  # values of a polynomial at both ends, from its nodes
+RATES = POWERS[1], np.arange(5) @ POWERS  # derivatives at both ends
 
 
 def pieces_of_mesh(shape: TankMesh, origin: np.ndarray) -> np.ndarray:
     """The pieces (n,) of `PIECE` of a mesh, about ``origin`` (3,) [m] of the body's frame. Raises
-    InputError where a level section of it has no area."""
+    InputError where a level section of the mesh has no area."""
     return _pieces(shape, *np.asarray(origin, float).tolist())
 
 
@@ -76,8 +80,8 @@ def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
 
 
 def _heights(corners: np.ndarray) -> np.ndarray:
-    """Heights (n + 1,) at which pieces end: those of corners, and more, closer to where the section
-    vanishes."""
+    """Heights (n + 1,) at which pieces end: the heights of corners, and more, denser towards
+    vanishing sections."""
     z = np.unique(corners[..., 2])
     z = z[np.diff(z, prepend=-np.inf) > SAME * np.ptp(z)]
     if z.size > MOST:
@@ -92,13 +96,13 @@ def _heights(corners: np.ndarray) -> np.ndarray:
 
 
 def _near(z: np.ndarray) -> np.ndarray:
-    """Heights just above and just below, in turn, of the ends of the parts between ``z``."""
+    """Heights alternately just above and just below the ends of the intervals of ``z``."""
     inside = 1e-6 * np.diff(z)
     return np.column_stack([z[:-1] + inside, z[1:] - inside]).ravel()
 
 
 def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
-    """Where 0 <= x <= 1 goes to, if points are to be dense at one or both ends."""
+    """Map of 0 <= x <= 1 that makes points dense at one or both ends."""
     if below and above:
         return np.sin(0.5 * np.pi * x) ** 2
     return x**2 if below else 1.0 - (1.0 - x) ** 2 if above else x
@@ -106,7 +110,7 @@ def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
 
 def section(corners: np.ndarray, z: float) -> np.ndarray:
     """Area and moments x, y, xx, xy, yy (6,) of the section at a height, by Green's theorem around
-    it: each triangle that it cuts gives the line from p to q."""
+    it. Each triangle that the plane cuts contributes the line from p to q."""
     above = corners[..., 2] > z
     cut = (above.sum(axis=1) % 3) > 0
     of, above = corners[cut], above[cut]
@@ -150,7 +154,7 @@ def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _E
 
 
 def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes over V at both ends, those of a quadratic where the section vanishes."""
+    """Slopes over V at both ends; slopes of a quadratic where the section vanishes."""
     each = []
     for end, other in ((first, last), (last, first)):
         slope = np.where(end.solid[:, None], end.slope, 2.0 * mean - other.slope)

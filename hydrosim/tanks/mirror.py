@@ -1,4 +1,4 @@
-"""Which tanks and flows of a body are each other's mirror image in the plane y = const."""
+"""Pairs of tanks and of flows of a body that are mirror images in the plane y = const."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from hydrosim.tanks.shapes import capacity, pieces
 
 
 def images(body: Body) -> tuple[list[int | None], list[int | None]]:
-    """Of each tank, and of each pump of a body, which other one, or itself, is its image in the
-    plane through the centre of gravity; None if none is."""
+    """Index of the mirror image of each tank, and of each pump, of a body, in the plane through the
+    centre of gravity. The image may be the item itself; None if there is none."""
     y = body.centre_of_gravity[1]
     tanks = [_found(_image(t, y), body.tanks) for t in body.tanks]
     names = {
@@ -36,7 +36,7 @@ def images(body: Body) -> tuple[list[int | None], list[int | None]]:
 
 
 def without_image(body: Body) -> list[str]:
-    """Names of the tanks and pumps that have none."""
+    """Names of the tanks and pumps without a mirror image."""
     tanks, pumps = images(body)
     names = [*(tank.name for tank in body.tanks), *(pump.name for pump in body.pumps)]
     return [name for name, image in zip(names, [*tanks, *pumps], strict=True) if image is None]
@@ -62,7 +62,7 @@ def _found(image: Tank, tanks: Sequence[Tank]) -> int | None:
 
 
 def _alike(a: Tank, b: Tank) -> bool:
-    """Whether two tanks are the same but for their names."""
+    """True if two tanks differ in their names only."""
     same = (a.density, a.surface) == (b.density, b.surface) and _near(a.level, b.level)
     return same and _same_shape(a.shape, b.shape) and _same_plan(a.plan, b.plan)
 
@@ -79,7 +79,7 @@ def _same_shape(a: TankShape, b: TankShape) -> bool:
 
 
 def _same_contents(a: TankMesh, b: TankMesh) -> bool:
-    """Whether two meshes hold the same, whatever their triangles, at every level."""
+    """True if two meshes hold the same contents at every level, whatever their triangles."""
     if not _near(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
         return False
     x, y = (pieces(mesh, np.zeros(3)) for mesh in (a, b))
@@ -97,14 +97,14 @@ def _same_plan(a: Plan | None, b: Plan | None) -> bool:
 
 
 def _near(a: object, b: object) -> bool:
-    """Numbers within `SMALL` of the largest."""
+    """True if numbers agree within `SMALL` of the largest."""
     x = np.asarray(a, float)
     y = np.asarray(b, float)
     return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
 
 
 def _turned(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
-    """The pump between the images of its tanks; ``names`` are those of the images."""
+    """The pump between the images of its tanks; ``names`` are the names of the images."""
     levels = {
         f"tank_level.{name} of {body.name}": f"tank_level.{image} of {body.name}"
         for name, image in names.items()

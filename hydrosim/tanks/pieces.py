@@ -1,11 +1,12 @@
-"""What a tank holds, over the volume V of the fluid in it.
+"""Contents of a tank over the volume V of its fluid.
 
     S(V) = int r dV,   P(V) = int r r^T dV,   level h(V),   J(V) of the free surface
 
-in the body frame, as cubics in V on pieces. What is added or taken lies at the surface, about its
-centroid S'(V); so P' = S' S'^T + J / (dV/dh) for a surface level in the body. An empty tank and a
-full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume. It counts
-where the surface is not cut (`hydrosim.tanks.surface`): in tables, and in linear kinematics.
+in the body frame, as cubics in V on pieces. Added or removed fluid lies at the surface, about its
+centroid S'(V). So P' = S' S'^T + J / (dV/dh) for a surface that is level in the body. An empty tank
+and a full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume. J
+counts where the tilted surface is not computed (`hydrosim.tanks.surface`): in tables, and in linear
+kinematics.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 FIRST, SECOND, LEVEL, SURFACE, ALL = 0, 3, 9, 10, 13
-"""Where S (3), P (xx, yy, zz, xy, xz, yz), h and J (xx, xy, yy) begin; their number."""
+"""First entries of S (3), P (xx, yy, zz, xy, xz, yz), h and J (xx, xy, yy); number of all
+entries."""
 SHALLOW = 0.01  # of a tank's volume
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PIECE = np.dtype([("start", float), ("c", float, (ALL, 4))])
@@ -35,13 +37,14 @@ def values_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
 
 
 def slopes_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
-    """Its derivatives (n,) by the volume."""
+    """Derivatives (n,) of one quantity by the volume."""
     c, x = _cubics(table, volume, which)
     return np.asarray(c[:, 1] + x * (2.0 * c[:, 2] + x * 3.0 * c[:, 3]))
 
 
 def _cubics(table: np.ndarray, volume: np.ndarray, which: int) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients (n, 4) of a quantity at volumes (n,), and how far these are into their piece."""
+    """Coefficients (n, 4) of a quantity at volumes (n,), and the offsets of these from the start of
+    their piece."""
     of = np.maximum(np.searchsorted(table["start"], volume, side="right") - 1, 0)
     return table["c"][of, which], volume - table["start"][of]
 
@@ -74,7 +77,7 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
 
 
 def _moved(c: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Coefficients (n, m, 4) of the same cubics about a point x (n,) further on."""
+    """Coefficients (n, m, 4) of the same cubics about a point shifted by x (n,)."""
     a, b, d, e = np.moveaxis(c, -1, 0)
     x = x[:, None]
     each = (a + x * (b + x * (d + x * e)), b + x * (2 * d + x * 3 * e), d + x * 3 * e)
@@ -90,13 +93,13 @@ def value(piece, i, x):
 
 @kernel
 def slope(piece, i, x):
-    """Its derivative by V."""
+    """Derivative of quantity i by V."""
     c = piece.c
     return c[i, 1] + x * (2.0 * c[i, 2] + x * 3.0 * c[i, 3])
 
 
 @kernel
 def bend(piece, i, x):
-    """Its second derivative."""
+    """Second derivative of quantity i by V."""
     c = piece.c
     return 2.0 * c[i, 2] + x * 6.0 * c[i, 3]

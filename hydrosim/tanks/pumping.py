@@ -1,8 +1,8 @@
-"""When fluid flows: flows wait, run and are over, as their modes say.
+"""Modes of flows: each flow waits, runs or is over.
 
-A flow runs in pieces of constant rate, which end at given times; it begins at once, when a level
-is reached or by a trigger (`hydrosim.forces.trigger`), and ends at a time, at a level, by a
-trigger, or when its source is empty or its target full. All of these are events.
+A flow runs in pieces of constant rate, which end at given times. It begins at once, when a level is
+reached, or by a trigger (`hydrosim.forces.trigger`). It ends at a time, at a level, by a trigger,
+or when its source is empty or its target full. All of these are events.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ FLOW = np.dtype(
         *(("watched", bool), ("triggered", bool), ("inertial", bool), ("image", int)),
     ]
 )
-"""``first`` and ``last`` of its rates; a level is reached where sign (V - volume) is positive, and
-is none where the tank is `SEA`; ``watched`` if it ends where its source is empty or target full;
-``triggered`` if it begins and ends by a trigger; ``image`` is the flow that is its mirror image,
-itself if none is."""
+"""Constants of a flow. Its rates are ``first`` to ``last``. A level is reached if sign (V - volume)
+is positive; there is none if the tank is `SEA`. ``watched`` is true if the flow ends when its
+source is empty or its target full. ``triggered`` is true if it begins and ends by a trigger.
+``image`` is the index of its mirror image, or its own index."""
 RATE = np.dtype([("end", float), ("rate", float)])
 """Mass per time [kg/s] until ``end`` [s]; into the target, negative back to the source."""
 
@@ -43,11 +43,11 @@ def rate_of(i, modes, p):
 
 @root_giving(float)
 def share_of_step(step, y, modes, p):
-    """How much of a ``step`` may be taken while a tank whose surface is level runs empty or full.
+    """Fraction of a ``step`` that is allowed while a tank with a level surface runs empty or full.
 
-    The height of the surface then goes as the cube root of the volume that is left, which a method
-    has to the power 4/3 of its step. Steps that shrink as the power 2/3 of that volume give back
-    four orders.
+    Near the end the height of the surface changes as the cube root of the remaining volume, and a
+    method resolves it only with order 4/3 of its step. Steps that shrink as the power 2/3 of that
+    volume restore fourth order.
     """
     least = 1.0
     for i in range(p.flows.size):
@@ -60,8 +60,8 @@ def share_of_step(step, y, modes, p):
 
 @kernel
 def _share(k, moved, y, p):
-    """The same of tank ``k`` alone, where so much mass is ``moved`` in a step; all of a step as
-    long as `MANY` steps are left."""
+    """The fraction for tank ``k``, with the mass ``moved`` in a step. It is 1 while `MANY` steps
+    remain."""
     if k == SEA or p.each[k].liquid < 0:
         return 1.0
     tank = p.each[k]
@@ -75,8 +75,8 @@ def _share(k, moved, y, p):
 
 @root
 def margins(t, y, modes, p, out):
-    """Margins of all flows into ``out``: time to the end of the piece, room in source and target,
-    and what is missing of a level."""
+    """Margins of all flows into ``out``: time to the end of the piece, remaining content of the
+    source, remaining room of the target, and distance to a level."""
     for i in range(p.flows.size):
         flow, mode, m = p.flows[i], modes[p.mode + i], MARGINS * (p.mode + i)
         for j in range(MARGINS):
@@ -106,7 +106,7 @@ def _running(t, y, mode, flow, p, m, out):
 
 @root
 def switch(i, which, t, modes, p):
-    """Put flow ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    """Switch flow ``i`` to its next mode, after margin ``which`` has reached zero."""
     mode = modes[p.mode + i]
     if mode[MODE] == WAITING:
         mode[MODE] = RUNNING
@@ -120,8 +120,8 @@ def switch(i, which, t, modes, p):
 
 @kernel
 def turn(i, stage, y, modes, p):
-    """Put flow ``i`` where its trigger is: before, during or after its time, which are `WAITING`,
-    `RUNNING` and `OVER`; over, too, where there is nothing to pump."""
+    """Set flow ``i`` to the state of its trigger: before, during or after its time, which are
+    `WAITING`, `RUNNING` and `OVER`. It is also over if there is nothing to pump."""
     flow, mode = p.flows[i], modes[p.mode + i]
     dry = flow.source != SEA and y[p.state + flow.source] <= 0.0
     full = flow.target != SEA and y[p.state + flow.target] >= p.each[flow.target].capacity
@@ -130,8 +130,8 @@ def turn(i, stage, y, modes, p):
 
 @root
 def settle(t, modes, p):
-    """Modes of all flows for a start: those that wait for a level wait, all others run, on the
-    piece that ends at ``t`` or later; triggers have the last word."""
+    """Modes of all flows for a start. Flows with a level wait; all others run, on the piece that
+    ends at or after ``t``. Triggers are applied last."""
     for i in range(p.flows.size):
         flow, mode = p.flows[i], modes[p.mode + i]
         mode[MODE] = RUNNING if flow.start_tank == SEA else WAITING

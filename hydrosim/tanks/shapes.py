@@ -1,4 +1,4 @@
-"""Shapes of tanks, boxes, tables and meshes: what they hold, as `pieces`."""
+"""Shapes of tanks: boxes, tables and meshes, and their contents as `pieces`."""
 
 from __future__ import annotations
 
@@ -47,8 +47,9 @@ def capacity(shape: TankShape) -> float:
 
 
 def heel_and_trim(shape: TankShape, volume: np.ndarray) -> np.ndarray:
-    """The heel and the trim (n, 2) [rad] at which level surfaces meet bottom or top: those of a box
-    with the area and the second moments that the surface has at volumes (n,) [m^3]."""
+    """The heel and the trim (n, 2) [rad] at which the level surface reaches bottom or top. They are
+    computed for a box whose area and second moments equal those of the surface at volumes (n,)
+    [m^3]."""
     own = _pieces(shape, np.zeros(3))
     level = values_at(own, volume, LEVEL)
     room = np.maximum(np.minimum(level, height(shape) - level), 0.0)
@@ -99,7 +100,7 @@ def _root(f: Any, end: float) -> float:
 
 
 def _of_box(shape: Box, origin: np.ndarray) -> np.ndarray:
-    """A box is one piece, and exact."""
+    """A box has one piece, which is exact."""
     low, high = np.subtract(shape.low, origin), np.subtract(shape.high, origin)
     size, middle, bottom = high - low, 0.5 * (high + low), low[2]
     rise = 1.0 / (shape.permeability * size[0] * size[1])  # dh/dV

@@ -1,18 +1,18 @@
-"""Free surfaces that stay level: what a tank holds below a plane, at any heel and trim.
+"""Free surfaces that stay level: the contents of a tank below a plane, at any heel and trim.
 
     V = int_{n.r < s} dV,   S(V, n) = int_{n.r < s} r dV,   U / (rho g) = n . S
 
 n: the earth's vertical in the body's axes; s: height of the surface above the body's origin; U: the
-potential energy of the fluid. With Phi(s, n) = int max(s - n.r, 0) dV, which is a sum over the
-triangles of the tank (`hydrosim.rigid.solids`), V = dPhi/ds and S = -dPhi/dn. So U / (rho g) =
-s V - Phi is the Legendre transform of Phi:
+potential energy of the fluid. Phi(s, n) = int max(s - n.r, 0) dV is a sum over the triangles of the
+tank (`hydrosim.rigid.solids`), with V = dPhi/ds and S = -dPhi/dn. So U / (rho g) = s V - Phi is the
+Legendre transform of Phi:
 
     dU/dV = rho g s,   dU/dn = rho g S   (V constant)
 
 s is found by Newton's method on V(s), from the plane through the centroid of the level surface.
-That is the solution as long as the surface meets upright walls alone. S has two continuous
-derivatives where the surface passes a corner, one where it passes an edge that is parallel to it:
-steps end there (`find_clearances`).
+That plane is the solution while the surface meets upright walls only. S has two continuous
+derivatives where the surface passes a corner, and one where it passes an edge that is parallel to
+it: steps end there (`find_clearances`).
 """
 
 from __future__ import annotations
@@ -29,23 +29,24 @@ from hydrosim.rigid.vectors import dot, scale, vector
 from hydrosim.tanks.pieces import FIRST, slope, value
 
 ROUNDING = 1e-14  # of a tank's volume
-FEW = 16  # triangles that are not upright: passing a corner of finer meshes changes little
+FEW = 16  # most triangles that are not upright: passing a corner of a finer mesh changes little
 NEAR = 1e-9  # m: a surface that rests at a corner does not pass it
 PASSED = 1e-6  # of a step
-LOOKS = 100  # at planes, at most: bisection alone ends after 50
+LOOKS = 100  # most iterations: bisection alone ends after 50
 LIQUID = np.dtype(
     [
         *(("body", int), ("tank", int), ("volume", float), ("first", int), ("last", int)),
         *(("density", float), ("capacity", float), ("permeability", float)),
     ]
 )
-"""``tank`` is that among those that change, -1 where the ``volume`` stays."""
+"""Constants of a level surface; ``tank`` is its index among tanks that change, -1 if the ``volume``
+is constant."""
 
 
 class Liquids(NamedTuple):
-    """Constants: ``each`` (nl,) of `LIQUID`, tanks whose shape is known and whose surface is level,
-    with the ``pieces`` of their shapes and their ``solids``, about the body's origin; the entries
-    of y that are the ``roll`` (nr,) of a body with one of them."""
+    """Constants: ``each`` (nl,) of `LIQUID`, tanks with a known shape and a level surface, with the
+    ``pieces`` of their shapes and their ``solids``, about the body's origin. ``roll`` (nr,) are the
+    entries of y with the roll of a body that has one of them."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -55,8 +56,8 @@ class Liquids(NamedTuple):
 
 @root
 def level_surfaces(y, motion, bodies, tanks, p, contents):
-    """Where ``motion`` is placed: what level surfaces shift the moments of what bodies hold by,
-    into ``contents.shift``, and how high they are, into ``contents.height``."""
+    """Compute level surfaces for a filled ``motion``: their shift of the moments of the contents
+    into ``contents.shift``, and their heights into ``contents.height``."""
     clear(contents.shift.reshape(contents.shift.size))
     for k in range(p.each.size):
         liquid = p.each[k]
@@ -74,8 +75,8 @@ def level_surfaces(y, motion, bodies, tanks, p, contents):
 
 @root
 def find_clearances(y, motion, bodies, tanks, p, heights, out):
-    """How far the surface is above every corner of tanks with few, into ``out`` (nt, 3) [m]: 1 for
-    others, and where a tank is empty or full."""
+    """Distance of the surface above every corner of tanks with few corners, into ``out`` (nt, 3)
+    [m]. It is 1 for other tanks, and for empty or full ones."""
     for k in range(p.each.size):
         liquid = p.each[k]
         volume = y[tanks.state + liquid.tank] if liquid.tank >= 0 else liquid.volume
@@ -92,8 +93,8 @@ def find_clearances(y, motion, bodies, tanks, p, heights, out):
 
 @kernel
 def first_passage(before, after):
-    """When, as a part of a step, the surface first passes a corner, by the clearances (nt, 3) at
-    both ends of the step; 1 where it does not."""
+    """Fraction of the step at which the surface first passes a corner, from the clearances (nt, 3)
+    at both ends; 1 if it passes none."""
     first = 1.0
     for i in range(before.shape[0]):
         for j in range(3):
@@ -137,7 +138,7 @@ def surface(volume, guess, n, k, p):
 
 @kernel
 def _ends(n, k, p):
-    """Heights between which all corners of tank ``k`` are."""
+    """Lowest and highest height of all corners of tank ``k``."""
     lowest = np.inf
     highest = -np.inf
     for i in range(p.first[k], p.first[k + 1]):

@@ -1,7 +1,7 @@
-"""A tank of which a table is known: smooth curves through its rows.
+"""A tank given by a table: smooth curves through its rows.
 
-S is a cubic spline through V times the centroids, level and J are monotone between the rows
-(Fritsch & Carlson 1980), and P follows from these by quadrature of S' S'^T + J / (dV/dh).
+S is a cubic spline through V times the centroids. Level and J are monotone between the rows
+(Fritsch & Carlson 1980). P follows by quadrature of S' S'^T + J / (dV/dh).
 """
 
 from __future__ import annotations

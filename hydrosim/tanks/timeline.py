@@ -1,7 +1,7 @@
-"""What is in the tanks over time without any motion, by flows that depend on time and levels.
+"""Contents of the tanks over time without any motion, by flows that depend on time and levels.
 
-What flows by triggers is not known without the motion: here it does not flow at all, and tanks that
-it fills or empties have no problem.
+Flows with triggers depend on the motion. They are zero here, and tanks that they fill or empty
+raise no problem.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from hydrosim.modes import COLUMNS, MARGINS, MODE, SEGMENT
 from hydrosim.tanks.contents import CLOSE, Tanks
 from hydrosim.tanks.pumping import OVER, RUNNING, SEA, margins, settle, switch
 
-MOST = 10_000  # changes of flows
+MOST = 10_000  # most changes of flows
 
 
 class Problem(NamedTuple):
-    """A ``flow`` that cannot go on at a ``time`` [s]: a tank is ``dry`` or ``over``, or there is
+    """A ``flow`` that cannot continue at a ``time`` [s]: a tank is ``dry`` or ``over``, or there is
     ``nothing`` to pump."""
 
     flow: int
@@ -28,8 +28,8 @@ class Problem(NamedTuple):
 
 
 class Timeline(NamedTuple):
-    """Times (n,) [s] at which flows change, ``volume`` (n, nt) [m^3] of each tank then, linear in
-    between; the first ``problem``, where it ends."""
+    """Times (n,) [s] at which flows change, and the ``volume`` (n, nt) [m^3] of each tank then,
+    linear in between. It ends at the first ``problem``."""
 
     time: np.ndarray
     volume: np.ndarray
@@ -41,7 +41,7 @@ class Timeline(NamedTuple):
 
 
 def follow(p: Tanks, end: float) -> Timeline:
-    """The tanks from 0 to ``end`` [s], or to their first problem."""
+    """Integrate the tanks from 0 to ``end`` [s], or to their first problem."""
     p = p._replace(state=0, mode=0)
     modes = np.zeros((p.flows.size, COLUMNS), dtype=np.int64)
     settle(0.0, modes, p)
@@ -81,7 +81,7 @@ def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
 
 
 def _into(p: Tanks) -> np.ndarray:
-    """Of each flow and tank (nf, nt): 1 if it fills the tank, -1 if it empties it."""
+    """Matrix (nf, nt) of flows and tanks: 1 if the flow fills the tank, -1 if it empties it."""
     tanks = np.arange(p.each.size)
     filled = p.flows["target"][:, None] == tanks
     emptied = p.flows["source"][:, None] == tanks
@@ -91,7 +91,8 @@ def _into(p: Tanks) -> np.ndarray:
 def _times_of_changes(
     t: float, volume: np.ndarray, speed: np.ndarray, modes: np.ndarray, p: Tanks
 ) -> np.ndarray:
-    """Times (nf, 4) [s] at which the margins of the flows reach zero: they are linear in time."""
+    """Times (nf, 4) [s] at which the margins of the flows reach zero: margins are linear in
+    time."""
     now = np.zeros((p.flows.size, MARGINS))
     later = np.zeros_like(now)
     margins(t, volume, modes, p, now.reshape(-1))
@@ -104,8 +105,8 @@ def _times_of_changes(
 def _change(
     t: float, changes: np.ndarray, modes: np.ndarray, begun: np.ndarray, p: Tanks
 ) -> Problem | None:
-    """Switch the flows that change now; the first that ends as it begins, with ``begun`` (nf,) [s],
-    is a problem, unless a trigger fills or empties its tanks."""
+    """Switch the flows that change now. The first flow that ends as it begins, with ``begun`` (nf,)
+    [s], is a problem, unless a trigger fills or empties its tanks."""
     rates = _rates(modes, p)
     foreseen = unforeseen(p)
     for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
@@ -119,7 +120,7 @@ def _change(
 
 
 def unforeseen(p: Tanks) -> set[int]:
-    """The tanks that flows by triggers fill or empty."""
+    """The tanks that flows with triggers fill or empty."""
     by_triggers = p.flows[p.flows["triggered"]]
     return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA}
 
@@ -127,7 +128,7 @@ def unforeseen(p: Tanks) -> set[int]:
 def _problem(
     modes: np.ndarray, t: float, then: float, volume: np.ndarray, speed: np.ndarray, p: Tanks
 ) -> Problem | None:
-    """A tank that runs dry or over before ``then``, with a flow that does it."""
+    """A tank that runs dry or over before ``then``, with a flow that causes it."""
     size = p.each["capacity"]
     after = volume + speed * (then - t)
     beyond = (after < -CLOSE * size) | (after > (1.0 + CLOSE) * size)
