@@ -2,15 +2,15 @@
 
 An element is one file with
 
-    a frozen dataclass            of `scene.ForceElement`, which says what it can do: its parts and
-                                  their mirror images, its signals, whether it is linear
-    compile_elements              all of them in a scene as constants, `Params` or an array
-    add_force                     into its row of forces, and its work or dissipation
-    add_energy                    if it stores any
-    KIND                          what else it is: states, modes, variables (`hydrosim.forces.kind`)
+    a frozen dataclass            of `scene.ForceElement`, which declares its properties: its parts
+                                  and their mirror images, its signals, whether it is linear
+    compile_elements              constants of all of them in a scene, `Params` or an array
+    add_force                     adds to its row of forces, and its work or dissipation
+    add_energy                    if it stores energy
+    KIND                          its states, modes, variables (`hydrosim.forces.kind`)
 
-and in `Elements`, `KINDS` and the sums below one line each. A kind whose units have modes, which
-end at events, stands in `hydrosim.forces.events`, too.
+and one line each in `Elements`, `KINDS` and the sums below. A kind whose units have modes, which
+end at events, also appears in `hydrosim.forces.events`.
 """
 
 from __future__ import annotations
@@ -88,14 +88,15 @@ KINDS: tuple[Kind, ...] = (
 
 @kernel
 def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
-    """Forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the elements."""
+    """Add the forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the
+    elements."""
     e = elements
     if e.linear_moorings.size > 0:
         linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
     if e.applied_forces.each.size > 0:
         applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
     fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
-    if e.springs.lines.size > 0:  # arguments alone would cost a few percent
+    if e.springs.lines.size > 0:  # passing arguments alone would cost a few percent
         spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
     if e.linear_dampings.size > 0:
         linear_damping.add_force(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
@@ -114,7 +115,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
 
 @kernel
 def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
-    """Forces that depend on time alone, each into its row of ``wrench``; ``work`` is scratch."""
+    """Add forces that depend on time alone, each into its row of ``wrench``; ``work`` is
+    scratch."""
     p = elements.applied_forces
     if p.each.size > 0:
         applied_force.add_force(t, y, modes, motion, bodies, p, wrench, work.rate, work.total)
@@ -122,7 +124,7 @@ def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
 
 @kernel
 def add_element_energies(t, y, modes, motion, bodies, elements, stored):
-    """Stored energies of all elements that store any, each into its row of ``stored`` (rows,)."""
+    """Add stored energies of all elements, each into its row of ``stored`` (rows,)."""
     e = elements
     if e.linear_moorings.size > 0:
         linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
@@ -148,22 +150,22 @@ def kinds_posing(parts: Parts) -> list[tuple[PosingKind, Any]]:
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
-    """Constants of all ``elements``; `placed` puts their states and modes in their places."""
+    """Constants of all ``elements``; `placed` assigns the indices of their states and modes."""
     own = [kind for kind in KINDS if isinstance(kind, ElementKind)]
     return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
 
 
 class Placed(NamedTuple):
-    """Constants of all kinds whose states and modes have their places."""
+    """Constants of all kinds with indices of their states and modes."""
 
     elements: Elements
     tanks: Tanks
 
 
 def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
-    """The same constants with states in y from ``state`` on, kind by kind, rows of modes alike, and
-    the integrals of losses, row by row, from ``losses`` on. Constants that say where these begin
-    have fields ``state``, ``mode`` and ``losses``."""
+    """The same constants, with states in y numbered from ``state`` on, kind by kind, rows of modes
+    likewise, and the integrals of losses, row by row, from ``losses`` on. Constants with such
+    indices have fields ``state``, ``mode`` and ``losses``."""
     found = {}
     mode = 0
     for kind in KINDS:
@@ -187,17 +189,17 @@ def _state_count(kind: Kind, p: Any, scene: Scene) -> int:
 
 
 def tally_count(parts: Parts) -> int:
-    """Number of the integrals of units, where impulses are asked for."""
+    """Number of the integrals of units, if impulses are asked for."""
     return sum(len(k.tallied) * k.modes(k.of(parts)).size for k in KINDS if isinstance(k, Tallying))
 
 
 def felt_states(parts: Parts) -> np.ndarray:
-    """Entries (m,) of y that are states of elements and act on others."""
+    """Entries (m,) of y that are states of elements and act on other states."""
     return np.concatenate([kind.felt_states(kind.of(parts)) for kind in KINDS])
 
 
 def new_modes(parts: Parts) -> np.ndarray:
-    """Modes (rows, 3) of the units of all kinds, for `events.settle`."""
+    """New modes (rows, 3) of the units of all kinds, for `events.settle`."""
     rows = sum(kind.modes(kind.of(parts)).size for kind in KINDS)
     return np.zeros((rows, COLUMNS), dtype=np.int64)
 
@@ -209,8 +211,8 @@ def own_modes(kind: Kind, p: Any, modes: np.ndarray) -> np.ndarray:
 
 
 def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.ndarray]:
-    """Energy lost (nt,) [J] by row of forces, besides what rows book, of what was ``observed`` of
-    the units of each kind."""
+    """Energy lost (nt,) [J] by row of forces, beyond the booked dissipation, from the values
+    ``observed`` of the units of each kind."""
     found: dict[int, np.ndarray] = {}
     for kind in KINDS:
         if isinstance(kind, Losing):
@@ -219,7 +221,7 @@ def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.nda
 
 
 def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
-    """Whether the states and modes of all kinds are their own mirror image in y = 0."""
+    """True if the states and modes of all kinds are mirror symmetric about y = 0."""
     own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
     return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
 
@@ -232,7 +234,7 @@ def resistances(parts: Parts) -> Iterator[Resistance]:
 
 
 def is_known(element: ForceElement) -> bool:
-    """Whether a kind has this element."""
+    """True if a kind has this element."""
     own = [kind.classes for kind in KINDS if isinstance(kind, ElementKind)]
     return any(isinstance(element, classes) for classes in own)
 
@@ -243,7 +245,8 @@ def given_rows(elements: Elements) -> np.ndarray:
 
 
 def given_frequencies(elements: Elements) -> np.ndarray:
-    """Frequencies (n,) [rad/s] of forces that depend on time alone; 0 of what is no harmonic."""
+    """Frequencies (n,) [rad/s] of forces that depend on time alone; 0 for signals that are not
+    harmonic."""
     return np.asarray(elements.applied_forces.parts["signal"]["frequency"])
 
 
@@ -253,6 +256,6 @@ def without_friction(elements: Elements) -> Elements:
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:
-    """All signals over time among ``elements``, each with the key of a case file where it is."""
+    """All signals over time among ``elements``, each with its key in a case file."""
     for name, element in elements.items():
         yield from ((f"forces.{name}.{key}", signal) for key, signal in element.signals())

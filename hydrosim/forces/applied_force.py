@@ -28,7 +28,8 @@ from hydrosim.scene import ForceElement, Turns
 
 @dataclass(frozen=True)
 class AppliedForce(ForceElement):
-    """``force`` [N, N m] by the names of the DOFs on ``point`` of the body frame."""
+    """Signals of ``force`` [N, N m] by the names of the DOFs, acting on ``point`` of the body
+    frame."""
 
     supplies: ClassVar[bool] = True
     point: tuple[float, ...]
@@ -60,8 +61,8 @@ PART = np.dtype([("dof", int), ("signal", SIGNAL)])
 
 
 class Params(NamedTuple):
-    """``each`` (ne,) of `APPLIED`; one acts along the ``parts`` (np,) of `PART` from its ``first``
-    to before its ``last``; ``pieces`` are those of their signals."""
+    """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `PART` with ``first`` <=
+    i < ``last``; ``pieces`` belong to their signals."""
 
     each: np.ndarray
     parts: np.ndarray
@@ -87,7 +88,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Every applied force into its row of ``wrench``, its power into ``rate``."""
+    """Add every applied force to its row of ``wrench``, its power to ``rate``."""
     for e in p.each:
         b = e.body
         row = e.row
@@ -103,7 +104,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 @kernel
 def total(t, first, last, p):
-    """Force and moment at ``t`` of the parts from ``first`` to before ``last``."""
+    """Force and moment at ``t`` of the parts with ``first`` <= i < ``last``."""
     force = (0.0, 0.0, 0.0)
     moment = (0.0, 0.0, 0.0)
     for k in range(first, last):

@@ -1,11 +1,13 @@
-"""What a condition may look at: channels by the names that they have in the result of a run.
+"""Channels that a condition may refer to.
 
-position.BODY.DOF, velocity.BODY.DOF    of the centre of gravity; angles
-speed.BODY                              horizontal, of the centre of gravity
-fender_normal_force.NAME                of a contact point, or the sum over those of an element
-fender_compression.POINT                of a contact point
-spring_tension.NAME                     of a spring
-tank_level.TANK of BODY                 above the bottom of a tank that is pumped
+    position.BODY.DOF, velocity.BODY.DOF    of the centre of gravity; angles
+    speed.BODY                              horizontal, of the centre of gravity
+    fender_normal_force.NAME                of a contact point, or the sum over an element
+    fender_compression.POINT                of a contact point
+    spring_tension.NAME                     of a spring
+    tank_level.TANK of BODY                 above the bottom of a tank that is pumped
+
+The names are those in the result of a run.
 """
 
 from __future__ import annotations
@@ -37,13 +39,13 @@ KINDS = {
     "tank_level": LEVEL,
 }
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
-"""A channel: its kind and the entries, points, springs or tanks ``first`` to before ``end``."""
+"""A channel: its kind and its entries, points, springs or tanks with ``first`` <= i < ``end``."""
 
 
 def compile_channel(
     name: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[int, int, int]:
-    """Values of `CHANNEL`; InputError where there is no such channel."""
+    """Values of `CHANNEL`; raises InputError if there is no such channel."""
     kind, _, of = name.partition(".")
     known = _known(kind, elements, layout)
     if of not in known:
@@ -56,7 +58,7 @@ def compile_channel(
 def _known(
     kind: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> dict[str, tuple[int, int]]:
-    """What a channel of a kind may be of, with its entries."""
+    """Names that a channel of a kind may have, with their entries."""
     body = layout.body
     if kind == "tank_level":
         return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
@@ -78,7 +80,7 @@ def _known(
 
 @kernel
 def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
-    """What a channel is now."""
+    """Present value of a channel."""
     k = channel.first
     fenders = elements.fenders
     springs = elements.springs

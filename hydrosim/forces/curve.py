@@ -1,7 +1,7 @@
 """Piecewise straight curves of force over compression or extension, whose corners are events.
 
-A curve is a row of `SEGMENT`; on one of them the force is smooth, and whoever follows it knows on
-which: the segment is a column of its modes. The last slope goes on beyond the last point.
+A curve consists of rows of `SEGMENT`. On each the force is smooth; the owner of a curve stores the
+present segment in a column of its modes. The last slope continues beyond the last point.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from hydrosim.jit.kernels import kernel
 SEGMENT = np.dtype(
     [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
 )
-"""A straight piece of a curve over x: from ``lower`` to ``upper`` the force is
-``force + slope (x - start)``; ``energy`` is what is stored at start."""
+"""A straight piece of a curve over x. From ``lower`` to ``upper`` the force is ``force + slope (x -
+start)``; ``energy`` is the stored energy at start."""
 
 
 def segments(x: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -47,7 +47,7 @@ def stored_energy(piece, x):
 
 @kernel
 def find_segment(first, last, pieces, x):
-    """Index of the piece, from ``first`` to ``last``, that x is on."""
+    """Index of the piece, from ``first`` to ``last``, that holds x."""
     k = first
     while k < last and x >= pieces[k].upper:
         k += 1
@@ -56,7 +56,7 @@ def find_segment(first, last, pieces, x):
 
 @kernel
 def next_segment(k, piece, x):
-    """Index of the neighbour of piece ``k`` at its end that x is nearer to."""
+    """Index of the neighbour of piece ``k`` at its end nearer to x."""
     return k + 1 if piece.upper - x < x - piece.lower else k - 1
 
 

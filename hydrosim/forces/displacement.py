@@ -4,16 +4,18 @@
     F = (0, 0, -dU/dz) = rho g V e_z,   M = e_z x R dU/dn
 
 z: height of the centre of gravity; n: the earth's vertical in the body's axes, the last row of R;
-r: a point of the hull; d = -(z + n . r): how deep it is. By Gauss's theorem the integral over the
-volume is one over the plane triangles k of the hull (`hydrosim.rigid.solids`): exact for the mesh,
-at any draught, heel and trim.
+r: a point of the hull; d = -(z + n . r): its depth. Gauss's theorem turns the integral over the
+volume into one over the plane triangles k of the hull (`hydrosim.rigid.solids`). It is exact for
+the mesh, at any draught, heel and trim.
 
 U does not depend on surge, sway and yaw, so that there is no horizontal force and no moment about
-the vertical. Where no face is parallel to the water as it becomes wet, U has three continuous
-derivatives. Where weight is balanced at rest, the weight of the water displaced there is in U:
-rho g V_0 (z + n . p), p being over the centre of buoyancy at the height of the centre of gravity.
-A body that carries its weight has m g in a row of its own (`weight`).
-Limits: a heel of less than 85 deg; the pressure is that of still water.
+the vertical. U has three continuous derivatives unless a face is parallel to the water as it
+becomes wet.
+
+If weight is balanced at rest, U includes the weight of the water displaced there: rho g V_0 (z + n
+. p), with p above the centre of buoyancy at the height of the centre of gravity. A body that
+carries its weight has m g in a row of its own (`weight`). Limits: a heel of less than 85 deg; the
+pressure is that of still water.
 """
 
 from __future__ import annotations
@@ -30,9 +32,9 @@ from hydrosim.rigid.vectors import add, dot, matvec, scale, vector
 
 class Hulls(NamedTuple):
     """Constants of nh hulls: their ``body`` (nh,) and ``solids`` about the centre of gravity, in
-    the body frame; the ``height`` (nh,) of the centre of gravity
-    at rest; ``weight`` (nh, 4), V_0 and V_0 p where weight is balanced; ``density`` rho g; the
-    entries of y that are the ``roll`` (nr,) of one of them."""
+    the body frame; the ``height`` (nh,) of the centre of gravity at rest; ``weight`` (nh, 4), V_0
+    and V_0 p if weight is balanced; ``density`` rho g. ``roll`` (nr,) are the entries of y with the
+    roll of one of them."""
 
     body: np.ndarray
     solids: Solids
@@ -44,7 +46,7 @@ class Hulls(NamedTuple):
 
 @root
 def add_displacement(motion, bodies, p, wrench):
-    """Force of every hull into the hydrostatic row of ``wrench``."""
+    """Add the force of every hull to the hydrostatic row of ``wrench``."""
     force = wrench[HYDROSTATIC]
     for h in range(p.body.size):
         b = p.body[h]
@@ -57,7 +59,8 @@ def add_displacement(motion, bodies, p, wrench):
 
 @root
 def add_displacement_energy(motion, bodies, p, stored):
-    """Energy of the water that every hull displaces, into the hydrostatic row of ``stored``."""
+    """Add the energy of the water that every hull displaces to the hydrostatic row of
+    ``stored``."""
     for h in range(p.body.size):
         stored[HYDROSTATIC] += p.density * potential(h, motion, p)[0]
 

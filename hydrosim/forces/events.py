@@ -1,7 +1,7 @@
-"""The modes of all elements that have any: when they end, what follows, and what is observed.
+"""Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes are those of contact points, of springs, of flows, of guides and of triggers, one
-after another; every row has as many margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, flows, guides and triggers, in this order. Every
+row has the same number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from hydrosim.tanks import pumping
 if TYPE_CHECKING:
     from hydrosim.forces import Elements
 
-HELD = 2  # directions that a point of rigid friction holds, at most
-FELT = 2  # parts of y that margins of a row look at
+HELD = 2  # most directions that a point of rigid friction holds
+FELT = 2  # parts of y that margins of a row depend on
 
 
 def observed(elements: Elements) -> dict[str, tuple[int, int]]:
-    """Shapes of what `observe` writes, in its order, by the unit of kinds."""
+    """Shapes of the output of `observe`, in its order, by the unit of kinds."""
     return {
         "fender": (elements.fenders.points.size, fender.OBSERVED),
         "spring": (elements.springs.lines.size, spring.OBSERVED),
@@ -33,8 +33,8 @@ def observed(elements: Elements) -> dict[str, tuple[int, int]]:
 
 @kernel
 def observe(t, y, modes, motion, bodies, elements, reactions, wrench, out):
-    """What is recorded of elements besides their forces, which are in ``wrench`` (rows, 6 nb), into
-    ``out``, flat: see `observed`."""
+    """Write the recorded values of elements besides their forces to ``out``, flat: see `observed`.
+    The forces are in ``wrench`` (rows, 6 nb)."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:
@@ -65,7 +65,8 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
 
 @kernel
 def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactions, watched, out):
-    """Margins of all rows of modes into ``out``; of contact points those that are ``watched``."""
+    """Margins of all rows of modes into ``out``; for contact points only those that are
+    ``watched``."""
     fenders = elements.fenders
     springs = elements.springs
     transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
@@ -81,14 +82,15 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
 
 @kernel
 def find_headings(t, y, modes, motion, bodies, elements, out):
-    """Where all contact points slip to."""
+    """Headings of all slipping contact points."""
     transitions.find_headings(t, y, modes, motion, bodies, elements.fenders, out)
 
 
 @kernel
 def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions):
-    """Put a row of modes into that which follows when margin ``which``, of this ``size`` before or
-    after, has reached zero; what relaxes in few steps of length ``step`` is settled only later."""
+    """Switch a row of modes to the next mode, after margin ``which``, of this ``size`` before or
+    after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
+    later."""
     fenders = elements.fenders
     springs = elements.springs
     triggers = elements.triggers
@@ -111,14 +113,15 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
 
 @kernel
 def is_trigger(row, elements):
-    """Whether a row of modes is that of a trigger, which may change what is stored in others."""
+    """True if a row of modes belongs to a trigger, which may change the energy stored in other
+    elements."""
     return elements.triggers.each.size > 0 and row >= elements.triggers.mode
 
 
 @kernel
 def book(row, sign, y, stored, elements):
-    """Count what is ``stored`` (rows,) in the element of a trigger, in this ``sign``, as lost;
-    contacts do so by themselves."""
+    """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
+    contacts do this themselves."""
     one = elements.triggers.each[row - elements.triggers.mode]
     if one.points == 0:
         y[elements.triggers.losses + one.row] += sign * stored[one.row]
@@ -126,8 +129,8 @@ def book(row, sign, y, stored, elements):
 
 @kernel
 def felt(row, part, elements, tanks):
-    """Entries of y, beyond coordinates and rates, that margins of a row look at: from, to; so many
-    times as there are `FELT` parts."""
+    """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
+    on; `FELT` ranges."""
     fenders = elements.fenders
     if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
         return tanks.state, tanks.state + tanks.each.size
@@ -152,46 +155,46 @@ def held_points(elements: Elements) -> int:
 
 @kernel
 def tally(t, y, modes, motion, bodies, elements, reactions, rates):
-    """Rates of the integrals of units, where impulses are asked for."""
+    """Rates of the integrals of units, if impulses are asked for."""
     add_tallies(t, y, modes, motion, bodies, elements.fenders, reactions, rates)
 
 
 @kernel
 def remembers(elements):
-    """Whether anything keeps what only single steps know."""
+    """True if any unit stores values that only single steps know."""
     return elements.fenders.remembering > 0 or elements.fenders.groups.size > 0
 
 
 @kernel
 def note(t, y, modes, motion, bodies, elements):
-    """Keep what only single steps know, into y."""
+    """Store values that only single steps know in y."""
     transitions.note(t, y, modes, motion, bodies, elements.fenders)
 
 
 @kernel
 def settling(t, y, elements):
-    """Whether anything still relaxes fast after an event."""
+    """True if any unit still relaxes fast after an event."""
     return transitions.settling(t, y, elements.fenders)
 
 
 def held_directions(elements: Elements) -> int:
-    """Rows of constraints that elements ask for, at most."""
+    """Largest number of rows of constraints that elements need."""
     return HELD * int((elements.fenders.points["law"] == COULOMB).sum())
 
 
 @kernel
 def hold(modes, motion, bodies, elements, wrench, constraints, holds):
-    """Add the constraints of what elements hold; ``wrench`` (6 nb,) is scratch."""
+    """Add the constraints of elements that hold bodies; ``wrench`` (6 nb,) is scratch."""
     fender.hold_points(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
 
 
 @kernel
 def add_reactions(modes, motion, bodies, elements, constraints, holds, wrench):
-    """Reactions of what elements hold into their rows of ``wrench``."""
+    """Add the reactions of constraints to the rows of ``wrench`` of their elements."""
     fender.add_reactions(modes, motion, bodies, elements.fenders, constraints, holds, wrench)
 
 
 @kernel
 def break_loose(t, y, modes, motion, bodies, elements, reactions):
-    """Let go the first that is held by more than it can be, if any; whether there was one."""
+    """Release the first point whose reaction exceeds its limit; returns true if there was one."""
     return transitions.break_loose(t, y, modes, motion, bodies, elements.fenders, reactions)

@@ -1,9 +1,9 @@
-"""Hydrostatic restoring force, linear about the place at rest.
+"""Hydrostatic restoring force, linear about the position at rest.
 
     Q = -C q,   F = S^-T Q
 
-q: displacements and angles from rest; C: hydrostatic stiffness (6, 6) of each body, weight
-included (Newman 1977, sec. 6.16). Conjugate to the coordinates, so that its power is -d/dt of the
+q: displacements and angles from rest; C: hydrostatic stiffness (6, 6) of each body, weight included
+(Newman 1977, sec. 6.16). Q is conjugate to the coordinates, so that its power is -d/dt of the
 stored energy q^T C q / 2 at any angle. Limits: small changes of the waterplane.
 """
 
@@ -17,7 +17,8 @@ from hydrosim.rigid.stiffness import spring_energy, spring_force
 
 @kernel
 def add_hydrostatics(motion, bodies, stiffness, wrench):
-    """Force of every body's ``stiffness`` (nb, 6, 6) into the hydrostatic row of ``wrench``."""
+    """Add the force of every body's ``stiffness`` (nb, 6, 6) to the hydrostatic row of
+    ``wrench``."""
     for b in range(bodies.each.size):
         Q = spring_force(6 * b, motion.coordinates, stiffness[b])
         wrench_of_coordinates(b, Q, bodies, motion, wrench[HYDROSTATIC])
@@ -25,6 +26,6 @@ def add_hydrostatics(motion, bodies, stiffness, wrench):
 
 @kernel
 def add_hydrostatic_energy(motion, bodies, stiffness, stored):
-    """Energy stored in the restoring forces, into the hydrostatic row of ``stored``."""
+    """Add the energy stored in the restoring forces to the hydrostatic row of ``stored``."""
     for b in range(bodies.each.size):
         stored[HYDROSTATIC] += spring_energy(6 * b, motion.coordinates, stiffness[b])

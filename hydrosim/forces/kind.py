@@ -1,10 +1,10 @@
-"""What a kind of unit (contact points, springs, pins, flows, ...) is, for set-up and output.
+"""Kinds of units (contact points, springs, pins, flows, ...) for set-up and output.
 
-Everything outside `hydrosim.forces` loops over kinds and names none. Kernels never see a kind: they
-are plain functions of the constants that it has compiled, called one by one in `hydrosim.forces`
-and `hydrosim.forces.events`. A kind has no state and returns data alone.
+All code outside `hydrosim.forces` loops over kinds and names none. Kernels do not use kinds: they
+are plain functions of the compiled constants, called one by one in `hydrosim.forces` and
+`hydrosim.forces.events`. A kind has no state and returns data alone.
 
-What few kinds have is asked by small protocols of their own: `Renewing`, `Mirrored`, `Resisting`,
+Properties of few kinds have small protocols of their own: `Renewing`, `Mirrored`, `Resisting`,
 `Losing`, `Tallying`; `hydrosim.forces.postures`.
 """
 
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
     from hydrosim.tanks.contents import Tanks
 
 Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
-"""Of variables by name the dimensions and the values."""
+"""Variables by name, with their dimensions and values."""
 
 
 class Parts(Protocol):
-    """What has the constants of all kinds: a model."""
+    """An object with the constants of all kinds, such as a model."""
 
     @property
     def elements(self) -> Any:
-        """Those of force elements."""
+        """Constants of force elements."""
 
     @property
     def tanks(self) -> Tanks:
-        """Those of tanks that change."""
+        """Constants of tanks that change."""
 
 
 class Variable(NamedTuple):
-    """What a variable of a result is: in words, its units, its frame; of modes their ``flags``."""
+    """Description of a variable of a result: text, units, frame; for modes their ``flags``."""
 
     long_name: str
     units: str
@@ -48,7 +48,7 @@ class Variable(NamedTuple):
 
 
 class States(NamedTuple):
-    """A block of states: of each of the ``owners`` all ``components``. ``prefix`` stands before the
+    """A block of states: all ``components`` of each of the ``owners``. ``prefix`` precedes the
     owner in names of states."""
 
     kind: str
@@ -58,11 +58,11 @@ class States(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """Rows of modes of the units of a kind, ``size`` of them, as files have them.
+    """Rows of modes of the ``size`` units of a kind, as stored in files.
 
     ``mode`` and ``rising`` are names of columns, "" if there is none. ``first`` and ``last`` (n,)
-    are the segments of each unit, ``steepest`` (n,) their largest slope [N/m]; None if they have no
-    curve, or if whatever mode is stored is possible.
+    are the segments of each unit, ``steepest`` (n,) their largest slope [N/m]. They are None if the
+    units have no curve, or if every stored mode is possible.
     """
 
     size: int
@@ -77,8 +77,8 @@ NO_MODES = Modes(0)
 
 
 class Kept(NamedTuple):
-    """Of nt records their ``time`` (nt,), states ``y`` (nt, ny), and of the units of a kind the
-    ``modes`` (nt, n, 3), what was ``observed`` (nt, n, k) and the ``tallies`` (nt, n, k)."""
+    """nt records: their ``time`` (nt,), states ``y`` (nt, ny), and for the units of a kind the
+    ``modes`` (nt, n, 3), the values ``observed`` (nt, n, k) and the ``tallies`` (nt, n, k)."""
 
     time: np.ndarray
     y: np.ndarray
@@ -88,13 +88,13 @@ class Kept(NamedTuple):
 
 
 class Kind:
-    """What a kind of unit is. ``unit`` is the dimension of its units in files."""
+    """A kind of unit. ``unit`` is the dimension of its units in files."""
 
     unit: ClassVar[str] = ""
     variables: ClassVar[Mapping[str, Variable]] = {}
 
     def of(self, parts: Parts) -> Any:
-        """Its constants ``p`` in a model."""
+        """Constants ``p`` of the kind in a model."""
         raise NotImplementedError
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -110,23 +110,23 @@ class Kind:
         return iter(())
 
     def felt_states(self, p: Any) -> np.ndarray:
-        """Entries (m,) of y that are its own and act on others."""
+        """Entries (m,) of y that are its own and act on other states."""
         return np.zeros(0, dtype=np.int64)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        """Coordinates of its ``variables``, whatever happens in a run."""
+        """Coordinates of its ``variables``, which do not depend on the run."""
         names = self.unit_names(scene) if self.unit else []
         return {self.unit: (self.unit, names)} if names else {}
 
     def record(self, p: Any, bodies: Any, kept: Kept) -> Columns:
-        """Values of its ``variables``, where it has units."""
+        """Values of its ``variables``, if it has units."""
         return {}
 
 
 @dataclass(frozen=True)
 class ElementKind(Kind):
     """A kind of force elements: the ``field`` of its constants in `Elements`, the ``classes`` of
-    elements, and the function that finds the constants of those among all elements."""
+    elements, and the function that compiles their constants."""
 
     field: str
     classes: tuple[type[ForceElement], ...]
@@ -141,8 +141,8 @@ class ElementKind(Kind):
 
 
 def capacity_of(kind: ElementKind, scene: Scene) -> dict[str, object]:
-    """The coordinate of what each unit may carry [N], not a number where that is not said; nothing
-    if it is said of none."""
+    """The coordinate of the allowable load of each unit [N], NaN where none is given; empty if no
+    unit has one."""
     every = [(n, e) for n, e in scene.forces.items() if isinstance(e, kind.classes)]
     count = [len(e.unit_names(name)) for name, e in every]
     known = [np.nan if e.capacity is None else e.capacity for _, e in every]
@@ -154,16 +154,16 @@ def capacity_of(kind: ElementKind, scene: Scene) -> dict[str, object]:
 
 @runtime_checkable
 class Renewing(Protocol):
-    """A kind whose states follow from others where a run goes on from another one."""
+    """A kind with states that must be derived anew when a run continues another one."""
 
     def forget(self, p: Any, y: np.ndarray) -> None:
-        """Clear the states in ``y`` that mean nothing to its units."""
+        """Clear the states in ``y`` that have no meaning for its units."""
 
     def renew(
         self, p: Any, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
     ) -> None:
-        """Take over into ``y`` what a start from there has ``anew``, of units whose stored modes
-        are not ``possible`` (n,) and of states that are not ``known`` (ny,)."""
+        """Copy the initial values ``anew`` into ``y`` for units whose stored modes are not
+        ``possible`` (n,) and for states that are not ``known`` (ny,)."""
 
 
 @runtime_checkable
@@ -171,12 +171,12 @@ class Mirrored(Protocol):
     """A kind whose states may break the symmetry of a scene."""
 
     def is_mirrored(self, p: Any, y: np.ndarray, modes: np.ndarray) -> bool:
-        """Whether states and ``modes`` (rows, 3) are their own mirror image in y = 0."""
+        """True if states and ``modes`` (rows, 3) are mirror symmetric about y = 0."""
 
 
 @runtime_checkable
 class Resisting(Protocol):
-    """A kind with damping that is linear."""
+    """A kind with linear damping."""
 
     def resistances(self, p: Any) -> Iterator[Resistance]:
         """The damping of each unit."""
@@ -184,15 +184,15 @@ class Resisting(Protocol):
 
 @runtime_checkable
 class Losing(Protocol):
-    """A kind that loses energy besides what its row of forces books."""
+    """A kind that loses energy beyond the dissipation booked in its row of forces."""
 
     def losses(self, p: Any, observed: np.ndarray) -> dict[int, np.ndarray]:
-        """Energy lost (nt,) [J] by row of forces, of what was ``observed`` (nt, n, k)."""
+        """Energy lost (nt,) [J] by row of forces, from the values ``observed`` (nt, n, k)."""
 
 
 @runtime_checkable
 class Tallying(Protocol):
-    """A kind of which more integrals are kept, where impulses are asked for: of each unit those
-    that are ``tallied``, by name."""
+    """A kind with additional integrals, if impulses are asked for: ``tallied`` are their names for
+    each unit."""
 
     tallied: ClassVar[Sequence[str]]

@@ -1,4 +1,4 @@
-"""What every force element gets when a scene is compiled: where things are in the arrays."""
+"""Data for every force element when a scene is compiled: indices into the arrays."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ BALLAST = "ballast"
 
 
 def row_names(scene: Scene) -> tuple[str, ...]:
-    """Names of all rows of forces: those of bodies, those of elements, that of the weight if any
-    body carries its own, and that of what flows in and out of tanks."""
+    """Names of all rows of forces: bodies, elements, the weight if any body carries its own, and
+    the flow in and out of tanks."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
     return (*ROWS, *scene.forces, *own)
 
 
 def carried(scene: Scene) -> dict[str, float]:
-    """The weight [N] of those bodies without water that carry their own: of a topside."""
+    """The weight [N] of bodies without water that carry their own weight, such as a topside."""
     return {
         body.name: body.mass * scene.environment.gravity
         for body in scene.bodies
@@ -38,13 +38,13 @@ def carried(scene: Scene) -> dict[str, float]:
 
 
 def has_flow(scene: Scene) -> bool:
-    """Whether what is in any tank changes."""
+    """True if the contents of any tank change."""
     return any(body.pumps or any(t.plan for t in body.tanks) for body in scene.bodies)
 
 
 class Resonance(NamedTuple):
-    """Per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no coupling:
-    the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
+    """Values per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no
+    coupling: the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
 
     stiffness: np.ndarray
     mass: np.ndarray
@@ -62,15 +62,17 @@ class Resistance(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """Indices of bodies by name, rows of forces by element name.
+    """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
     ``current`` and ``wind`` (2,) [m/s] are the velocities of water and air in the earth's x, y.
-    ``resonance`` (body, stiffness (6,)) is that of a body with this stiffness besides its
-    hydrostatics, along its axes at rest; ``heading`` [rad] is that of each body at rest, ``weight``
-    [N] its weight; ``step`` [s] that of a method of equal steps, which cannot follow what is
-    faster; 0 of others. ``tank_names`` are those of tanks that change, ``flow`` is the row of what
-    flows, ``pumps`` are those that begin or end by events.
-    ``carried`` [N] is the weight of those bodies without water that carry their own.
+    ``resonance`` (body, stiffness (6,)) returns the `Resonance` of a body with this additional
+    stiffness along its axes at rest. ``heading`` [rad] is the heading of each body at rest,
+    ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
+    follow faster processes; 0 for other methods.
+
+    ``tank_names`` names the tanks that change, ``flow`` is the row of forces of flows, ``pumps``
+    begin or end by events. ``carried`` [N] is the weight of bodies without water that carry their
+    own weight.
     """
 
     body: dict[str, int]
@@ -88,8 +90,9 @@ class Layout:
 
 
 def axes_at_rest(heading: float) -> np.ndarray:
-    """(6, 6): turns displacements from the axes of a body at rest, with this ``heading``, to those
-    of the coordinates: translations are along the earth's axes, angles about the body's."""
+    """Matrix (6, 6) that turns displacements from the axes of a body at rest, with this
+    ``heading``, to the coordinates: translations along the earth's axes, angles about the
+    body's."""
     axes = np.eye(6)
     axes[:3, :3] = about_z(heading)
     return axes
@@ -98,7 +101,8 @@ def axes_at_rest(heading: float) -> np.ndarray:
 def unit_ranges(
     elements: Mapping[str, ForceElement], kind: type[ForceElement]
 ) -> dict[str, tuple[int, int]]:
-    """Of each element of a kind its units among all of the kind, from and to before."""
+    """Range of the units of each element among all units of a kind: first, and one after the
+    last."""
     found = {}
     first = 0
     for name, element in elements.items():

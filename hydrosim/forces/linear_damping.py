@@ -1,13 +1,15 @@
-"""Linear damping of a body, in its own axes: what radiation leaves out, in a linear form.
+"""Linear damping of a body, in its own axes: damping beyond radiation, in a linear form.
 
     F = -C u,   u = R^T (v - U),  R^T omega
 
 v, omega: velocity of the centre of gravity and angular velocity; U: the current, for damping that
-is relative to it, else 0; C: damping (6, 6). With small angles R is the identity: what turning does
-to a damping force is of second order. By `damping_ratio` C_ii = 2 r sqrt(k (m + a(w_n))), so that
-the DOF by itself decays with r of critical damping more than without: k is the hydrostatic
-stiffness and that of the linear moorings of the body, m + a(w_n) mass and added mass at the natural
-frequency w_n of both (couplings and other elements do not count).
+is relative to it, else 0; C: damping (6, 6). With small angles R is the identity: the effect of
+turning on a damping force is of second order.
+
+With `damping_ratio` r, C_ii = 2 r sqrt(k (m + a(w_n))), so that the DOF by itself decays with r of
+critical damping in addition. k is the stiffness of hydrostatics and of the body's linear moorings;
+m + a(w_n) is mass and added mass at the natural frequency w_n of both. Couplings and other elements
+do not count.
 
 Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
 proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
@@ -35,7 +37,8 @@ from hydrosim.scene import ForceElement, Turns
 @dataclass(frozen=True)
 class LinearDamping(ForceElement):
     """``damping`` (6, 6) [N s/m ... N m s/rad] or ``damping_ratio`` (6,) of critical, about the
-    centre of gravity, or neither; ``relative_to_current``: of surge and sway through the water."""
+    centre of gravity, or neither. With ``relative_to_current``, surge and sway count relative to
+    the water."""
 
     damping: np.ndarray | None = None
     damping_ratio: np.ndarray | None = None
@@ -48,7 +51,7 @@ class LinearDamping(ForceElement):
         return ("current",) if self.relative_to_current else ()
 
     def may_give(self) -> bool:
-        """A current drags along."""
+        """A current drags the body along."""
         return self.relative_to_current
 
     def couplings(self) -> Iterator[np.ndarray]:
@@ -59,7 +62,7 @@ class LinearDamping(ForceElement):
         return ()
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """In axes that turn, damping changes; unless it is the same about the axis of the turn."""
+        """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
         each = turns.elements.linear_dampings
         damping = next(e["damping"] for e in each if e["row"] == turns.row)
         changes = turns.exact and any(_turns(damping, angle) for angle in turns.free)
@@ -67,7 +70,7 @@ class LinearDamping(ForceElement):
 
 
 def _turns(damping: np.ndarray, angle: int) -> bool:
-    """Whether ``damping`` (6, 6) depends on how far its body has turned about an axis."""
+    """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
     from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
 
     R = np.kron(np.eye(2), Rotation.from_rotvec(np.eye(3)[angle - 3]).as_matrix())
@@ -114,7 +117,7 @@ def _damping(
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
+    """Add the force of every element to its row of ``wrench``, its dissipation to ``rate``."""
     for e in p:
         if bodies.exact:
             u = relative_velocity(e.body, e.stream, motion)
@@ -125,7 +128,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 @kernel
 def _resist(e, v, wrench):
-    """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power it takes."""
+    """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power taken from the
+    body."""
     k = 6 * e.body
     lost = 0.0
     C = e.damping
@@ -140,7 +144,7 @@ def _resist(e, v, wrench):
 
 class _Kind(ElementKind):
     def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """What the damping takes."""
+        """Damping of each element as a `Resistance`."""
         for e in p:
             yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
 

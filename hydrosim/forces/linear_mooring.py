@@ -4,9 +4,11 @@
 
 q: displacements and angles from rest [m, rad], along the earth's axes and about the body's; q':
 their rates; K: stiffness (6, 6), symmetric; C: damping (6, 6). Stored energy q^T K q / 2,
-dissipation q'^T C q'. Limits: conjugate to the coordinates, so that it has a potential at any
-angle and does not know the heading; no slack, no table. A natural period or a damping ratio is
-along the body's axes at rest, so that it turns with the scene.
+dissipation q'^T C q'. A natural period or a damping ratio applies along the body's axes at rest, so
+that it turns with the scene.
+
+Limits: the force is conjugate to the coordinates, so that it has a potential at any angle but does
+not depend on the heading. There is no slack and no table.
 """
 
 from __future__ import annotations
@@ -26,20 +28,21 @@ from hydrosim.rigid.stiffness import spring_energy, spring_force
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
 
-TUNING = 100  # iterations, each of which takes off most of the error
+TUNING = 100  # iterations, each of which removes most of the error
 NOISE = 1e-14  # of the largest stiffness: rounding of a turn
 
 
 @dataclass(frozen=True)
 class LinearMooring(ForceElement):
-    """``stiffness`` (6, 6) [N/m ... N m/rad]; besides, in DOFs where ``natural_period`` (6,) [s] is
-    not 0, what gives the body that period, by itself and with hydrostatics,
+    """``stiffness`` (6, 6) [N/m ... N m/rad]. In DOFs where ``natural_period`` (6,) [s] is not 0,
+    the stiffness is added that gives the body that period, by itself and with hydrostatics,
 
         k = (2 pi / T)^2 (m + a(2 pi / T)) - k_hydrostatic;
 
     ``damping`` (6, 6) or ``damping_ratio`` (6,) of critical per DOF, 2 sqrt(k (m + a)) with the
-    added mass at that DOF's natural frequency; or neither. Periods and ratios are of the DOFs along
-    the body's axes at rest."""
+    added mass at that DOF's natural frequency; or neither. Periods and ratios apply to the DOFs
+    along the body's axes at rest.
+    """
 
     stiffness: np.ndarray
     damping: np.ndarray | None = None
@@ -86,8 +89,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
 
 
 def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
-    """Stiffness (6,) along the body's axes at rest for the natural periods wanted, by fixed-point
-    iteration."""
+    """Stiffness (6,) along the body's axes at rest for the requested natural periods, by
+    fixed-point iteration."""
     wanted = np.zeros(6) if element.natural_period is None else element.natural_period
     omega = np.divide(2.0 * np.pi, wanted, out=np.zeros(6), where=wanted > 0.0)
     k = np.zeros(6)
@@ -106,7 +109,7 @@ def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.n
 def _damping(
     name: str, element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
 ) -> np.ndarray:
-    """Damping (6, 6) along the coordinates, as ``stiffness`` (6, 6) is."""
+    """Damping (6, 6) along the coordinates, like ``stiffness`` (6, 6)."""
     if element.damping is not None:
         return element.damping
     if element.damping_ratio is None:
@@ -119,7 +122,7 @@ def _damping(
 
 
 def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
-    """Raises InputError where there is a ratio and no ``stiffness`` (6,)."""
+    """Raises InputError for a damping ratio in a DOF without ``stiffness`` (6,)."""
     nothing = NOISE * stiffness.max()
     for dof, ratio, k in zip(DOFS, ratios, stiffness, strict=True):
         if ratio and k <= nothing:
@@ -132,7 +135,7 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every mooring into its row of ``wrench``, its dissipation into ``rate``."""
+    """Add the force of every mooring to its row of ``wrench``, its dissipation to ``rate``."""
     for mooring in p:
         b = mooring.body
         row = mooring.row
@@ -148,7 +151,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
-    """Energy stored in every mooring, into its row of ``stored``."""
+    """Add the energy stored in every mooring to its row of ``stored``."""
     for mooring in p:
         k = 6 * mooring.body
         stored[mooring.row] += spring_energy(k, motion.coordinates, mooring.stiffness)
@@ -156,7 +159,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 class _Kind(ElementKind):
     def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """What the dampers take."""
+        """Damping of each mooring as a `Resistance`."""
         for mooring in p:
             yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
 

@@ -1,4 +1,4 @@
-"""What elements need to say what their mirror images in a vertical plane along x are."""
+"""Functions with which elements describe their mirror images in a vertical plane along x."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Vector = Sequence[float] | np.ndarray
 
 
 def turned(vector: Vector) -> tuple[float, ...]:
-    """The image of a place or a force (3,)."""
+    """The mirror image of a position or a force (3,)."""
     return tuple(np.asarray(vector) * MIRROR_SIGN[:3])
 
 

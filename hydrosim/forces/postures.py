@@ -1,7 +1,7 @@
-"""Modes of units in which a scene is made linear, to see how stiff it can be.
+"""Modes of units in which a scene is linearised to find its largest stiffness.
 
-`hydrosim.linear.stability` looks at all units of each kind in one mode, for each of its modes, and
-at single units in a mode while the others rest.
+`hydrosim.linear.stability` analyses all units of each kind in one mode, for each of its modes, and
+single units in a mode while the other units rest.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ PRESSED = 0.01  # m: the compression beyond the start of a piece at which units 
 
 
 class Posture(NamedTuple):
-    """Units of a kind in modes: how they stand in words, "" if that goes without saying, and their
-    ``modes`` (n, 3)."""
+    """Units of a kind in given ``modes`` (n, 3), with a description in words, "" for the default
+    posture."""
 
     text: str
     modes: np.ndarray
@@ -29,7 +29,7 @@ class PosingKind(ElementKind):
     """A kind whose units have several postures, each with a stiffness of its own."""
 
     def postures(self, p: Any) -> Sequence[Posture]:
-        """All units in one mode, for each mode; those that rest come first."""
+        """All units in one mode, for each mode; the posture at rest comes first."""
         raise NotImplementedError
 
     def alone(self, p: Any, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
@@ -37,7 +37,7 @@ class PosingKind(ElementKind):
         return iter(())
 
     def alike(self, p: Any) -> Sequence[Hashable]:
-        """Of each unit all that sets its stiffness and damping, but for its place."""
+        """For each unit, all properties that set its stiffness and damping, except its position."""
         return []
 
     def rates(self, p: Any, bodies: Any, motion: Any) -> np.ndarray:
@@ -45,22 +45,22 @@ class PosingKind(ElementKind):
         return np.zeros((0, 0))
 
     def pressed(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
-        """The constants with every unit where the piece of its curve wants it that ``modes`` say;
-        in its place and direction, wherever the bodies are."""
+        """The constants with every unit on the piece of its curve given by ``modes``, at its
+        position and in its direction, wherever the bodies are."""
         return p
 
     def time_of_most(self, p: Any) -> float:
-        """Time at which the most is prescribed [s]; 0 if nothing is."""
+        """Time of the largest prescribed load [s]; 0 if nothing is prescribed."""
         return 0.0
 
     def sliding_speed(self, p: Any, modes: np.ndarray, time: float) -> float:
-        """Speed [m/s] at which units that slip do so without a doubt; 0 if none slips."""
+        """Speed [m/s] at which slipping units certainly slip; 0 if none slips."""
         return 0.0
 
     def slide(
         self, p: Any, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
     ) -> None:
-        """Put the states of units that slip in ``y`` into steady slip."""
+        """Put the states of slipping units in ``y`` into steady slip."""
 
     def idle_states(self, p: Any, modes: np.ndarray) -> np.ndarray:
         """States (m,) that act on nothing in these ``modes``."""
@@ -76,7 +76,7 @@ def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
 
 
 def with_one(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
-    """Modes (n, 3) of units at ``rest``, but for unit ``i``."""
+    """Modes (n, 3) of units at ``rest``, except unit ``i``."""
     found = rest.copy()
     found[i] = modes[i]
     return found

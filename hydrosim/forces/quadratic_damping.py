@@ -3,13 +3,15 @@
     F_i = -sum_j D_ij |u_j| u_j,   u = R^T (v - U),  R^T omega
 
 v, omega: velocity of the centre of gravity and angular velocity; U: the current; D: coefficients
-(6, 6), such as 1/2 rho C_D A on the diagonal. In one DOF with m x'' + D |x'| x' + k x = 0 two
-successive extremes obey (1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2), b = 2 D / m (the first
-integral of the equation; Lamb 1923, Dynamics, has it), so that small swings lose (4/3) D x1^2 / m.
+(6, 6), such as 1/2 rho C_D A on the diagonal.
+
+In one DOF with m x'' + D |x'| x' + k x = 0 two successive extremes obey (1 + b x1) exp(-b x1) = (1
+- b x2) exp(b x2), b = 2 D / m. (This is the first integral of the equation; Lamb 1923, Dynamics,
+has it.) So small swings lose (4/3) D x1^2 / m.
 
 Booked as dissipation, |u_j| u_j D_jj v_j in sum; negative while a current drives the body. Limits:
-each DOF by itself (no cross-flow between surge and sway: see `stream_load` for that); no memory of
-the flow, coefficients that do not depend on amplitude.
+each DOF by itself (for cross-flow between surge and sway see `stream_load`); no memory of the flow;
+coefficients do not depend on amplitude.
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ class QuadraticDamping(ForceElement):
         return ("current",)
 
     def may_give(self) -> bool:
-        """A current drags along."""
+        """A current drags the body along."""
         return True
 
     def couplings(self) -> Iterator[np.ndarray]:
@@ -64,7 +66,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every element into its row of ``wrench``, its dissipation into ``rate``."""
+    """Add the force of every element to its row of ``wrench``, its dissipation to ``rate``."""
     for e in p:
         u = relative_velocity(e.body, e.stream, motion)
         squares = (

@@ -1,4 +1,4 @@
-"""Velocity of a body through a stream, in the body's axes, and a wrench given in them.
+"""Velocity of a body through a stream, in the body's axes, and a wrench given in these axes.
 
 A stream is the steady and uniform flow of water (current) or air (wind) along the horizontal.
 """
@@ -12,7 +12,7 @@ from hydrosim.rigid.vectors import matvec, product, sub, vector
 
 @kernel
 def relative_velocity(b, stream, motion):
-    """(6,) velocity of body ``b``'s centre of gravity less the ``stream`` (2,), and its angular
+    """Velocity (6,) of body ``b``'s centre of gravity minus the ``stream`` (2,), and its angular
     velocity, both in its axes, as a tuple."""
     R, v = motion.rotation[b], motion.velocity
     u = matvec(R.T, sub(vector(v, 6 * b), (stream[0], stream[1], 0.0)))
@@ -22,8 +22,8 @@ def relative_velocity(b, stream, motion):
 
 @kernel
 def add_resistance(b, D, u, motion, wrench):
-    """Add -D u (6,), in the axes of body ``b``, to ``wrench`` (6 nb,); returns the power that it
-    takes from the body."""
+    """Add -D u (6,), in the axes of body ``b``, to ``wrench`` (6 nb,); returns the power taken from
+    the body."""
     f = product(D, u, 0)
     R, v = motion.rotation[b], motion.velocity
     force, moment = matvec(R, (-f[0], -f[1], -f[2])), matvec(R, (-f[3], -f[4], -f[5]))

@@ -2,10 +2,10 @@
 
     f(t) = A sin(w t + phase) + a + b x + c x^2 + d x^3,   x = t - t_k,  t_k <= t < t_{k+1}
 
-A table is straight lines between its points and constant outside; its corners are breakpoints of
-the integration. A record is the cubic spline with two continuous derivatives through its values
-(not-a-knot at the ends; de Boor 1978, chapter 4), smooth enough for methods up to order 4 to keep
-their order; it is not known outside. A harmonic is mean + A sin(2 pi t / period + phase).
+A table is linear between its points and constant outside; its corners are breakpoints of the
+integration. A record is the cubic spline with two continuous derivatives through its values
+(not-a-knot at the ends; de Boor 1978, chapter 4). It is smooth enough for methods up to order 4 to
+keep their order, and undefined outside. A harmonic is mean + A sin(2 pi t / period + phase).
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Recorded:
     value: np.ndarray
 
     def miss(self) -> float:
-        """By how much the spline through every other value misses the others, at most: where the
-        record is smooth, the spline through all of them is off by a sixteenth of that."""
+        """Largest error, at the omitted values, of the spline through every other value. For a
+        smooth record the spline through all values has a sixteenth of this error."""
         time, value = self.time, self.value
         if time.size < 9:
             return float(np.ptp(value))
@@ -59,7 +59,7 @@ Signal = Table | Recorded | Harmonic
 
 
 def constant(value: float) -> Table:
-    """The signal that is ``value`` at all times."""
+    """The constant signal ``value``."""
     return Table(np.zeros(1), np.array([value]))
 
 
@@ -83,7 +83,7 @@ SIGNAL = np.dtype(
     ]
 )
 """A signal: its sine, and the pieces ``first`` to ``last`` of its polynomials, about ``spacing``
-apart or, if that is 0, anyhow."""
+apart; 0 means unevenly spaced."""
 
 PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
 """A piece of a signal from ``start`` to the start of the next."""
@@ -134,7 +134,7 @@ def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
 
 
 def _spacing(time: np.ndarray) -> float:
-    """Spacing of times that are within half of it of where an even one has them; else 0."""
+    """Spacing of times that deviate from even ones by less than half of it; else 0."""
     spacing = (time[-1] - time[0]) / max(time.size - 1, 1)
     even = time[0] + spacing * np.arange(time.size)
     return float(spacing) if np.all(np.abs(time - even) < 0.5 * spacing) else 0.0
@@ -162,7 +162,7 @@ def value(t, signal, pieces):
 
 @kernel
 def rate(t, signal, pieces):
-    """f'(t); at a corner, that of the piece which begins there."""
+    """f'(t); at a corner, the rate of the piece that begins there."""
     p = pieces[find(t, signal, pieces)]
     x = t - p.start
     polynomial = p.b + x * (2.0 * p.c + x * 3.0 * p.d) if x >= 0.0 else 0.0
@@ -174,7 +174,7 @@ def rate(t, signal, pieces):
 
 @kernel
 def find(t, signal, pieces):
-    """Index of the piece that ``t`` is on; the first before all of them."""
+    """Index of the piece that holds ``t``; the first one before all of them."""
     low, high = signal.first, signal.last
     if signal.spacing > 0.0:  # the piece is this one or a neighbour
         guess = low + int((t - pieces[low].start) / signal.spacing)

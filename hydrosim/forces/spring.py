@@ -2,17 +2,19 @@
 
     x = |a - p| - L0,   e = (a - p) / |a - p|,   T = max(0, f(x) + c x'),   F = T e
 
-p: point on the body, which gets F there; a: its anchor on the earth or on another body, which gets
--F there; L0: length without load; f(x): straight lines through the points of the table, the last
-slope going on beyond; c: damping. Before the first point of the table the line is slack: T = 0.
+p: point on the body, which receives F there; a: its anchor on the earth or on another body, which
+receives -F there; L0: length without load; f(x): straight lines through the points of the table,
+with the last slope continued; c: damping. Before the first point of the table the line is slack: T
+= 0.
 
-Slack is the first segment of the curve. Its corners are events, and so is where damping alone would
-push (T is cut) or does so no more: in between, T is smooth. Stored energy is the integral of f, and
-dissipation is (T - f) x': c x'^2 while taut, and what the spring gives up while T is cut.
+Slack is the first segment of the curve. Its corners are events. Events also mark where damping
+alone would push (T is cut), and where it ceases to: in between, T is smooth. Stored energy is the
+integral of f. Dissipation is (T - f) x': c x'^2 while taut, and the energy that the spring releases
+while T is cut.
 
 Limits: no mass, no sag, no drag of the line; with damping, T jumps to c x' where a line snaps taut.
-With small angles lever arms stay as at rest while e follows the points: power is exact, and moments
-of the two ends are opposite to the first order of the displacement.
+With small angles lever arms stay as at rest while e follows the points. Power is then exact, and
+moments of the two ends are opposite to the first order of the displacement.
 """
 
 from __future__ import annotations
@@ -57,8 +59,8 @@ TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
 
 @dataclass(frozen=True)
 class Spring(ForceElement):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``:
-    the ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
+    ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
     ``length`` [m] without load; ``damping`` [N s/m]."""
 
     point: tuple[float, ...]
@@ -79,7 +81,7 @@ class Spring(ForceElement):
         return [name]
 
     def parts(self, y: float) -> Sequence[ForceElement]:
-        """Itself; an anchor on the earth by its place relative to the plane."""
+        """The spring itself; an anchor on the earth is given relative to the plane."""
         if self.anchor_body is not None:
             return [self]
         return [replace(self, anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
@@ -145,7 +147,7 @@ def _segments(spring: Spring) -> np.ndarray:
 
 @kernel
 def stretch(line, bodies, motion):
-    """Where the ends of a spring are, as a `Stretch`."""
+    """Positions and velocities of the ends of a spring, as a `Stretch`."""
     p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
     v = point_velocity(line.body, arm, motion)
     a = vector(line.anchor, 0)
@@ -156,21 +158,21 @@ def stretch(line, bodies, motion):
         w = point_velocity(line.anchor_body, anchor_arm, motion)
     d = sub(a, p)
     length = sqrt(dot(d, d))
-    e = scale(1.0 / length if length > 0.0 else 0.0, d)  # where the ends meet the line is slack
+    e = scale(1.0 / length if length > 0.0 else 0.0, d)  # the line is slack where the ends meet
     return Stretch(arm, anchor_arm, e, length, length - line.length, dot(e, sub(w, v)))
 
 
 @kernel
 def tension(line, mode, s, p):
-    """T and f of a spring; T is not cut where the mode is taut, so that it is smooth across the
-    event that ends it."""
+    """T and f of a spring. T is not cut in the taut mode, so that it is smooth across the event
+    that ends the mode."""
     f = curve.curve_force(p.segments[mode[SEGMENT]], s.extension)
     return (f + line.damping * s.rate if mode[MODE] == TAUT else 0.0), f
 
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every spring into its row of ``wrench``, its dissipation into ``rate``."""
+    """Add the force of every spring to its row of ``wrench``, its dissipation to ``rate``."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
@@ -184,7 +186,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 @kernel
 def pull(line, s, T, wrench):
-    """Put the tension on the spring's body, and its opposite on the anchor's, into ``wrench``."""
+    """Add the tension on the spring's body, and its opposite on the anchor's, to ``wrench``."""
     force = scale(T, s.direction)
     add_wrench(line.body, force, cross(s.arm, force), wrench)
     if line.anchor_body != EARTH:
@@ -194,7 +196,7 @@ def pull(line, s, T, wrench):
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
-    """Energy stored in every spring, into its row of ``stored``."""
+    """Add the energy stored in every spring to its row of ``stored``."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
@@ -204,7 +206,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(modes, motion, bodies, p, out):
-    """Rows of `OBSERVED` of all lines one after the other in ``out``: tension and length."""
+    """Write rows of `OBSERVED` of all lines to ``out``: tension and length."""
     for i in range(p.lines.size):
         s = stretch(p.lines[i], bodies, motion)
         row = out[OBSERVED * i : OBSERVED * (i + 1)]
@@ -214,8 +216,8 @@ def observe(modes, motion, bodies, p, out):
 
 @root
 def margins(modes, motion, bodies, p, out):
-    """Margins of all springs into ``out`` (4 to a row of modes): of contact T, its opposite where
-    it is cut; of the segment the distance to its nearer corner."""
+    """Margins of all springs into ``out`` (4 to a row of modes): for contact T, or its opposite
+    where it is cut; for the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
@@ -233,7 +235,7 @@ def margins(modes, motion, bodies, p, out):
 
 @root
 def switch(i, which, modes, motion, bodies, p):
-    """Put spring ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    """Switch spring ``i`` to its next mode, after margin ``which`` has reached zero."""
     line = p.lines[i]
     mode = modes[p.mode + i]
     if which == CONTACT_MARGIN:
@@ -257,7 +259,7 @@ def settle(modes, motion, bodies, p):
 
 @kernel
 def settle_line(i, modes, motion, bodies, p):
-    """Mode of spring ``i`` as it comes to be."""
+    """Mode of spring ``i`` when it becomes active."""
     line = p.lines[i]
     mode = modes[p.mode + i]
     s = stretch(line, bodies, motion)
@@ -270,7 +272,7 @@ def settle_line(i, modes, motion, bodies, p):
 
 @kernel
 def take_out(i, modes, p):
-    """Spring ``i`` is not there any more."""
+    """Deactivate spring ``i``."""
     modes[p.mode + i, MODE] = GONE
     modes[p.mode + i, SEGMENT] = p.lines[i].first
 
@@ -310,7 +312,7 @@ class _Kind(PosingKind):
             yield Posture(f"{names[i]} alone taut", with_one(slack, _taut(p), i))
 
     def alike(self, p: Params) -> Sequence[Hashable]:
-        """None is like another: each pulls in a direction of its own."""
+        """No two springs are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
     def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
@@ -319,7 +321,7 @@ class _Kind(PosingKind):
         return np.reshape(each, (-1, 1))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
-        """With each line as long as its piece wants."""
+        """Constants in which each line has the length of its piece."""
         lines = p.lines.copy()
         for line, (mode, segment, _) in zip(lines, modes, strict=True):
             if mode == TAUT:

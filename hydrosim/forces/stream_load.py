@@ -1,20 +1,22 @@
-"""Load of a steady stream by coefficients over its heading: current on a hull, wind on what is
+"""Load of a steady stream by coefficients over its heading: current on a hull, wind on the part
 above the water.
 
     w = U - v_p,   X = c_x(a) |w|^2,   Y = c_y(a) |w|^2,   N = c_n(a) |w|^2
 
-U: velocity of the stream, horizontal; v_p: that of the point which the load acts on; w: the
-horizontal part of the difference; a: the direction w goes to, counter-clockwise from the body's
-x axis (0 from astern, 180 deg from ahead). X, Y act along and across the body's heading in the
-horizontal plane, N about the vertical; heave is free of it, and roll and pitch moments come from
+U: velocity of the stream, horizontal; v_p: velocity of the point on which the load acts; w:
+horizontal part of the difference; a: the direction of w, counter-clockwise from the body's x axis
+(0 from astern, 180 deg from ahead). X and Y act along and across the body's heading in the
+horizontal plane, N about the vertical. There is no heave force. Roll and pitch moments come from
 the height of the point. The coefficients are forces and moments per squared speed, 1/2 rho A C in
-terms of dimensionless ones (as those of OCIMF 1994, Prediction of Wind and Current Loads on VLCCs).
+terms of dimensionless ones (such as those of OCIMF 1994, Prediction of Wind and Current Loads on
+VLCCs).
 
-Between the headings given c is a periodic cubic spline, exact at them. The body's heading is its
-yaw, as for the hydrodynamics (`rigid.heading`). Booked as work. Limits: steady
-stream without shear or gusts; the added resistance to yawing is only what the point's own velocity
-gives. Yaw coefficients that were measured hold Munk's moment of a steady stream, which a body with
-hydrodynamics gets of its added mass as well (`rigid.added_mass`).
+Between the given headings c is a periodic cubic spline, exact at them. The body's heading is its
+yaw, as for the hydrodynamics (`rigid.heading`). Booked as work.
+
+Limits: the stream is steady, without shear or gusts. The only resistance to yawing comes from the
+point's own velocity. Measured yaw coefficients include Munk's moment of a steady stream. A body
+with hydrodynamics also receives this moment from its added mass (`rigid.added_mass`).
 """
 
 from __future__ import annotations
@@ -63,7 +65,7 @@ class StreamLoad(ForceElement):
         return replace(load, headings=-self.headings)._in_order()
 
     def _in_order(self) -> StreamLoad:
-        """The same with headings that rise from 0 within one turn."""
+        """The same load with headings that rise from 0 within one turn."""
         headings = np.mod(self.headings, TURN)
         order = np.argsort(headings)
         surge, sway, yaw = (np.asarray(x)[order] for x in (self.surge, self.sway, self.yaw))
@@ -97,8 +99,8 @@ PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 
 
 class Params(NamedTuple):
-    """``each`` (ne,) of `LOAD`; one has the ``pieces`` from its ``first`` to before its ``last``,
-    the first of them at a heading in the first turn."""
+    """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
+    the first has a heading in the first turn."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -137,7 +139,7 @@ def _splines(load: StreamLoad) -> np.ndarray:
 
 @root
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Every load into its row of ``wrench``, its power into ``rate``."""
+    """Add every load to its row of ``wrench``, its power to ``rate``."""
     for e in p.each:
         b = e.body
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)

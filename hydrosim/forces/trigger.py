@@ -1,13 +1,13 @@
-"""Triggers: when elements begin to act, pumps to run, and when they end.
+"""Triggers: start and end of the action of elements and pumps.
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
-that a channel has been above or below a value for so long (`hydrosim.forces.channels`); both are
-events. What has begun or ended does not do so again.
+a condition that a channel has been above or below a value for a duration
+(`hydrosim.forces.channels`). Both are events. A start or an end does not occur twice.
 
-A contact that begins is in contact at once where it is pressed, with its friction unloaded, a line
-is as taut as it is long; what they store then comes from outside, and is booked as a negative loss.
-The wall of a landing that begins catches a pin that is inside it. What an element has stored as it
-ends is lost.
+When a contact becomes active, it is in contact at once if it is pressed, with its friction
+unloaded. A line becomes as taut as its length gives. Their stored energy then comes from outside,
+and is booked as a negative loss. The wall of a landing that becomes active catches a pin that is
+inside it. Energy stored in an element when it ends is lost.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout
 
 STATE_NAMES = ("time last met",)
-"""Of each trigger: the time at which its channel has last come to where it is waited for [s]."""
+"""State of each trigger: time at which its condition was last met [s]."""
 BEFORE, DURING, AFTER = range(3)
-"""Modes of a trigger; the column `RISING` is 1 while its channel is where it is waited for."""
+"""Modes of a trigger; the column `RISING` is 1 while the condition of its channel is met."""
 CONDITION = np.dtype(
     [
         *(("time", float), ("watches", bool), ("channel", CHANNEL)),
@@ -52,8 +52,8 @@ TRIGGER = np.dtype(
         *(("point", int), ("points", int), ("line", int), ("lines", int), ("flow", int)),
     ]
 )
-"""A trigger: the row of forces of its element, both conditions, and the contact points and springs
-that are its own, ``points`` from ``point`` on; or the flow that is, else `NONE`."""
+"""A trigger: the row of forces of its element, both conditions, and its own contact points and
+springs, ``points`` from ``point`` on; or its flow, else `NONE`."""
 NONE = -1
 
 
@@ -68,7 +68,7 @@ class Params(NamedTuple):
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
-    """Constants of the triggers of ``elements``, in their order, and then of pumps."""
+    """Constants of the triggers of ``elements``, in their order, followed by those of pumps."""
     points, lines = (unit_ranges(elements, kind) for kind in (Contact, Spring))
     rows: list[Any] = []
     for name, element in elements.items():
@@ -87,7 +87,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 def _conditions(
     key: str, active: Active, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[Any, Any]:
-    """Those of the start and of the end."""
+    """The conditions of the start and of the end."""
     start = active.start or When(time=-inf)
     until = active.until or When(time=inf)
     try:
@@ -107,7 +107,7 @@ def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout)
 
 @kernel
 def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
-    """How far a condition is beyond its time or value."""
+    """Amount by which a condition exceeds its time or value."""
     if not condition.watches:
         return t - condition.time
     found = channel_value(condition.channel, t, y, modes, motion, bodies, elements, tanks)
@@ -116,8 +116,8 @@ def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
 
 @root
 def margins(t, y, modes, motion, bodies, elements, tanks, out):
-    """Margins of all triggers into ``out``: how far they are from what they wait for, or, if they
-    are there, from leaving it, and the time that it has to last."""
+    """Margins of all triggers into ``out``: distance to the condition or, if it is met, to leaving
+    it, and the remaining duration."""
     p = elements.triggers
     for j in range(p.each.size):
         mode = modes[p.mode + j]
@@ -137,7 +137,7 @@ def margins(t, y, modes, motion, bodies, elements, tanks, out):
 
 @root
 def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
-    """A margin of trigger ``j`` has reached zero."""
+    """Update trigger ``j`` after one of its margins has reached zero."""
     p = elements.triggers
     mode = modes[p.mode + j]
     trigger = p.each[j]
@@ -155,7 +155,7 @@ def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
 
 @kernel
 def act(j, t, y, modes, motion, bodies, elements, tanks):
-    """Bring the contacts and lines of trigger ``j`` in, or take them out; turn its flow."""
+    """Activate or deactivate the contacts and lines of trigger ``j``; switch its flow."""
     trigger = elements.triggers.each[j]
     fenders = elements.fenders
     springs = elements.springs
@@ -184,13 +184,13 @@ def act(j, t, y, modes, motion, bodies, elements, tanks):
 
 @kernel
 def _has(point, trigger):
-    """Whether a contact point belongs to the element of a trigger."""
+    """True if a contact point belongs to the element of a trigger."""
     return trigger.point <= point < trigger.point + trigger.points
 
 
 @root
 def settle(t, y, modes, motion, bodies, elements, tanks):
-    """Modes of all triggers for a start; contacts and lines that are not there are taken out."""
+    """Modes of all triggers for a start; inactive contacts and lines are deactivated."""
     p = elements.triggers
     for j in range(p.each.size):
         mode = modes[p.mode + j]
@@ -215,13 +215,13 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
 
 @kernel
 def is_on(j, modes, p):
-    """Whether trigger ``j`` acts."""
+    """True if trigger ``j`` acts."""
     return modes[p.mode + j, MODE] == DURING
 
 
 @root
 def silence(modes, p, wrench, rate):
-    """Clear the rows of forces, and of work or dissipation, of elements that do not act."""
+    """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
         if not is_on(j, modes, p) and p.each[j].flow == NONE:
             clear(wrench[p.each[j].row])
@@ -230,7 +230,7 @@ def silence(modes, p, wrench, rate):
 
 @root
 def forget_stored(modes, p, stored):
-    """Clear what is stored in elements that do not act and have no modes of their own."""
+    """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
         if not is_on(j, modes, p) and trigger.points + trigger.lines == 0:
@@ -249,7 +249,7 @@ class _Kind(PosingKind):
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
-        """Names of the elements that are active for a time only, and of pumps that wait for
+        """Names of the elements that are active for a limited time, and of pumps that wait for
         events."""
         named = [name for name, element in scene.forces.items() if element.active is not None]
         flows = flow_names(scene)
@@ -262,7 +262,7 @@ class _Kind(PosingKind):
         yield States("trigger", self.unit_names(scene), STATE_NAMES)
 
     def postures(self, p: Params) -> Sequence[Posture]:
-        """All that may act does."""
+        """The posture in which all elements act."""
         return [Posture("", rest_at_first(np.zeros(p.each.size), DURING))]
 
     def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:

@@ -4,16 +4,18 @@
     F = -m g e_z,   M = R (n x dU/dn)
 
 z: height of the body's origin above the still water; c: centre of gravity from there, in the body
-frame, as free surfaces of boxes and meshes shift it (`hydrosim.tanks.surface`); n: the vertical
-there; J: density times second moments of all other free surfaces of what the body holds, about
-their centroids. The last term is exact where the walls of a tank are upright in the body and its
-surface meets neither bottom nor top (a surface that stays level shifts its fluid by J tan(angle),
-for a ship by `rho i phi`; Newman 1977, sec. 6.16, has the same of a waterplane). In linear
-kinematics all surfaces are in J, and U is that to second order in the angles.
+frame, including the shift by free surfaces of boxes and meshes (`hydrosim.tanks.surface`); n: the
+vertical there; J: density times second moments of all other free surfaces of the contents, about
+their centroids.
 
-The weight of all other bodies is balanced: it is in the place at rest and in the hydrostatic
-stiffness. Of a body with linear hydrostatics that carries its weight, the buoyancy at rest
-rho g V, upwards through the origin, is part of the hydrostatic force.
+The last term is exact if the walls of a tank are upright in the body and its surface meets neither
+bottom nor top. A surface that stays level shifts its fluid by J tan(angle), for a ship by `rho i
+phi`; Newman 1977, sec. 6.16, has the same for a waterplane. In linear kinematics J includes all
+surfaces, and U is exact to second order in the angles.
+
+The weight of all other bodies is balanced: it is included in the position at rest and in the
+hydrostatic stiffness. If a body with linear hydrostatics carries its weight, the hydrostatic force
+includes the buoyancy at rest rho g V, upwards through the origin.
 """
 
 from __future__ import annotations
@@ -40,8 +42,8 @@ class Weights(NamedTuple):
 
 @root
 def add_weight(motion, bodies, p, contents, wrench):
-    """The weight of all bodies that carry it into its row of ``wrench``; their buoyancy at rest
-    into that of hydrostatics."""
+    """Add the weight of all bodies that carry it to its row of ``wrench``, and their buoyancy at
+    rest to the hydrostatic row."""
     for i in range(p.body.size):
         b = p.body[i]
         k = 6 * b
@@ -55,8 +57,8 @@ def add_weight(motion, bodies, p, contents, wrench):
 
 @root
 def add_weight_energy(motion, bodies, p, contents, stored):
-    """Energy of the weight, zero at the still water, into its row of ``stored``, and of the
-    buoyancy at rest into that of hydrostatics."""
+    """Add the energy of the weight, zero at the still water, to its row of ``stored``, and the
+    energy of the buoyancy at rest to the hydrostatic row."""
     for i in range(p.body.size):
         b = p.body[i]
         heave = motion.coordinates[6 * b + 2]
@@ -80,7 +82,7 @@ def potential(n, moment, surface, exact):
 
 @kernel
 def _moment_of(b, contents):
-    """m c, with the surfaces where they are."""
+    """m c, including the shift by level surfaces."""
     return add(vector(contents.moment[b], 0), vector(contents.shift[b], 0))
 
 

@@ -1,1 +1,1 @@
-"""Contact: where a point meets a plane, how hard it is pressed, and how friction holds it."""
+"""Contact of points with planes: geometry, normal force and friction."""

@@ -1,15 +1,17 @@
-"""Coulomb's friction, rigid: what sticks does not move at all.
+"""Coulomb's friction, rigid: a sticking point does not move at all.
 
     stick   v = 0 by a reaction in the plane              until |reaction| = mu_s N
     slip    f = -mu_k N d,  d = v / |v|                   until v = 0
 
 v: velocity of the body's point relative to the plane. A held point is a constraint on the
-accelerations, J q'' = c, whose force is the reaction (`hydrosim.rigid.constraints`); it holds in as
-many directions of the plane as the point could move in. Slip begins against the reaction that it
-took to hold, and goes on in the half plane of its heading, so that it is smooth through its end.
-Dissipation mu_k N |v|; nothing is stored. Limits: where several held points over-determine a rigid
-body, each one's share is not defined; such scenes are refused. In the plane, slip that is being
-driven sideways stops with a turn that is not smooth: the order drops at such a stop.
+accelerations, J q'' = c, whose force is the reaction (`hydrosim.rigid.constraints`). It holds in
+those directions of the plane in which the point could move. Slip begins against the last reaction,
+and continues in the half plane of its heading, so that it is smooth through its end. Dissipation
+mu_k N |v|; nothing is stored.
+
+Limits: if several held points over-determine a rigid body, their shares are not defined; such
+scenes are refused. If slip in the plane is driven sideways, it stops with a turn that is not
+smooth, and the order drops at such a stop.
 """
 
 from __future__ import annotations
@@ -27,9 +29,9 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
-STOPPED = 1e-6  # of the speed that the end of slip was located by: slip has come to rest
-NO_POINT = -1  # of a constraint that is not of a contact point
-RANK = 1e-12  # of the larger: a direction of motion less than this is none
+STOPPED = 1e-6  # of the speed by which the end of slip was located: slip has come to rest
+NO_POINT = -1  # of a constraint that does not belong to a contact point
+RANK = 1e-12  # of the larger: smaller components are no direction of motion
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,8 @@ def constants(law: Coulomb) -> Constants:
 
 
 class Holds(NamedTuple):
-    """Scratch: of each constraint the ``point`` (r,) that it holds, `NO_POINT` if none, and the
-    ``direction`` (r, 2) in the plane, and the ``reaction`` (points, 2) on each point's body."""
+    """Scratch for each constraint: the ``point`` (r,) that it holds, `NO_POINT` if none, and the
+    ``direction`` (r, 2) in the plane; the ``reaction`` (points, 2) on each point's body."""
 
     point: np.ndarray
     direction: np.ndarray
@@ -55,13 +57,13 @@ class Holds(NamedTuple):
 
 
 def new_holds(points: int, rows: int) -> Holds:
-    """Scratch for so many contact ``points`` and ``rows`` of constraints."""
+    """Scratch for this number of contact ``points`` and ``rows`` of constraints."""
     return Holds(np.full(rows, NO_POINT), np.zeros((rows, 2)), np.zeros((points, 2)))
 
 
 @kernel
 def friction(mode, load, v, heading, p):
-    """Friction of a contact point in slip; in stick it is the reaction, found elsewhere."""
+    """Friction of a contact point in slip; in stick it is the reaction, computed elsewhere."""
     if mode != SLIP:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     d = direction(v, heading, AT_REST)
@@ -73,8 +75,8 @@ def friction(mode, load, v, heading, p):
 
 @kernel
 def margin(mode, load, v, heading, reaction, p):
-    """How far the reaction is from what stick can hold [N]; in slip, the speed along its heading
-    [m/s]; negative past the end of the ``mode``."""
+    """Distance of the reaction from the limit of stick [N]; in slip, the speed along its heading
+    [m/s]. Negative past the end of the ``mode``."""
     if mode == STICK:
         return p.static * load.N - length(reaction)
     return v[0] * heading[0] + v[1] * heading[1]
@@ -82,7 +84,7 @@ def margin(mode, load, v, heading, reaction, p):
 
 @kernel
 def break_away(reaction):
-    """Slip begins against the reaction that it took to hold, if there was one."""
+    """Slip begins against the last reaction, if there was one."""
     size = length(reaction)
     if size == 0.0:
         return (0.0, 0.0), 0.0, 0.0
@@ -113,7 +115,7 @@ def sliding(velocity: np.ndarray) -> np.ndarray:
 
 @kernel
 def hold(i, point, contact, bodies, motion, wrench, rows, holds):
-    """Add to constraints ``rows`` those that hold point ``i``; ``wrench`` (6 nb,) is scratch."""
+    """Add the constraints that hold point ``i`` to ``rows``; ``wrench`` (6 nb,) is scratch."""
     r = rows.number[0]
     bias = tangential_bias(point, contact, bodies, motion)
     for a in range(2):
@@ -129,7 +131,7 @@ def hold(i, point, contact, bodies, motion, wrench, rows, holds):
 
 @kernel
 def _independent(r, rows, holds):
-    """Number of directions that row ``r`` and the next hold; if it is one, row r is the one."""
+    """Number of independent directions in row ``r`` and the next; if it is one, row r has it."""
     g11 = 0.0
     g12 = 0.0
     g22 = 0.0
@@ -144,7 +146,8 @@ def _independent(r, rows, holds):
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
     u1 = cos(angle)
     u2 = sin(angle)
-    if u2 < -u1:  # along the second axis: of two signs always the same, so that rows are smooth
+    # along the second axis: the same one of two signs each time, so that rows are smooth
+    if u2 < -u1:
         u1 = -u1
         u2 = -u2
     for j in range(rows.J.shape[1]):
@@ -157,7 +160,7 @@ def _independent(r, rows, holds):
 
 @kernel
 def collect_reactions(rows, holds):
-    """Reactions of all points from the forces of their constraints ``rows``."""
+    """Compute the reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
     for r in range(rows.number[0]):
         for a in range(2 if holds.point[r] != NO_POINT else 0):

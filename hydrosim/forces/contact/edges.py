@@ -1,9 +1,9 @@
-"""Where a plane ends: at the edges of a convex polygon in it, or of the circle of a seat.
+"""Edges of a plane: of a convex polygon in it, or of the circle of a seat.
 
-An edge is a row (a, b, c): the place u1 of a point's foot in the plane, along its tangents, is
-a u1 + b u2 + c from it, positive inside. A point over the edge is open; one that has passed behind
-the plane beyond it, or gone over it while it was pressed, comes into contact again only once it has
-come out to the free side.
+An edge is a row (a, b, c). With (u1, u2) the foot of a point in the plane, along its tangents, a u1 + b
+u2 + c is its distance from the edge, positive inside. A point beyond the edge is open. A point that
+has passed behind the plane there, or left over the edge while pressed, touches again only after it
+has returned to the free side.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from hydrosim.rigid.vectors import length
 if TYPE_CHECKING:
     from hydrosim.forces.contact.plane import Plane
 
-FLAT = 1e-6  # of the polygon's size: its corners are so near to the plane
-CONVEX = 1e-9  # of its size: a corner so far inside is on the edge
+FLAT = 1e-6  # of the polygon's size: tolerance of its corners from the plane
+CONVEX = 1e-9  # of the polygon's size: a corner this far inside is on the edge
 
 
 def of(plane: Plane) -> np.ndarray:
-    """The edges (n, 3) of a plane, none if it has none.
+    """The edges (n, 3) of a plane; empty if it has none.
 
-    Raises InputError where its corners are not those of a convex polygon in it.
+    Raises InputError if its corners do not form a convex polygon in the plane.
     """
     if not plane.corners:
         return np.zeros((0, 3))
@@ -56,7 +56,7 @@ def of(plane: Plane) -> np.ndarray:
 
 @kernel
 def ends_somewhere(point):
-    """Whether a point's plane has edges."""
+    """True if a point's plane has edges."""
     return point.edges > 0 or point.extent < inf
 
 

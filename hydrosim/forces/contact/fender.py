@@ -2,17 +2,18 @@
 
     F = N n + f,   on the plane's body the opposite at the same place
 
-N: normal force along the plane's normal n (`normal`); f: friction in the plane (`laws`); both from
-compression, velocity and stretch (`geometry`). Every point has a mode (open, stick, slip), a
-segment of its curve, and stick-slip that goes with the load knows whether that rises. They change
-only at events (`transitions`). A fender is points against one plane, which may end at `edges`; a
-`landing` has a seat for each point and remembers how it was pressed (`loop`).
+N: normal force along the plane's normal n (`normal`); f: friction in the plane (`laws`); both
+depend on compression, velocity and stretch (`geometry`). Every point has a mode (open, stick, slip)
+and a segment of its curve. Load-dependent stick-slip also knows whether the load rises. They change
+only at events (`transitions`). A fender has points against one plane, which may end at `edges`. A
+`landing` has a seat for each point and a memory of its loading (`loop`).
 
-State per point: stretch s (2,), or of slip without a node its heading; slip distance; energy lost
-in friction and where contact ends with something still stored, and of that energy the parts lost
-in C2 and in C3 of a contact node. Stored energy: normal curve and stretch; dissipation: normal
-damping, friction; a prescribed normal force stores nothing and what it takes from the body counts
-as dissipation.
+States per point: stretch s (2,), or heading for slip without a node; slip distance; energy lost in
+friction, including stored energy that is lost when contact ends; the parts of that energy lost in
+C2 and in C3 of a contact node.
+
+Stored energy: normal curve and stretch. Dissipation: normal damping and friction. A prescribed
+normal force stores nothing; its work on the body counts as dissipation.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ STATE_NAMES = (  # of each point
 )
 STATES = len(STATE_NAMES)
 SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
-FELT = 2  # first states of a point, which others feel: its stretch
+FELT = 2  # first states of a point, which others depend on: its stretch
 # see `observe`
 COMPRESSION = 0
 NORMAL_FORCE = 1
@@ -74,10 +75,10 @@ Normal = NormalCurve | NormalLoop | PrescribedNormal
 
 
 class Contact(ForceElement):
-    """``points`` (n, 3) in the body frame against planes; ``normal`` and ``friction`` hold for each
-    of them. Contacts of one ``group`` are looked at together; it is the element's name if None.
+    """``points`` (n, 3) in the body frame against planes; ``normal`` and ``friction`` apply to each
+    point. Contacts of one ``group`` are analysed together; None stands for the element's name.
 
-    If it ``remembers``, its points count closings and know their largest force (`loop`).
+    If it ``remembers``, its points count closings and store their largest force (`loop`).
     """
 
     remembers: ClassVar[bool] = False
@@ -91,7 +92,7 @@ class Contact(ForceElement):
         """The plane of each point."""
 
     def may_give(self) -> bool:
-        """A prescribed normal force pushes whatever moves."""
+        """A prescribed normal force may push a moving body."""
         return isinstance(self.normal, PrescribedNormal)
 
     def signals(self) -> Iterator[tuple[str, Signal]]:
@@ -102,13 +103,14 @@ class Contact(ForceElement):
         return [f"{name} {i}" for i in range(1, len(self.points) + 1)]
 
     def asymmetry(self) -> str | None:
-        """Rigid friction beside the plane: how points share a load is then not defined without
-        motions that lead aside."""
+        """Rigid friction beside the plane: the shares of the points in a load are then undefined
+        without sideways motions."""
         rigid = isinstance(self.friction, coulomb.Coulomb) and np.any(self.points[:, 1])
         return "has rigid friction beside the plane" if rigid else None
 
     def check(self, name: str) -> None:
-        """Slip without damping needs N' and constant coefficients; see also `loop` and `edges`."""
+        """Check that slip without damping has N' and constant coefficients; see also `loop` and
+        `edges`."""
         law = self.friction
         normal = self.normal
         try:
@@ -147,7 +149,8 @@ class Fender(Contact):
         yield "plane.body", self.plane.body
 
     def parts(self, y: float) -> Sequence[ForceElement]:
-        """A fender for each point; planes by the foot of the perpendicular from the origin."""
+        """A fender for each point; each plane is given by the foot of the perpendicular from the
+        origin."""
         plane = self.plane.by_its_foot(y)
         return [replace(self, points=point[None], plane=plane) for point in self.points]
 
@@ -167,18 +170,18 @@ POINT = np.dtype(
         *(("edge", int), ("edges", int), ("extent", float), ("group", int)),
     ]
 )
-"""Constants of a contact point: its place on its body, its plane, the pieces ``first`` to ``last``
-of its normal curve or the signal that prescribes its normal force, its friction law, the ``reach``
-[m] of its node under a usual load, the ``lag`` [s] of explicit methods, the way back along its
-curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its ``group``
-among those that remember."""
+"""Constants of a contact point: its position on its body, its plane, the pieces ``first`` to
+``last`` of its normal curve or the signal of its normal force, and its friction law. ``reach`` [m]
+is the stretch of its node under a usual load; ``lag`` [s] is set by explicit methods. Further the
+unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about its point, and its
+``group`` among groups with memory."""
 
 
 class Params(NamedTuple):
     """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
     signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
-    of modes. States of the ``remembering`` points (`loop`) come after those of all points, those of
-    the ``groups`` (`group`) after these."""
+    of modes. States of the ``remembering`` points (`loop`) follow those of all points; states of
+    the ``groups`` (`group`) follow these."""
 
     points: np.ndarray
     segments: np.ndarray
@@ -231,15 +234,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
 
 
 def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
-    """That the normal force is prescribed, the least that counts as contact, and its signal."""
+    """True if the normal force is prescribed; the least force that counts as contact; the
+    signal."""
     return True, LEAST_NORMAL * abs(value(crest(signal, pieces), signal, pieces)), signal
 
 
 def _usual_load(
     fender: Contact, signal: tuple[bool, float, np.void], pieces: np.ndarray, layout: Layout
 ) -> float:
-    """Normal force [N] on a point, the size of it: the largest that is prescribed, else the weight
-    of a body or, if that is less, the end of the curve."""
+    """Typical normal force [N] on a point: the largest prescribed one, else the weight of a body
+    or, if smaller, the force at the end of the curve."""
     _, least, _ = signal
     if isinstance(fender.normal, PrescribedNormal):
         return least / LEAST_NORMAL
@@ -256,12 +260,12 @@ def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
 
 
 def which_remember(p: Params) -> np.ndarray:
-    """Indices (r,) of the points that remember how they were pressed: each has states for it."""
+    """Indices (r,) of the points with a memory of their loading: each has states for it."""
     return np.flatnonzero(p.points["memory"] != loop.NONE)
 
 
 def memories(p: Params, y: np.ndarray) -> np.ndarray:
-    """What the ``r`` points remember (..., r, loop.STATES), of y (..., ny)."""
+    """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
     first = p.state + STATES * p.points.size
     own = y[..., first : first + loop.STATES * p.remembering]
     return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
@@ -277,20 +281,19 @@ def without_friction(p: Params) -> Params:
 
 
 def dynamic_states(p: Params) -> np.ndarray:
-    """Entries (m,) of y that others feel: the stretches of nodes."""
+    """Entries (m,) of y that other states depend on: the stretches of nodes."""
     first = p.state + STATES * np.flatnonzero(p.points["node"])
     return np.sort(np.concatenate([first, first + 1]))
 
 
 def forget(p: Params, y: np.ndarray) -> None:
-    """Clear the states in y that mean nothing to their points' law."""
+    """Clear the states in y that have no meaning for their points' law."""
     for i in np.flatnonzero(np.isin(p.points["law"], FORGETFUL)):
         y[p.state + STATES * i :][:2] = 0.0
 
 
 def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
-    """Whether each contact point's image is stretched as it is, in the same mode and on the same
-    line of its loop."""
+    """True if each contact point's image has the same stretch, mode and line of its loop."""
     points = p.points
     n = p.points.size
     s = y[p.state :][: STATES * n].reshape(-1, STATES)[:, :2, None]
@@ -309,10 +312,10 @@ def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
 
 @kernel
 def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
-    """Force of every point into its row of ``wrench``, dissipation along the normal into ``rate``,
-    the rates of stretch, slip distance and energy lost in friction into ``dy``. The reactions of
-    rigid friction are not among them: see `add_reactions`. What points remember changes at events.
-    """
+    """Add the force of every point to its row of ``wrench``, and dissipation along the normal to
+    ``rate``. Rates of stretch, slip distance and energy lost in friction go to ``dy``. Reactions of
+    rigid friction are left out: see `add_reactions`. The memory of points changes at events
+    only."""
     first = p.state + STATES * p.points.size
     clear(dy[first : first + loop.STATES * p.remembering + group.STATES * p.groups.size])
     for i in range(p.points.size):
@@ -344,7 +347,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 @kernel
 def _relax(s, point, dx):
-    """Rates of an open point with the stretch ``s``, wherever it is."""
+    """Rates of an open point with the stretch ``s``, at any distance."""
     f = laws.relax(Pressed(0.0, 0.0, 0.0, False), s, point)
     clear(dx)
     dx[0], dx[1] = f.stretch_rate
@@ -354,8 +357,8 @@ def _relax(s, point, dx):
 
 @kernel
 def pressure(i, t, y, modes, contact, p):
-    """Normal force of point ``i``, zero when open; not cut at zero, so that it is smooth across the
-    event that ends the contact."""
+    """Normal force of point ``i``, zero when open. It is not cut at zero, so that it is smooth
+    across the event that ends the contact."""
     mode = modes[p.mode + i]
     point = p.points[i]
     if mode[MODE] == OPEN:
@@ -366,14 +369,14 @@ def pressure(i, t, y, modes, contact, p):
 
 @kernel
 def memory(point, p):
-    """The first entry in y of what a point remembers, if it does."""
+    """First entry in y of a point's memory; the point must have one."""
     return p.state + STATES * p.points.size + loop.STATES * point.memory
 
 
 @kernel
 def pressed(t, point, piece, start, rising, contact, p):
-    """Normal force of a point in contact: prescribed, or that of a piece of its curve which begins
-    at ``start``."""
+    """Normal force of a point in contact: prescribed, or from a piece of its curve that begins at
+    ``start``."""
     if point.prescribed:
         N = value(t, point.signal, p.pieces)
         return Pressed(N, N, rate(t, point.signal, p.pieces), rising != 0)
@@ -396,7 +399,7 @@ def hold_points(modes, motion, bodies, p, wrench, constraints, holds):
 
 @kernel
 def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
-    """Reactions of the held points into their rows of ``wrench``."""
+    """Add reactions of the held points to their rows of ``wrench``."""
     coulomb.collect_reactions(constraints, holds)
     for i in range(p.points.size if constraints.number[0] > 0 else 0):
         point = p.points[i]
@@ -407,7 +410,7 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
 
 @kernel
 def stored_along_normal(i, t, y, modes, contact, p):
-    """Energy in the normal curve of point ``i``, in contact: what it gives back."""
+    """Recoverable energy in the normal curve of point ``i`` in contact."""
     point = p.points[i]
     x = contact.compression
     if point.line != loop.NONE:
@@ -417,7 +420,7 @@ def stored_along_normal(i, t, y, modes, contact, p):
 
 @kernel
 def lost_in_loop(i, y, modes, contact, p):
-    """Energy that the loop of point ``i`` has taken for good."""
+    """Energy that the loop of point ``i`` has dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
     lost = y[memory(point, p) + loop.LOSS]
@@ -429,7 +432,7 @@ def lost_in_loop(i, y, modes, contact, p):
 @kernel
 def left_behind(i, modes, contact, p):
     """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
-    the curve was free: what is not lost yet of what is booked as lost."""
+    the curve was unloaded. It is booked as lost, and not yet dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
     if point.prescribed or contact.compression <= 0.0 or mode[RISING] >= PASSED:
@@ -452,7 +455,7 @@ def stored_in_plane(i, t, y, modes, contact, p):
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
-    """Energy in normal curves and stretched nodes, into each fender's row of ``stored``."""
+    """Add energy in normal curves and stretched nodes to each fender's row of ``stored``."""
     for i in range(p.points.size):
         contact = geometry.touch(p.points[i], bodies, motion)
         row = p.points[i].row
@@ -465,9 +468,9 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 @root
 def observe(t, y, modes, motion, bodies, p, reactions, out):
-    """Rows of `OBSERVED` of all points one after the other in ``out``: compression, N, friction (3)
-    in the earth frame, node (3), energy lost in friction. Behind a plane that does not act there
-    nothing is compressed."""
+    """Write rows of `OBSERVED` of all points to ``out``: compression, N, friction (3) in the earth
+    frame, node (3), energy lost in friction. Compression is zero or negative where a plane does not
+    act."""
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]

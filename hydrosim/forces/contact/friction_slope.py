@@ -1,4 +1,5 @@
-"""Friction by a slope: viscous at small velocity, saturated at large, as aNySIM's fender has it.
+"""Friction with a slope: viscous at small velocity, saturated at large velocity, as in aNySIM's
+fender.
 
     f = -min(mu N, b |v|) v / |v|
 
@@ -28,14 +29,14 @@ class FrictionSlope:
 
 
 def constants(law: FrictionSlope) -> Constants:
-    """mu as both coefficients, and b in the place of a damping."""
+    """mu as both coefficients, and b in place of a damping."""
     return Constants(law.coefficient, law.coefficient, damping=law.slope)
 
 
 @kernel
 def friction(mode, load, v1, s, p):
-    """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``. Slip goes
-    on in the half plane of its heading ``s`` (2,), so that it is smooth through rest."""
+    """Friction of a contact point in ``mode``; mu is ``p.kinetic``, b is ``p.damping``. Slip
+    continues in the half plane of its heading ``s`` (2,), so that it is smooth through rest."""
     speed = length(v1)
     if mode == OPEN or speed == 0.0:
         return Friction((0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
@@ -48,8 +49,8 @@ def friction(mode, load, v1, s, p):
 
 @kernel
 def margin(mode, load, v1, heading, p):
-    """How far the point is from the corner mu N = b |v| [N]; negative past it, and where the
-    velocity has turned round from its ``heading`` (2,) at the start of the step."""
+    """Distance of the point from the corner mu N = b |v| [N]. Negative past it, and where the
+    velocity has reversed relative to its ``heading`` (2,) at the start of the step."""
     if mode == STICK:
         return p.kinetic * load.N - p.damping * length(v1)
     return p.damping * size_along(v1, heading) - p.kinetic * load.N
@@ -63,7 +64,7 @@ def break_away(v):
 
 @kernel
 def close(load, v, p):
-    """Contact begins in the mode of the speed, with its heading."""
+    """Contact begins in the mode that fits the speed, with its heading."""
     return (STICK if margin(STICK, load, v, (0.0, 0.0), p) >= 0.0 else SLIP), break_away(v)[0]
 
 

@@ -16,13 +16,13 @@ class Frictionless:
 
 
 def constants(law: Frictionless) -> Constants:
-    """There are none."""
+    """No constants."""
     return Constants()
 
 
 @kernel
 def friction(mode, load, v, s, p):
-    """No force; the distance slipped is counted."""
+    """Zero force; the slip distance is counted."""
     speed = length(v) if mode == SLIP else 0.0
     return Friction((0.0, 0.0), (0.0, 0.0), speed, 0.0, 0.0, 0.0)
 

@@ -1,9 +1,9 @@
 """Geometry of contact: a point r of one body against a plane on the earth or on another body.
 
-With c a point of the plane, n its unit normal (towards the side where the body is free), p the
-contact point and d = p - c, the compression is delta = -n d, positive in contact. w is the velocity
-of p relative to the plane's material at p; delta' = -n w, and u1' = (t1 w, t2 w) are the rates of
-the coordinates u1 = (t1 d, t2 d) in the plane's own frame, exactly, because n, t1 and t2 turn with
+c: a point of the plane; n: its unit normal (towards the side where the body is free); p: the
+contact point; d = p - c. The compression is delta = -n d, positive in contact. w: velocity of p
+relative to the plane's material at p; delta' = -n w. The coordinates u1 = (t1 d, t2 d) in the
+plane's own frame have the rates u1' = (t1 w, t2 w). This is exact, because n, t1 and t2 turn with
 the plane. In linear kinematics normals and lever arms stay as at rest.
 """
 
@@ -43,7 +43,7 @@ class Touch(NamedTuple):
 
 @kernel
 def touch(point, bodies, motion):
-    """Where a contact point stands against its plane, as a `Touch`."""
+    """Position and velocity of a contact point relative to its plane, as a `Touch`."""
     b = point.body
     r = vector(point.place, 0)
     p, arm = attachment(b, r, bodies, motion)
@@ -83,7 +83,8 @@ def _from_moving_plane(b, r, a, c, p, bodies, motion):
 
 @kernel
 def tangential_bias(point, contact, bodies, motion):
-    """u1'' (2,) of a point when all q'' are zero: what rotations and their rates' map leave."""
+    """u1'' (2,) of a point when all q'' are zero: the part from rotations and from the rate of
+    their map."""
     if not bodies.exact:
         return (0.0, 0.0)
     a = point_bias(point.body, contact.arm, motion)
@@ -101,8 +102,8 @@ def tangential_bias(point, contact, bodies, motion):
 
 @kernel
 def _plane_bias(b, arm, velocity, motion):
-    """Rate of omega x arm of the plane's body, whose ``arm`` goes at ``velocity`` with the point
-    it ends at."""
+    """Rate of omega x arm of the plane's body. The ``arm`` ends at the point, which moves with
+    ``velocity``."""
     omega = vector(motion.velocity, 6 * b + 3)
     bias = vector(motion.bias, 6 * b + 3)
     return add(cross(bias, arm), cross(omega, velocity))
@@ -110,7 +111,7 @@ def _plane_bias(b, arm, velocity, motion):
 
 @kernel
 def press(point, contact, normal_force, friction, wrench):
-    """Put the force of the plane on the point's body, and its opposite on the plane's body, into
+    """Add the force of the plane on the point's body, and its opposite on the plane's body, to
     ``wrench``: ``normal_force`` along the normal and the tangential ``friction`` (2,)."""
     force = add(
         scale(normal_force, contact.normal),
@@ -123,8 +124,8 @@ def press(point, contact, normal_force, friction, wrench):
 
 
 def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that make a right-handed frame (t1, t2, normal); t1 is as near to the x axis
-    as it can be, so that for a level plane facing up the frame is the earth's."""
+    """Two unit vectors that make a right-handed frame (t1, t2, normal). t1 is as near to the x axis
+    as possible, so that for a level plane facing up the frame is the earth's."""
     guess = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
     t1 = guess - normal * (guess @ normal)
     t1 /= np.linalg.norm(t1)

@@ -1,8 +1,8 @@
-"""What a group of contacts remembers of how it touched, carried and let go.
+"""Memory of a group of contacts: touching, carrying and letting go.
 
-It does so if its stages are asked for: if a contact of it names its group, is a landing, or touches
-a body without water that carries its own weight. Its states in y change at events and at the ends
-of steps, so that nothing depends on how often a run is recorded; the impulse is an integral.
+A group has a memory if its stages are asked for: a contact names its group, is a landing, or
+touches a body without water that carries its own weight. Its states in y change at events and at
+the ends of steps, so that they do not depend on the output step. The impulse is an integral.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ STATE_NAMES = (
     *("closings", "closing speed", "largest force"),
     *("recontacts", "recontact speed", "recontact force"),
 )
-"""Of each group: the integral of its normal forces [N s], the sum of them at the end of a step [N]
-and the largest so far; times [s], `NEVER` before: of the first contact, of when all were open after
-they carried `CARRIES`, and of when all were open last; how often contacts closed, the largest speed
-at which one did [m/s] and the largest force of one [N]; the same since all were open."""
+"""States of each group. Loads: integral of its normal forces [N s], their sum at the end of a step
+[N], and the largest sum. Times [s], `NEVER` before: first contact, first time that all were open
+after they carried `CARRIES`, and last time that all were open. Contacts: number of closings, their
+largest speed [m/s] and the largest force of one contact [N]; the same since all were open."""
 STATES = len(STATE_NAMES)
 IMPULSE, LOAD, MOST, FIRST, OPENED, LAST, CLOSINGS = range(7)
 # the last two are counted from closings and recontacts
@@ -33,14 +33,14 @@ SPEED = 1
 FORCE = 2
 NEVER = -1.0
 NONE = -1
-CARRIES = 0.5  # of the weight: a group that has carried so much has let go when it is open
+CARRIES = 0.5  # of the weight: a group that has carried this much has let go when it is open
 GROUP = np.dtype([("first", int), ("index", int), ("weight", float)])
-"""The first of its states among those of contacts, which of all groups of contacts it is, and the
-weight [N] that it carries or takes, or 0."""
+"""Its first state among those of contacts, its index among all groups of contacts, and the weight
+[N] that it carries or takes, or 0."""
 
 
 class Member(Protocol):
-    """What a group must know of an element of contacts, see `fender.Contact`."""
+    """Data that a group needs of an element of contacts, see `fender.Contact`."""
 
     remembers: ClassVar[bool]
 
@@ -50,7 +50,8 @@ class Member(Protocol):
 
     @property
     def group(self) -> str | None:
-        """What its contacts are looked at together as, if not as the element."""
+        """Name under which its contacts are analysed together; None stands for the element's
+        name."""
 
     def others(self) -> Iterator[tuple[str, str | None]]:
         """Keys and names of the other bodies that it acts on."""
@@ -59,8 +60,8 @@ class Member(Protocol):
 def remembering(
     contacts: Mapping[str, Member], carried: Mapping[str, float], first: int
 ) -> np.ndarray:
-    """Those (n,) of `GROUP` of all groups of ``contacts`` that remember; their states come from
-    ``first`` on after those of contacts. ``carried`` [N] are the weights of bodies."""
+    """Constants (n,) of `GROUP` of all groups of ``contacts`` with a memory. Their states follow
+    those of contacts from ``first`` on. ``carried`` [N] are the weights of bodies."""
     asked: dict[str, bool] = {}
     weight: dict[str, float] = {}
     for element, e in contacts.items():
@@ -74,7 +75,7 @@ def remembering(
 
 
 class Remembered(NamedTuple):
-    """A group that remembers: which ``group`` of all groups of contacts it is, its ``weight`` [N]
+    """A group with a memory: its index ``group`` among all groups of contacts, its ``weight`` [N]
     or 0, and its states ``y`` (nt, `STATES`)."""
 
     group: int
@@ -84,13 +85,13 @@ class Remembered(NamedTuple):
 
 @kernel
 def first_state(g, p):
-    """The first entry in y of what group ``g`` remembers."""
+    """First entry in y of the memory of group ``g``."""
     return p.state + p.groups[g].first
 
 
 @kernel
 def begin(t, y, modes, p):
-    """All groups begin as they are."""
+    """Initialise the memory of all groups from the present contacts."""
     for g in range(p.groups.size):
         k = first_state(g, p)
         clear(y[k : k + STATES])
@@ -108,7 +109,7 @@ def _is_open(g, modes, p):
 
 @kernel
 def closed(t, speed, y, point, p):
-    """A point has closed with this ``speed``."""
+    """Record that a point has closed with this ``speed``."""
     if point.group == NONE:
         return
     k = first_state(point.group, p)
@@ -127,7 +128,7 @@ def _count(speed, x):
 
 @kernel
 def opened(t, y, modes, point, p):
-    """A point has opened."""
+    """Record that a point has opened."""
     if point.group == NONE or not _is_open(point.group, modes, p):
         return
     k = first_state(point.group, p)
@@ -138,21 +139,21 @@ def opened(t, y, modes, point, p):
 
 @kernel
 def add_load(N, dy, point, p):
-    """The normal force of a point as part of the rate of its group's impulse."""
+    """Add the normal force of a point to the rate of its group's impulse."""
     if point.group != NONE:
         dy[first_state(point.group, p) + IMPULSE] += N
 
 
 @kernel
 def put_down(y, p):
-    """No group carries anything: loads are added up anew."""
+    """Set the loads of all groups to zero, before they are summed again."""
     for g in range(p.groups.size):
         y[first_state(g, p) + LOAD] = 0.0
 
 
 @kernel
 def note(N, y, point, p):
-    """Add the normal force of a point to its group's load; keep what is largest."""
+    """Add the normal force of a point to its group's load; keep the largest values."""
     k = first_state(point.group, p)
     y[k + LOAD] += N
     y[k + MOST] = max(y[k + MOST], y[k + LOAD])

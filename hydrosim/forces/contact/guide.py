@@ -3,12 +3,13 @@
     e = r - gap + s delta,   F_across = -f(e) u1 / r,   F_along the axis = s f(e)   while e > 0
 
 r = |u1|: distance of the pin from the axis; delta: its compression, negative above the seat; gap:
-clearance around a seated pin; s: tangent of the angle between wall and axis, 0 of a cylinder;
-f: straight lines through a table. The wall has no friction: what it stores, the integral of f over
-e, is a potential of place. It reaches up to the mouth at delta = -depth. A pin that leaves pressed
-loses what is stored; one that comes down outside the mouth is beside the wall until it has come in.
-A wall that begins to act (`forces.trigger`) catches a pin that is inside it; any other is beside
-it. What a wall has stored as it ends is lost.
+clearance around a seated pin; s: tangent of the angle between wall and axis, 0 for a cylinder; f:
+straight lines through a table. The wall has no friction: its stored energy, the integral of f over
+e, is a potential of position. It reaches up to the mouth at delta = -depth.
+
+A pin that leaves while pressed loses the stored energy. A pin that comes down outside the mouth is
+beside the wall until it has entered. A wall that becomes active (`forces.trigger`) catches a pin
+that is inside it; any other pin is beside it. The energy stored in a wall when it ends is lost.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
 NAMES = ("away", "free", "pressed", "beside", "inactive")
 FORCE, CLEARANCE, OBSERVED = range(3)  # see `observe`
 ENDLESS = 1e6  # m: a wall without a mouth
-INSIDE = 1.0  # m from the mouth: as far as its margin counts
+INSIDE = 1.0  # m: limit of the margin from the mouth
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ PIN = np.dtype(
         *(("first", int), ("last", int)),
     ]
 )
-"""A pin: which contact point it is, the row of its element, its wall."""
+"""A pin: the index of its contact point, the row of its element, its wall."""
 
 
 class Params(NamedTuple):
@@ -95,14 +96,14 @@ def pressed_by(pin, contact):
 
 @kernel
 def wall_force(i, e, modes, p):
-    """f(e) of pin ``i`` while it is pressed; zero else."""
+    """f(e) of pin ``i`` while it is pressed, else zero."""
     mode = modes[p.mode + i]
     return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PRESSED else 0.0
 
 
 @root
 def add_force(t, y, modes, motion, bodies, elements, wrench):
-    """Force of every wall into its row of ``wrench``; it dissipates nothing."""
+    """Add the force of every wall to its row of ``wrench``; walls dissipate nothing."""
     p = elements.guides
     for i in range(p.pins.size):
         if modes[p.mode + i, MODE] == PRESSED:
@@ -118,7 +119,7 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
 
 @root
 def add_energy(modes, motion, bodies, elements, stored):
-    """Energy stored in every wall, into its row of ``stored``."""
+    """Add the energy stored in every wall to its row of ``stored``."""
     p = elements.guides
     for i in range(p.pins.size):
         stored[p.pins[i].row] += _stored(i, modes, motion, bodies, elements)
@@ -135,7 +136,7 @@ def _stored(i, modes, motion, bodies, elements):
 
 @root
 def observe(modes, motion, bodies, elements, out):
-    """Rows of `OBSERVED` of all pins one after the other in ``out``: f and -e."""
+    """Write rows of `OBSERVED` of all pins to ``out``: f and -e."""
     p = elements.guides
     for i in range(p.pins.size):
         c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
@@ -146,8 +147,8 @@ def observe(modes, motion, bodies, elements, out):
 
 @root
 def margins(modes, motion, bodies, elements, out):
-    """Margins of all pins into ``out``: of contact e or its opposite, of the mouth the depth below
-    it or its opposite, of the segment the distance to its nearer corner."""
+    """Margins of all pins into ``out``: for contact e or its opposite, for the mouth the depth
+    below it or its opposite, for the segment the distance to its nearer corner."""
     p = elements.guides
     for i in range(p.pins.size):
         pin = p.pins[i]
@@ -172,7 +173,7 @@ def margins(modes, motion, bodies, elements, out):
 
 @root
 def switch(i, which, y, modes, motion, bodies, elements):
-    """Put pin ``i`` into the mode that follows when margin ``which`` has reached zero."""
+    """Switch pin ``i`` to its next mode, after margin ``which`` has reached zero."""
     p = elements.guides
     pin = p.pins[i]
     mode = modes[p.mode + i]
@@ -191,7 +192,7 @@ def switch(i, which, y, modes, motion, bodies, elements):
 
 @kernel
 def _leave(i, mode, y, modes, motion, bodies, elements):
-    """Put pin ``i`` into a ``mode`` without force: what its wall has stored is lost."""
+    """Set pin ``i`` to a ``mode`` without force; the energy stored in its wall is lost."""
     p = elements.guides
     pin = p.pins[i]
     y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
@@ -201,7 +202,7 @@ def _leave(i, mode, y, modes, motion, bodies, elements):
 
 @kernel
 def activate(i, modes, motion, bodies, elements):
-    """The wall of pin ``i`` begins to act: it catches the pin within its clearance."""
+    """Activate the wall of pin ``i``: it catches the pin within its clearance."""
     p = elements.guides
     pin = p.pins[i]
     c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
@@ -212,13 +213,13 @@ def activate(i, modes, motion, bodies, elements):
 
 @kernel
 def deactivate(i, y, modes, motion, bodies, elements):
-    """The wall of pin ``i`` acts no more."""
+    """Deactivate the wall of pin ``i``."""
     _leave(i, INACTIVE, y, modes, motion, bodies, elements)
 
 
 @kernel
 def take_out(i, modes, p):
-    """The wall of pin ``i`` does not act yet: it has stored nothing."""
+    """Make the wall of pin ``i`` inactive before its time: it has stored nothing."""
     modes[p.mode + i, MODE] = INACTIVE
     modes[p.mode + i, SEGMENT] = p.pins[i].first
 
@@ -263,7 +264,8 @@ class _Kind(PosingKind):
         return [free, Posture("pins at their walls", rest_at_first(first, PRESSED))]
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
-        """With pins that are pressed by the steepest piece of their walls wherever they are."""
+        """Constants in which pins are pressed by the steepest piece of their walls at any
+        position."""
         pins = p.pins.copy()
         segments = p.segments.copy()
         for pin in pins:

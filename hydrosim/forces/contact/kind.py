@@ -1,4 +1,4 @@
-"""Contact points as a kind: their states, modes and variables, and what a restart begins anew."""
+"""Contact points as a kind: states, modes, variables, and states that a restart initialises."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ POINT = ("time", "fender", "axis")
 
 
 def group_of_points(scene: Scene) -> list[str]:
-    """Name of the group of each contact point: that of its element if it does not say another."""
+    """Name of the group of each contact point; by default the name of its element."""
     return [
         element.group or name
         for name, element in scene.forces.items()
@@ -106,7 +106,7 @@ class _Kind(ContactPostures):
         return Modes(points.size, "mode", "rising", points["first"], last, points["steepest"])
 
     def states(self, p: Params, scene: Scene) -> Iterator[States]:
-        """Those of all points, of points that remember, and of groups that do."""
+        """States of all points, of points with memory, and of groups with memory."""
         names = self.unit_names(scene)
         groups = [*dict.fromkeys(group_of_points(scene))]
         yield States("contact node", names, STATE_NAMES)
@@ -118,7 +118,7 @@ class _Kind(ContactPostures):
         return dynamic_states(p)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        """With the element that each point belongs to, and those elements."""
+        """Coordinates with the element of each point, and these elements."""
         groups = group_of_points(scene)
         if not groups:
             return {}
@@ -165,8 +165,8 @@ class _Kind(ContactPostures):
     def renew(
         self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
     ) -> None:
-        """Stiff lines of points that were not in the run or cannot be pressed as they were, and
-        what groups remember that did not in the run."""
+        """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
+        memory of groups that did not have one in the run."""
         for k, i in enumerate(which_remember(p)):
             if not (possible[i] and known[p.state + STATES * i]):
                 memories(p, y)[k, loop.SET] = memories(p, anew)[k, loop.SET]
@@ -190,7 +190,7 @@ def _kinetic(scene: Scene) -> dict[str, object]:
 
 
 def _closings(p: Params, y: np.ndarray) -> Columns:
-    """What contacts remember of how they closed; not a number of those that do not."""
+    """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
     known = np.full((len(y), p.points.size, loop.STATES), np.nan)
@@ -203,8 +203,8 @@ def _closings(p: Params, y: np.ndarray) -> Columns:
 
 
 def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
-    """What contact points did, of their ``tallies`` (nt, nf, `TALLIES`): `contact_*`
-    (time, fender, mode) and `slip_*` (time, fender, axis)."""
+    """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
+    fender, mode) and `slip_*` (time, fender, axis)."""
     dims = ("time", "fender", "contact_mode")
     end = len(TALLIED) * WIDTH
     modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(TALLIED), WIDTH)
@@ -220,7 +220,7 @@ def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], 
 
 
 def remembered_groups(parts: Parts, y: np.ndarray) -> list[group.Remembered]:
-    """All groups that remember, with what they do in y (nt, ny)."""
+    """All groups with memory, with their states from y (nt, ny)."""
     p = KIND.of(parts)
     starts = p.state + p.groups["first"]
     return [

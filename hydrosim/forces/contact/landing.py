@@ -1,9 +1,9 @@
 """Landing: points of a body that come down on seats, on the earth or on another body.
 
-A contact point whose plane goes through its seat, across the ``axis`` along which the seat carries.
-It pushes only; it may carry along a loop (`loop`), be guided sideways (`guide`), and has the
-friction of any contact. Legs of a
-topside on its substructure, leg mating units and deck support units are landings.
+A landing is a contact point whose plane passes through its seat, normal to the ``axis`` along which
+the seat carries. It only pushes. It may carry along a loop (`loop`), be guided sideways (`guide`),
+and has the friction of any contact. Legs of a topside on its substructure, leg mating units and
+deck support units are landings.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from hydrosim.forces.contact.plane import Plane
 from hydrosim.forces.mirroring import turned
 from hydrosim.scene import ForceElement
 
-SEAT = 2.0  # m: how far a seat carries from its middle, or from the mouth of its wall
+SEAT = 2.0  # m: default radius of a seat, or its width beside the mouth of its wall
 
 
 @dataclass(frozen=True)
 class Landing(Contact):
     """``points`` (n, 3) in the body frame, each on its own of the ``seats`` (n, 3), which carry
-    along ``axis`` (towards the point), both in the earth frame or that of ``on``, a body. A
-    ``wall`` around each seat holds its point sideways. A seat carries up to an ``extent`` [m] from
-    its middle; if None, to 2 m, or 2 m beside the mouth of its wall."""
+    along ``axis`` (towards the point). Seats and axis are in the earth frame or in the frame of
+    ``on``, a body. A ``wall`` around each seat holds its point sideways. A seat carries up to an
+    ``extent`` [m] from its centre; None means 2 m, or 2 m beside the mouth of its wall."""
 
     remembers: ClassVar[bool] = True
     points: np.ndarray
@@ -48,7 +48,7 @@ class Landing(Contact):
         return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in each]
 
     def reach(self) -> float:
-        """How far a seat carries from its middle [m]."""
+        """Largest distance from its centre at which a seat carries [m]."""
         if self.extent is not None:
             return self.extent
         mouth = self.wall.gap + self.wall.slope * self.wall.depth if self.wall else 0.0

@@ -1,11 +1,11 @@
-"""What a friction law is given and gives. A law is one file with
+"""Interface of friction laws. A law is one file with
 
     a frozen dataclass          its coefficients, for scenes
     constants(law)              `Constants` of a point
     friction(mode, load, v, s, p)                        `Friction` in a mode
     margin(mode, load, v, s, heading, reaction, p)       positive while the mode lasts
 
-and, where it differs from the usual (`laws` says what that is), its transitions:
+and its transitions, where they differ from the defaults in `laws`:
 
     heading(load, v, s, p)                  along which a point slips
     break_away(load, v, s, reaction, p)     slip begins: state, jump of the node, energy lost
@@ -27,17 +27,20 @@ from hydrosim.rigid.vectors import length
 
 REVERSED = 10.0  # 1 / cos(84 deg)
 AT_REST = 1e-6
-"""m/s: slip has hardly begun, or has ended, and goes on where it headed for. The direction of slip
-without a node follows that of the forces at the rate mu g / speed, which explicit steps must
-resolve from here on, and the differences of a Jacobian must see: a hundred steps of 1e-6 s as slip
-begins. Places are off by this times how long slip is that slow, 1e-6 to 1e-4 s, and so by 1e-10 m
-at most."""
+"""m/s: below this speed the last direction of slip is kept.
+
+The direction of slip without a node follows that of the forces at the rate mu g / speed. Above this
+speed explicit steps and the differences of a Jacobian must resolve this rate: a hundred steps of
+1e-6 s as slip begins. The error of positions is this speed times the duration of such slow slip,
+1e-6 to 1e-4 s, so 1e-10 m at most.
+"""
 
 
 class Constants(NamedTuple):
-    """Of a point's friction: ``static`` and ``kinetic`` coefficients; K2 or none, C2 or a slope, C3
-    and the time (C2 + C3) / K2 in which a node relaxes; a reference load and the powers of it that
-    K2, C2, C3 go with. ``node``: the state is the stretch of a contact node."""
+    """Constants of a point's friction: ``static`` and ``kinetic`` coefficients; K2 or none, C2 or a
+    slope, C3, and the relaxation time (C2 + C3) / K2 of a node; a reference load, and the powers of
+    the load with which K2, C2, C3 scale. ``node`` is true if the state is the stretch of a contact
+    node."""
 
     static: float = 0.0
     kinetic: float = 0.0
@@ -53,8 +56,8 @@ class Constants(NamedTuple):
 
 
 class Pressed(NamedTuple):
-    """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e' of that; whether the
-    stretch is that of a ``rising`` load."""
+    """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e'; ``rising`` is true if the
+    stretch is that of a rising load."""
 
     N: float
     elastic: float
@@ -63,9 +66,9 @@ class Pressed(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """What a friction law says: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
-    ``slip_speed`` |v2|, the ``dissipation`` [W], with what is lent to the spring, and the parts of
-    it that are ``damped`` by C2 and ``slip_damped`` by C3."""
+    """Result of a friction law: ``force`` (2,) on the body, ``stretch_rate`` s' (2,), the node's
+    ``slip_speed`` |v2|, and the ``dissipation`` [W] including energy lent to the spring. ``damped``
+    by C2 and ``slip_damped`` by C3 are parts of the dissipation."""
 
     force: tuple[float, float]
     stretch_rate: tuple[float, float]
@@ -77,19 +80,20 @@ class Friction(NamedTuple):
 
 @kernel
 def size_along(a, heading):
-    """|a|, but negative where ``a`` has turned round from the unit vector ``heading``; smooth for
-    turns below 84 deg."""
+    """|a|, negative if ``a`` has reversed relative to the unit vector ``heading``; smooth for turns
+    below 84 deg."""
     along = a[0] * heading[0] + a[1] * heading[1]
     return min(length(a), REVERSED * along)
 
 
 @kernel
 def direction(v, heading, rest):
-    """v / |v| turned into the half plane of the unit vector ``heading`` (2,), which it is at speeds
-    far below ``rest`` [m/s].
+    """v / |v| turned into the half plane of the unit vector ``heading`` (2,). It equals the heading
+    at speeds far below ``rest`` [m/s].
 
-    Near to rest it goes over into the heading: what was held has no velocity but its rounding, and
-    slip that is driven sideways would turn ever faster as it stops."""
+    Near rest it changes smoothly into the heading. A point that was held has a velocity of rounding
+    only, and slip that is driven sideways would turn ever faster as it stops.
+    """
     side = -1.0 if v[0] * heading[0] + v[1] * heading[1] < 0.0 else 1.0
     a, b = side * v[0] + rest * heading[0], side * v[1] + rest * heading[1]
     size = length((a, b))

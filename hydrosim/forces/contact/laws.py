@@ -1,8 +1,8 @@
-"""All friction laws: their numbers, and the one that a point has.
+"""All friction laws with their numbers, and dispatch to the law of a point.
 
-A new law is one file (see `law`), its line in `LAWS`, and a line in those of the functions here
-where it differs from what is usual: no state, stick as soon as slip ends, and contact that begins
-in slip.
+A new law is one file (see `law`), its line in `LAWS`, and a line in each function here where it
+differs from the default. By default a law has no state, sticks as soon as slip ends, and begins
+contact in slip.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LAWS: dict[type, ModuleType] = {
 }
 FRICTIONLESS, STICK_SLIP, FRICTION_SLOPE, COULOMB = range(len(LAWS))
 FORGETFUL = (FRICTIONLESS, FRICTION_SLOPE)
-"""Laws whose state means nothing after a restart."""
+"""Laws whose state has no meaning after a restart."""
 FIELDS = ("law", *Constants._fields)
 LAW = [(name, {"law": int, "node": bool}.get(name, float)) for name in FIELDS]
 """Fields of a contact point's friction."""
@@ -39,7 +39,7 @@ Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
 def constants(law: Law) -> tuple[Any, ...]:
-    """Number and constants of a law, the values of `LAW`; InputError if it is none of these."""
+    """Number and constants of a law, the values of `LAW`; raises InputError for an unknown law."""
     for number, (kind, home) in enumerate(LAWS.items()):
         if isinstance(law, kind):
             return (number, *home.constants(law))
@@ -67,7 +67,7 @@ def friction(mode, load, v, s, p):
 
 @kernel
 def margin(mode, load, v, s, heading, reaction, p):
-    """How far a point is from leaving stick or slip."""
+    """Margin of a point to the end of stick or slip."""
     if p.law == STICK_SLIP:
         return stick_slip.margin(mode, load, v, s, heading, p)
     if p.law == FRICTION_SLOPE:
@@ -87,13 +87,13 @@ def heading(load, v, s, p):
 
 @kernel
 def keeps_heading(p):
-    """Whether the state of a point that slips is its heading."""
+    """True if the state of a point that slips is its heading."""
     return p.law in (FRICTION_SLOPE, COULOMB)
 
 
 @kernel
 def break_away(load, v, s, reaction, p):
-    """Slip begins: the state (2,), how far the node jumps, and the energy lost in that."""
+    """Slip begins: the state (2,), the jump of the node, and the energy lost in it."""
     if p.law == STICK_SLIP:
         return stick_slip.break_away(load, v, s, p)
     if p.law == FRICTION_SLOPE:
@@ -105,7 +105,7 @@ def break_away(load, v, s, reaction, p):
 
 @kernel
 def grip(size, load, v, s, p):
-    """Slip ends, by a margin that was of this ``size`` before: mode and state (2,)."""
+    """Slip ends, by a margin that had this ``size`` before: mode and state (2,)."""
     if p.law == STICK_SLIP:
         return stick_slip.grip(load, v, s, p)
     if p.law == COULOMB:
@@ -141,7 +141,7 @@ def relax(load, s, p):
 
 @kernel
 def turn_over(load, s, p):
-    """The stretch (2,) of a node, of the same traction, when the load begins to fall or to rise."""
+    """The stretch (2,) of a node for the same traction, when the load begins to fall or to rise."""
     return stick_slip.turn_over(load, s, p)
 
 
@@ -153,7 +153,7 @@ def stored_energy(mode, load, v, s, p):
 
 @kernel
 def lent(mode, load, v, s, p):
-    """What of the integral of the dissipation is still stored."""
+    """Part of the integrated dissipation that is still stored."""
     return stick_slip.lent(mode, load, v, s, p) if p.node else 0.0
 
 
@@ -164,12 +164,12 @@ def stretch(mode, load, v, s, p):
 
 
 def sliding(N: float, velocity: np.ndarray, p: np.void) -> Any:
-    """State (2,) of a point in steady slip, to linearise about; None if it does not matter."""
+    """State (2,) of a point in steady slip, to linearise about; None if it has no influence."""
     if p["law"] == STICK_SLIP:
         return stick_slip.sliding(N, p)
     return coulomb.sliding(velocity) if p["law"] == COULOMB else None
 
 
 def slowest(N: float, p: np.void) -> float:
-    """The speed [m/s] at which a point begins to slip, without a node, under ``N`` [N]."""
+    """The speed [m/s] at which a point without a node begins to slip under ``N`` [N]."""
     return friction_slope.slowest(N, p) if p["law"] == FRICTION_SLOPE else 0.0

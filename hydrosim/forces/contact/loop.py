@@ -1,19 +1,20 @@
-"""A normal curve with a way back of its own, and what a point remembers of how it was pressed.
+"""A normal curve with a separate unloading curve, and a point's memory of its loading.
 
     loading    N = f(x)          while x' > 0          x: compression
     unloading  N = g(x) <= f(x)  while x' < 0
     between    N = k (x - s)     from where it turned until it meets f or g again
 
 f and g: straight lines through the points of tables from (0, 0); k: a stiff line, steeper than
-both; s is set where the motion turns, which is an event, and so are the two ends of the line. Every
-place between is a place of rest. At rest a point begins at the upper end of its line, on f.
+both. s is set where the motion reverses. The reversal is an event, and so are the two ends of the
+line. Every position between f and g can be at rest. A point that starts at rest begins at the upper
+end of its line, on f.
 
-What such a point gives back is the integral of the line down to g, and of g from there. All else
-that f takes is lost: over a whole loop the area between f and g. It is known at every place without
-integration in time: only its part before the last event is a state.
+The recoverable energy is the integral of the line down to g, and of g from there. The rest of the
+work along f is lost: over a whole loop the area between f and g. It is known at every position
+without integration in time: only its part before the last event is a state.
 
-Limits: between, the line is the same wherever it turned; a point that has let go is as new. f and g
-do not depend on the speed.
+Limits: the stiff line does not depend on where it turned. A released contact forgets its history. f
+and g do not depend on the speed.
 """
 
 from __future__ import annotations
@@ -26,22 +27,24 @@ from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNo
 from hydrosim.jit.kernels import kernel
 
 STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
-"""Of each point that remembers: s [m], energy lost before the last event [J], how often it has
-closed, and of the last contact the speed at which it closed [m/s] and the largest N [N]."""
+"""States of each point with memory: s [m], energy lost before the last event [J], number of
+closings, and, for the last contact, its closing speed [m/s] and the largest N [N]."""
 STATES = len(STATE_NAMES)
 SET, LOSS, CLOSINGS, SPEED, LARGEST = range(STATES)
 LOOP = [("back", int), ("line", int), ("leeway", float), ("memory", int)]
-"""Fields of a contact point: its pieces from ``last`` + 1 to ``back`` are g, ``line`` is the stiff
-one, or `NONE`; ``leeway``, see `LEEWAY`; which of the points that remember it is, or `NONE`."""
+"""Fields of a contact point. Its pieces from ``last`` + 1 to ``back`` are g; ``line`` is the stiff
+one, or `NONE`; ``leeway``, see `LEEWAY`. The last field is its index among points with memory, or
+`NONE`."""
 NONE = -1
 SAME = 1e-12  # of a force
 LEEWAY = 1e-10
-"""Of the length of a curve, and per second: so far the line goes on beyond its ends, and so slowly
-may a point go back on f or g. What rests in rounding does not turn for ever."""
+"""Fraction of the length of a curve by which the line continues beyond its ends, and, per second,
+the speed at which a point may move back on f or g. So a point at rest does not reverse endlessly by
+rounding."""
 
 
 def segments(normal: NormalCurve | NormalLoop) -> np.ndarray:
-    """The pieces of f, and of a loop those of g and the stiff line."""
+    """The pieces of f and, for a loop, those of g and the stiff line."""
     loading = curve.segments(normal.compression, normal.force)
     if not isinstance(normal, NormalLoop):
         return loading
@@ -50,7 +53,7 @@ def segments(normal: NormalCurve | NormalLoop) -> np.ndarray:
 
 
 def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The table of g, which goes on along f from where it would pass that beyond both tables."""
+    """The table of g; it continues along f from where it would exceed f beyond both tables."""
     x, force = np.array(normal.unloading_compression), np.array(normal.unloading_force)
     slope, on_f = float(np.diff(force[-2:])[0] / np.diff(x[-2:])[0]), float(loading["slope"][-1])
     if slope <= on_f:
@@ -67,7 +70,8 @@ def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def check(normal: NormalLoop) -> None:
-    """Raises InputError where the way back is not below f, or the line between not steeper."""
+    """Raises InputError if unloading is not below loading, or the line between is not steeper than
+    both."""
     x = np.union1d(normal.compression, normal.unloading_compression)
     f = np.array([_at(normal.compression, normal.force, at) for at in x])
     g = np.array([_at(normal.unloading_compression, normal.unloading_force, at) for at in x])
@@ -145,7 +149,7 @@ def inside_line(start, x, point, segments):
 
 @kernel
 def after_line(start, x, point, segments):
-    """Index of the piece of f or g that follows the line at its end that x is nearer to."""
+    """Index of the piece of f or g that follows the line at its end nearer to x."""
     lower, upper = ends(start, point, segments)
     if upper - x < x - lower:
         return curve.find_segment(point.first, point.last, segments, x)
@@ -154,7 +158,7 @@ def after_line(start, x, point, segments):
 
 @kernel
 def recoverable(N, x, point, segments):
-    """Energy that a point gives back from the force ``N`` at the compression ``x``."""
+    """Recoverable energy of a point from the force ``N`` at the compression ``x``."""
     start = start_of_line(N, x, point, segments)
     line = segments[point.line]
     lower = meets(point.last + 1, point.back, start, line.slope, segments)
@@ -165,8 +169,8 @@ def recoverable(N, x, point, segments):
 
 @kernel
 def lost_on(segment, x, point, segments):
-    """Energy that f has taken up to ``x`` and that is not given back, on a ``segment`` of it; zero
-    on the others."""
+    """Energy that the loading curve has taken up to ``x`` and that is not recoverable, on a
+    ``segment`` of it; zero on other segments."""
     if point.line == NONE or segment > point.last:
         return 0.0
     piece = segments[segment]

@@ -2,5 +2,5 @@
 
 OPEN, STICK, SLIP = range(3)
 PASSED, ABSENT = 2, 3
-"""Of an open point in the column `RISING`: it is behind its plane, beyond the edge of that, or is
-not there at all."""
+"""Values of the column `RISING` for an open point: it is behind its plane, beyond the plane's edge;
+or it does not exist at present."""

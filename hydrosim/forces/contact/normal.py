@@ -17,16 +17,16 @@ from hydrosim.forces.signal import Signal
 
 @dataclass(frozen=True)
 class PrescribedNormal:
-    """Per contact point: ``force`` [N] over time. Contact is while it is positive, wherever the
-    point is."""
+    """Normal force of each contact point: ``force`` [N] over time. Contact lasts while it is
+    positive, at any position of the point."""
 
     force: Signal
 
 
 @dataclass(frozen=True)
 class NormalCurve:
-    """Per contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,) [N], not falling
-    from 0, and ``damping`` [N s/m]."""
+    """Normal curve of each contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,)
+    [N], not falling from 0, and ``damping`` [N s/m]."""
 
     compression: np.ndarray
     force: np.ndarray
@@ -35,9 +35,10 @@ class NormalCurve:
 
 @dataclass(frozen=True)
 class NormalLoop:
-    """Per contact point: ``force`` (n,) [N] over ``compression`` (n,) [m] as it is pressed, less of
-    it over ``unloading_compression`` (m,) as it lets go, all from 0 and not falling, and the
-    ``stiffness`` [N/m] between, above all slopes of both, see `hydrosim.forces.contact.loop`."""
+    """Normal curve with a loop, for each contact point: ``force`` (n,) [N] over ``compression``
+    (n,) [m] in loading, and a smaller force over ``unloading_compression`` (m,) in unloading. All
+    start at 0 and do not fall. ``stiffness`` [N/m] between the two is above all slopes of both, see
+    `hydrosim.forces.contact.loop`."""
 
     compression: np.ndarray
     force: np.ndarray
@@ -47,4 +48,4 @@ class NormalLoop:
 
 
 FLAT = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
-"""The curve of a point whose normal force is prescribed: no corners, nothing stored."""
+"""The curve of a point with prescribed normal force: no corners, nothing stored."""

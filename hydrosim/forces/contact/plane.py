@@ -1,4 +1,4 @@
-"""`Plane`: what contact points are pressed against."""
+"""`Plane`: the surface that contact points are pressed against."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from hydrosim.forces.mirroring import foot, turned
 
 @dataclass(frozen=True)
 class Plane:
-    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``; it
-    ends at the convex polygon of the ``corners`` (n, 3) in it, if there are any, or an
-    ``extent`` [m] from its point."""
+    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``. The
+    plane may end at the convex polygon of its ``corners`` (n, 3), or at an ``extent`` [m] from its
+    point."""
 
     point: tuple[float, ...]
     normal: tuple[float, ...]
@@ -22,8 +22,8 @@ class Plane:
     extent: float | None = None
 
     def by_its_foot(self, y: float) -> Plane:
-        """The same plane with the foot of the perpendicular from the origin as its point, as if the
-        plane at ``y`` [m] were y = 0; its corners in an order of their own."""
+        """The same plane given by the foot of the perpendicular from the origin, relative to the
+        plane at ``y`` [m]; its corners are in a canonical order."""
         y = 0.0 if self.body else y
         corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
         return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
@@ -37,6 +37,6 @@ class Plane:
 
 
 def _sorted(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
-    """Corners of a convex polygon in an order that does not depend on where it begins."""
+    """Corners of a convex polygon in an order that does not depend on the first corner."""
     fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
     return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))

@@ -1,7 +1,7 @@
 """Postures of contact points: open, sticking, slipping; see `hydrosim.forces.postures`.
 
-Points are linearised on the steepest piece of their curve, or pressed as much as is ever
-prescribed, and in steady slip.
+Points are linearised on the steepest piece of their curve, or under the largest prescribed force,
+and in steady slip.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from hydrosim.forces.signal import crest, value
 from hydrosim.modes import MODE, SEGMENT
 
 CLOSED = {STICK: "sticking", SLIP: "slipping"}
-SLIDING = 0.1  # m/s: the speed at which slip is linearised, or that at which it begins
+SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one
 
 
 class ContactPostures(PosingKind):
-    """Those of contact points."""
+    """Postures of contact points."""
 
     def postures(self, p: Params) -> Sequence[Posture]:
         text = "all contacts open" if p.points.size else "no contact"
@@ -61,7 +61,7 @@ class ContactPostures(PosingKind):
         return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
 
     def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
-        """With each plane where it presses its point."""
+        """Constants in which each plane presses its point."""
         points = p.points.copy()
         for point, (mode, segment, _) in zip(points, modes, strict=True):
             if mode != OPEN:
@@ -86,7 +86,7 @@ class ContactPostures(PosingKind):
     def slide(
         self, p: Params, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
     ) -> None:
-        """Stiff lines begin where `pressed` has put the planes."""
+        """Put points into steady slip; stiff lines begin at the planes of `pressed`."""
         memories(p, y)[:, SET] = 0.0
         loads = _loads(p, modes, time)
         for i in np.flatnonzero(modes[:, MODE] == SLIP):
@@ -96,14 +96,14 @@ class ContactPostures(PosingKind):
                 y[p.state + STATES * i :][:2] = found
 
     def idle_states(self, p: Params, modes: np.ndarray) -> np.ndarray:
-        """The nodes of open contacts; they are looked at where all contacts are open."""
+        """The nodes of open contacts; they are analysed in the posture with all contacts open."""
         states = dynamic_states(p)
         is_open = modes[:, MODE] == OPEN
         return states[is_open[(states - p.state) // STATES] & (not is_open.all())]
 
 
 def _closed(p: Params, mode: int) -> np.ndarray:
-    """Modes with all points in a mode on their steepest pieces."""
+    """Modes with all points in one mode on their steepest pieces."""
     modes = rest_at_first(p.points["first"], mode)
     modes[:, SEGMENT] = [_steepest(p, point) for point in p.points]
     return modes
@@ -116,7 +116,7 @@ def _steepest(p: Params, point: np.void) -> int:
 
 
 def _loads(p: Params, modes: np.ndarray, time: float) -> list[float]:
-    """Normal force [N] of every point in its mode, as `ContactPostures.pressed` has it."""
+    """Normal force [N] of every point in its mode, for the planes of `ContactPostures.pressed`."""
     return [_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
 
 

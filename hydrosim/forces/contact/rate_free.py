@@ -2,23 +2,25 @@
 
     S = mu_k N d,   v2 = lambda d,   lambda = d v1 - mu_k N' / K2     until lambda = 0
 
-The node follows the body's point as a trailer does, on a drawbar of the length r = mu_k N / K2 that
-points along d (a tractrix); with u = v1 / |v1|
+The node follows the body's point like a trailer, on a drawbar of the length r = mu_k N / K2 that
+points along d (a tractrix). With u = v1 / |v1|,
 
     d' = |v1| / r (u - (d u) d)
 
-A short drawbar turns faster than any step. So the state is a heading x that turns at the rate
-|v1| / w instead, w = (r^4 + q^4)^(1/4), with q the way that the point goes in one step of an
-explicit method; and d is as far from u as it should be, between x and u in the ratio of r to w:
+A short drawbar turns faster than any step. So the state is a heading x that turns at the rate |v1|
+/ w instead. Here w = (r^4 + q^4)^(1/4), with q the distance that the point moves in one step of an
+explicit method. d lies between x and u, in the ratio of r to w, so that it deviates from u by the
+correct amount:
 
     x' = |v1| / w (u - (x u) x),   d = r / w x + (1 - r / w) u, made a unit vector
 
-x is as late as w / |v1|, and so d as late as r / |v1|. Where steps are shorter than r / |v1|, x and
-d differ by (q / r)^4: the order of a method is kept. Where they are longer, d is off by about
-r / |v1| times what the rate of turning changes in a step: nothing on a straight way. Methods that
-choose their steps have q = 0, but for the 1e-6th part of a usual stretch, with which contact may
-begin and end: d is wrong only where N, and so the force, is as small a part of the usual one, and
-steps end at about that part of a usual turn.
+x lags by w / |v1|, and so d lags by r / |v1|. If steps are shorter than r / |v1|, x and d differ by
+(q / r)^4: the order of a method is kept. If they are longer, the error of d is about r / |v1| times
+the change of the turning rate in a step, which is zero on a straight path.
+
+Methods that choose their steps have q = 0, except for 1e-6 of a usual stretch, so that contact can
+begin and end. d is then wrong only where N, and so the force, is this small a fraction of the usual
+one. Steps end at about that fraction of a usual turn.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from hydrosim.forces.contact.law import AT_REST, direction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-6  # of a usual stretch: below it a drawbar need not be resolved
+LEAST = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
 
 
 @kernel

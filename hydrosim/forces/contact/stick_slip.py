@@ -12,26 +12,26 @@ plane; S is the spring's traction, v1 = u1' relative to the plane, N the normal 
 so |f| <= mu_s N in stick and |f| = mu_k N + C3 |v2| in slip. Stored energy S^2 / (2 K2);
 dissipation C2 |v1 - v2|^2 + (mu_k N + C3 |v2|) |v2|.
 
-K2, C2 and C3 may go with powers of x = e + (1 - e) N_e / N_0: N_e is the elastic normal force (the
-normal curve, without its damping), N_0 its reference, and e = 0.001 keeps x' / x finite where
+K2, C2 and C3 may scale with powers of x = e + (1 - e) N_e / N_0. N_e is the elastic normal force
+(the normal curve without its damping), N_0 its reference, and e = 0.001 keeps x' / x finite where
 contact begins and ends. The spring is then incremental, and S shrinks with K2 while N_e falls,
 
     S' = K2 (v1 - v2) + S min(K2', 0) / K2
 
-or a spring that is stretched at a small N_e and let go at a large one would make energy; what
-changes of K2 take, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988). That rate has no bound
-where K2 goes to zero with a power below 1; so the integral that is kept is that of what the spring
-takes, S (v1 - v2), and the loss is what of it is no longer stored.
+Otherwise a spring that is stretched at a small N_e and released at a large one would create energy.
+The energy taken by changes of K2, S^2 |K2'| / (2 K2^2), is lost (Thornton & Randall 1988). That
+rate has no bound where K2 tends to zero with a power below 1. So the integral of the power into the
+spring, S (v1 - v2), is kept instead; the loss is its part that is no longer stored.
 
-Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, the
-energy of the jump is lost, and in slip it stays on it (`rate_free`), which needs N', and so no
-normal damping, and constant coefficients. With C2 = 0, or where K2 is zero without load, an open
-node is where the body's point is. After Plasterk (2017), chapters 5 and 6, extended from one axis
-to the plane.
+Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, and the
+energy of the jump is lost. In slip the node stays on the cone (`rate_free`). This needs N', and so
+no normal damping, and constant coefficients. If C2 = 0, or K2 is zero without load, an open node
+coincides with the body's point. After Plasterk (2017), chapters 5 and 6, extended from one axis to
+the plane.
 
-The state is the stretch s: S = K2 s; but while N_e rises and K2 with it, S = K s with K of the
-reference load. So s is smooth, also from the first touch on, and the same where K2 is constant. In
-slip in the rate-free limit it is the heading of that.
+The state is the stretch s: S = K2 s. While N_e rises, and K2 with it, S = K s with K of the
+reference load instead. So s is smooth, also from the first touch on, and the same where K2 is
+constant. In slip in the rate-free limit the state is the heading of the stretch.
 """
 
 from __future__ import annotations
@@ -47,16 +47,16 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-3  # e: what is left of x without load
+LEAST = 1e-3  # e: x without load
 BEYOND = 1.0 + 1e-12
-"""Of mu_s N: so much more holds, so that a node that comes to stick at mu_k N = mu_s N is not let
-go again by what its traction is rounded by."""
+"""Factor on mu_s N that still holds. A node that comes to stick at mu_k N = mu_s N is then not
+released again by the rounding of its traction."""
 
 
 @dataclass(frozen=True)
 class LoadPowers:
-    """``reference`` elastic normal force N_0 [N] at which K2, C2, C3 are as given, and the powers
-    of x that they go with: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
+    """``reference`` elastic normal force N_0 [N] at which K2, C2, C3 have their given values, and
+    the powers of x with which they scale: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
 
     reference: float
     stiffness: float
@@ -66,8 +66,9 @@ class LoadPowers:
 
 @dataclass(frozen=True)
 class StickSlip:
-    """Per contact point: ``static`` mu_s >= ``kinetic`` mu_k, ``stiffness`` K2 [N/m], ``damping``
-    C2 and ``slip_damping`` C3 [N s/m], constant or with powers of the ``load``."""
+    """Coefficients of each contact point: ``static`` mu_s >= ``kinetic`` mu_k, ``stiffness`` K2
+    [N/m], ``damping`` C2 and ``slip_damping`` C3 [N s/m], constant or with powers of the
+    ``load``."""
 
     static: float
     kinetic: float
@@ -87,7 +88,7 @@ class Coefficients(NamedTuple):
 
 
 def constants(law: StickSlip) -> Constants:
-    """Those of the law; the node relaxes in (C2 + C3) / K2."""
+    """Constants of the law; the node relaxes in (C2 + C3) / K2."""
     load = law.load or LoadPowers(0.0, 0.0)
     damping = law.damping, law.slip_damping
     relaxation = (law.damping + law.slip_damping) / law.stiffness
@@ -108,7 +109,7 @@ def coefficients(load, p):
 
 @kernel
 def _share(elastic, p):
-    """x; stages of a step that ends contact may be just outside."""
+    """x; stages of a step that ends contact may lie just outside contact."""
     return LEAST + (1.0 - LEAST) * max(elastic / p.reference, 0.0)
 
 
@@ -154,7 +155,7 @@ def _on_the_cone(load, v1, s, p):
 
 @kernel
 def break_away(load, v1, s, p):
-    """Slip begins: in the rate-free limit the node jumps, and the energy of that is lost."""
+    """Slip begins. In the rate-free limit the node jumps, and the energy of the jump is lost."""
     if p.relaxation > 0.0:
         return s, 0.0, 0.0
     kept = p.kinetic * load.N / p.stiffness
@@ -178,7 +179,7 @@ def close(load, v1, s, p):
 
 @kernel
 def release(mode, load, v1, s, p):
-    """Contact ends: a node that springs back at once, without a damper or a stiffness, loses its
+    """Contact ends. A node without a damper or a stiffness springs back at once and loses its
     stretch."""
     if p.damping > 0.0 and p.reference == 0.0:
         return s, 0.0
@@ -191,14 +192,14 @@ def reach(law: StickSlip, N: float) -> float:
 
 
 def sliding(N: float, p: np.void) -> tuple[float, float]:
-    """The stretch at which a point breaks away under ``N`` [N], in both directions alike."""
+    """The stretch at which a point breaks away under ``N`` [N], the same in both directions."""
     stretch = p["static"] * max(N, 1.0) / p["stiffness"]
     return stretch / np.sqrt(2.0), stretch / np.sqrt(2.0)
 
 
 @kernel
 def heading(load, v, s, p):
-    """The traction T = S + C2 v1: along it the node slips."""
+    """The traction T = S + C2 v1; the node slips along it."""
     return _traction(v, s, coefficients(load, p))
 
 
@@ -209,9 +210,9 @@ def _traction(v1, s, c):
 
 @kernel
 def margin(mode, load, v1, s, heading, p):
-    """How far the traction is from ending the ``mode`` [N], in the rate-free limit the speed of
-    slip [m/s]; negative past its end, and where the traction has turned round from its ``heading``
-    (2,) at the start of the step."""
+    """Distance of the traction from the end of the ``mode`` [N]; in the rate-free limit the speed
+    of slip [m/s]. Negative past its end, and where the traction has reversed relative to its
+    ``heading`` (2,) at the start of the step."""
     c = coefficients(load, p)
     T = _traction(v1, s, c)
     if mode == STICK:
@@ -223,7 +224,7 @@ def margin(mode, load, v1, s, heading, p):
 
 @kernel
 def spring(mode, load, v1, s, p):
-    """The stretch (2,) that the state is, or heads for."""
+    """The stretch (2,) of the state, or of its heading."""
     if mode == SLIP and p.relaxation == 0.0:
         return rate_free.stretch(load, v1, s, p)
     return s
@@ -238,13 +239,13 @@ def stored_energy(mode, load, v1, s, p):
 
 @kernel
 def lent(mode, load, v1, s, p):
-    """What of the integral of the dissipation is still stored."""
+    """Part of the integrated dissipation that is still stored."""
     return stored_energy(mode, load, v1, s, p) if p.reference > 0.0 else 0.0
 
 
 @kernel
 def turn_over(load, s, p):
-    """The stretch (2,), of the same traction, when the load begins to fall, or to rise again."""
+    """The stretch (2,) for the same traction, when the load begins to fall, or to rise again."""
     K2 = coefficients(load, p).K2
     scale = p.stiffness / K2 if load.rising else K2 / p.stiffness
     return (scale * s[0], scale * s[1])

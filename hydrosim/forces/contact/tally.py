@@ -1,14 +1,14 @@
-"""What contact points did, mode by mode: integrals that ride along in y where they are asked for.
+"""Impulses, works and displacements of contact points by mode: integrals in y, if asked for.
 
-Of each point and of each of its modes (open, stick, slip), in the earth frame:
+For each point and each of its modes (open, stick, slip), in the earth frame:
 
     time, N, N n, f                 impulses of the normal force and of friction f on the body
     w                               displacement of the point along the plane
     f w by axis, N n w              works of friction and of the normal force
 
-with the velocity w of the point relative to the plane. In slip besides, d = -f / |f| being its
-direction: d, N d, C3 |v2| d, the node's |v2| d, and of three of them what is towards positive axes,
-max(d, 0). So in slip, whose mean is E and whose time is T,
+with the velocity w of the point relative to the plane. In slip also, with its direction d = -f /
+|f|: d, N d, C3 |v2| d, the node's |v2| d, and for three of them the part towards positive axes,
+max(d, 0). So in slip, with the mean E and the duration T,
 
     int f dt = -mu_k int N d dt - int C3 |v2| d dt,     int N d dt = T (E[N] E[d] + Cov(N, d))
 """
@@ -24,11 +24,11 @@ from hydrosim.modes import MODE
 from hydrosim.rigid.vectors import add, length, scale
 
 MODES = ("open", "stick", "slip")
-EACH = (  # of each mode: name and number of entries
+EACH = (  # for each mode: name and number of entries
     *(("time", 1), ("impulse", 1), ("press", 3), ("friction", 3)),
     *(("moved", 3), ("friction_work", 3), ("press_work", 1)),
 )
-SLIPPING = (  # of slip besides
+SLIPPING = (  # in slip also
     *(("slip_direction", 3), ("slip_load", 3), ("slip_damping", 3), ("slip_moved", 3)),
     *(("slip_direction_ahead", 3), ("slip_load_ahead", 3), ("slip_moved_ahead", 3)),
 )
@@ -38,8 +38,8 @@ SIZE = len(MODES) * WIDTH + sum(count for _, count in SLIPPING)
 
 @kernel
 def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
-    """Rates of the integrals of all points, `SIZE` of each, with the ``reactions`` (nf, 2) of rigid
-    friction."""
+    """Rates of the integrals of all points, `SIZE` for each, with the ``reactions`` (nf, 2) of
+    rigid friction."""
     clear(rates[: SIZE * p.points.size])
     for i in range(p.points.size):
         point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
@@ -81,5 +81,5 @@ def _count_slip(N, f, law, c, out):
 
 @kernel
 def _along(u, c):
-    """A vector (2,) in the plane in the earth frame."""
+    """A vector (2,) in the plane, turned into the earth frame."""
     return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))

@@ -1,4 +1,4 @@
-"""When a contact point changes its mode, and into which.
+"""Transitions of contact points from one mode to another.
 
 A mode holds while its margins are positive:
 
@@ -11,8 +11,8 @@ A mode holds while its margins are positive:
     rising    N_e', its opposite where the load falls      in contact, if K2 goes with the load,
               or delta' where the curve has a loop         and on the branches of a loop
 
-Where a plane ends, the distance inside its nearest edge belongs to the margin of contact. What
-follows a mode that has ended is the affair of the curve (`loop`) and of the friction law (`laws`).
+Where a plane ends, the distance inside its nearest edge belongs to the margin of contact. The curve
+(`loop`) and the friction law (`laws`) determine the mode that follows.
 """
 
 from __future__ import annotations
@@ -46,15 +46,16 @@ from hydrosim.modes import (
 )
 from hydrosim.rigid.vectors import length
 
-REGAINED = 1e3  # of the least prescribed N at which contact ends: then it begins again
-LULL = 1e-9  # 1/s, of the reference load: it rises or falls faster than that
-FAST, RELAXATIONS = 10, 3  # steps that a fast node relaxes in; how often until it is settled
+REGAINED = 1e3  # of the least prescribed N at which contact ends: above it contact begins again
+LULL = 1e-9  # 1/s, of the reference load: slower changes of the load do not count
+# steps in which a fast node relaxes; number of times before it is settled
+FAST, RELAXATIONS = 10, 3
 
 
 @kernel
 def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
-    """Margins ``out`` (4 to a row of modes) of all points, negative where a mode has ended: of
-    those whose row is ``watched``, not zero."""
+    """Margins ``out`` (4 to a row of modes) of all points, negative where a mode has ended. Only
+    rows with non-zero ``watched`` are computed."""
     for i in range(p.points.size):
         point, row = p.points[i], p.mode + i
         m = MARGINS * row
@@ -86,7 +87,7 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
 
 @kernel
 def _contact_margin(t, mode, point, segment, contact, p):
-    """min(k delta, N), or what N is above the least, if it is prescribed: positive in contact; of a
+    """min(k delta, N), or N minus its least value if it is prescribed: positive in contact. For a
     closed point also k times its distance from the edge."""
     held = _pressed_margin(t, mode, point, segment, contact, p)
     if mode != OPEN and not point.prescribed and edges.ends_somewhere(point):
@@ -100,7 +101,8 @@ def _pressed_margin(t, mode, point, segment, contact, p):
     held = point.steepest * contact.compression
     if point.line == loop.NONE:  # on a loop N is not negative
         N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
-        if point.prescribed:  # not N: a force that ends at exactly zero and stays there ends
+        # not N: a force that reaches exactly zero and stays there also ends contact
+        if point.prescribed:
             return N - (REGAINED * point.least if mode == OPEN else point.least)
         held = min(held, N)
     return held
@@ -108,7 +110,7 @@ def _pressed_margin(t, mode, point, segment, contact, p):
 
 @kernel
 def _open_margin(t, mode, point, contact, p):
-    """Positive while an open point stays so; or is behind its plane, if it has passed the edge."""
+    """Positive while an open point stays open, or stays behind its plane after passing the edge."""
     if mode[RISING] == ABSENT:
         return 1.0
     if mode[RISING] == PASSED:
@@ -118,14 +120,14 @@ def _open_margin(t, mode, point, contact, p):
 
 @kernel
 def _find_segment(point, contact, p):
-    """Index of the segment of its curve that a point is on."""
+    """Index of the segment of its curve that holds a point."""
     return curve.find_segment(point.first, point.last, p.segments, contact.compression)
 
 
 @kernel
 def find_headings(t, y, modes, motion, bodies, p, out):
-    """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all points that slip;
-    laws without a node keep theirs in y."""
+    """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all slipping points; laws
+    without a node keep theirs in y."""
     for i in range(p.points.size):
         point, k = p.points[i], p.state + STATES * i
         x = y[k : k + STATES]
@@ -145,9 +147,9 @@ def find_headings(t, y, modes, motion, bodies, p, out):
 
 @root
 def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
-    """Put point ``i`` into the mode that follows when margin ``which``, which was of this ``size``
-    before or after, has reached zero. A node that relaxes in few steps of length ``step`` is
-    settled only a while later."""
+    """Switch point ``i`` to its next mode, after margin ``which``, which had this ``size`` before
+    or after, has reached zero. A node that relaxes in few steps of length ``step`` is settled a
+    while later."""
     c, mode, point = geometry.touch(p.points[i], bodies, motion), modes[p.mode + i], p.points[i]
     if which == SEGMENT_MARGIN and mode[SEGMENT] == point.line:
         _leave_line(i, y, modes, c, p)
@@ -177,7 +179,7 @@ def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
 
 @root
 def _turn_back(i, t, y, modes, contact, p):
-    """The motion turns on a branch of a loop: the stiff line begins here."""
+    """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, N = memory(point, p), pressure(i, t, y, modes, contact, p).elastic
     y[k + loop.LOSS] += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
@@ -188,7 +190,7 @@ def _turn_back(i, t, y, modes, contact, p):
 
 @root
 def _leave_line(i, y, modes, contact, p):
-    """A branch of a loop begins; what it has lost is counted from here."""
+    """A branch of a loop begins; its losses are counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, x = memory(point, p), contact.compression
     mode[SEGMENT] = loop.after_line(y[k + loop.SET], x, point, p.segments)
@@ -197,7 +199,7 @@ def _leave_line(i, y, modes, contact, p):
 
 @root
 def _turn_over(i, t, y, modes, contact, p):
-    """The load begins to fall, or to rise again: the traction stays."""
+    """The load begins to fall, or to rise again: the traction is kept."""
     k, mode = p.state + STATES * i, modes[p.mode + i]
     load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
     x[0], x[1] = laws.turn_over(load, (x[0], x[1]), p.points[i])
@@ -244,7 +246,7 @@ def _close(i, t, y, modes, contact, p):
 
 @kernel
 def _open(i, t, y, modes, contact, p):
-    """Contact ends: what the normal curve still holds, because its damper pulled or the plane has
+    """Contact ends. Energy still in the normal curve, because its damper pulled or the plane has
     ended, is lost."""
     k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
     x = y[k : k + STATES]
@@ -264,7 +266,7 @@ def _open(i, t, y, modes, contact, p):
 
 @kernel
 def _goes_over_edge(t, mode, point, contact, p):
-    """Whether contact ends since the plane does. The end is located to a tolerance, so the point
+    """True if contact ends because the plane ends. The end is located to a tolerance, so the point
     may still be inside by that; it is pressed then, and would close again at once."""
     inside = edges.inside(point, contact, p.edges)
     if inside <= 0.0:
@@ -277,7 +279,7 @@ def _goes_over_edge(t, mode, point, contact, p):
 
 @kernel
 def break_loose(t, y, modes, motion, bodies, p, reactions):
-    """Let the first point slip whose reaction is more than rigid friction can hold, if any."""
+    """Let the first point slip whose reaction exceeds the limit of rigid friction, if any."""
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
@@ -291,7 +293,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
 
 @kernel
 def settling(t, y, p):
-    """Whether any node still relaxes fast after an event."""
+    """True if any node still relaxes fast after an event."""
     for i in range(p.points.size):
         if t < y[p.state + STATES * i + SETTLED]:
             return True
@@ -305,13 +307,13 @@ def settle(t, y, modes, motion, bodies, p):
         come(i, t, y, modes, motion, bodies, p)
         forgive(i, y, p)
         c = geometry.touch(p.points[i], bodies, motion)
-        if modes[p.mode + i, MODE] == OPEN:  # what a damper has left behind is lost bit by bit
+        if modes[p.mode + i, MODE] == OPEN:  # energy left by a damper is lost gradually
             y[p.state + STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
 
 
 @kernel
 def come(i, t, y, modes, motion, bodies, p):
-    """Point ``i`` comes to be, wherever it is; on a loop at rest."""
+    """Activate point ``i`` at its present position; on a loop it starts at rest."""
     point, mode = p.points[i], modes[p.mode + i]
     mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
     c = geometry.touch(point, bodies, motion)
@@ -327,7 +329,7 @@ def come(i, t, y, modes, motion, bodies, p):
 
 @kernel
 def forgive(i, y, p):
-    """What point ``i`` has lost so far, and how it closed, does not count."""
+    """Reset the losses of point ``i`` so far, and its memory of closing."""
     point = p.points[i]
     y[p.state + STATES * i + DISSIPATED] = 0.0
     if point.memory != loop.NONE:
@@ -337,7 +339,7 @@ def forgive(i, y, p):
 
 @kernel
 def go(i, t, y, modes, motion, bodies, p):
-    """Point ``i`` is not there any more."""
+    """Deactivate point ``i``."""
     if modes[p.mode + i, MODE] != OPEN:
         _open(i, t, y, modes, geometry.touch(p.points[i], bodies, motion), p)
     modes[p.mode + i, RISING] = ABSENT
@@ -345,8 +347,8 @@ def go(i, t, y, modes, motion, bodies, p):
 
 @root
 def note(t, y, modes, motion, bodies, p):
-    """Keep the largest normal force of every point in contact that remembers, and of every group
-    that of a point and of all together."""
+    """Keep the largest normal force of every point in contact with memory, and for every group the
+    largest force of a point and of all points together."""
     group.put_down(y, p)
     for i in range(p.points.size):
         point = p.points[i]
