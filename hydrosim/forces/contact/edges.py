@@ -1,9 +1,9 @@
 """Edges of a plane: of a convex polygon in it, or of the circle of a seat.
 
-An edge is a row (a, b, c). With (u1, u2) the foot of a point in the plane, along its tangents, a u1 + b
-u2 + c is its distance from the edge, positive inside. A point beyond the edge is open. A point that
-has passed behind the plane there, or left over the edge while pressed, touches again only after it
-has returned to the free side.
+An edge is a row (a, b, c). (u1, u2) is the foot of a point in the plane, along its tangents. Its
+distance from the edge is a u1 + b u2 + c, positive inside. A point beyond the edge is open. A point
+that has passed behind the plane there, or left over the edge while pressed, touches again only
+after it has returned to the free side.
 """
 
 from __future__ import annotations
